@@ -35,17 +35,17 @@ use planesman_flight::scenario::{Scenario, difference};
 use planesman_flight::sink::full_name;
 
 /// Timeout of discovery without a new match, and of an answer.
-const GATHERING: Duration = Duration::from_secs(30);
+const DISCOVERY_TIMEOUT: Duration = Duration::from_secs(30);
 /// Time to detect another loop. A peer is found within 0.2 s, one that starts at the same moment as well.
-const LISTENING: Duration = Duration::from_millis(500);
+const LISTEN_TIME: Duration = Duration::from_millis(500);
 /// Time until killed nodes are forgotten: their lease of 5 s, with a margin.
-const FORGETTING: Duration = Duration::from_secs(7);
+const LEASE_TIME: Duration = Duration::from_secs(7);
 /// Timeout for the last messages to arrive.
-const LANDING: Duration = Duration::from_secs(10);
+const DRAIN_TIMEOUT: Duration = Duration::from_secs(10);
 /// Timeout for the vehicle to confirm its stop.
-const STOPPING: Duration = Duration::from_secs(10);
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 /// The same two timeouts after an interrupt.
-const SOON: Duration = Duration::from_secs(5);
+const INTERRUPT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,7 +100,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
             name: "planesman",
             namespace: "/auv",
             validate: |(): &()| Ok(()),
-            on_parameters: |_| Event::Look,
+            on_parameters: |_| Event::Poll,
         },
         args::only(["--ros-args", "-r", &namespace, "--log-level", "warn"].map(str::to_owned))?,
     )?;
@@ -130,16 +130,16 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
     let parameters_of = |node: &'static str| {
-        Ok(Started {
+        Ok(LaunchedNode {
             node,
             parameters: scenario.launched_values(node, &extra)?,
             get: rt.client(&format!("{node}/get_parameters"))?,
         })
     };
-    let started = NODES.into_iter().map(parameters_of);
-    let started = started.collect::<Result<Vec<_>>>()?;
+    let launched = NODES.into_iter().map(parameters_of);
+    let launched = launched.collect::<Result<Vec<_>>>()?;
     print_wrapped(format_args!("{}\n", scenario.description()))?;
-    let claim = be_alone(&rt, options)?;
+    let claim = claim_namespace(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
     if options.keep_running {
@@ -148,14 +148,15 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
             other_terminal(Domain::from_environment()?, &options.namespace)
         )?;
     }
-    fly(rt, go, started, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
+    fly(rt, go, launched, claim, scenario, run, options)
+        .inspect_err(|error| run.note_failure(error))
 }
 
 /// Starts the nodes and flies them to the end.
 fn fly(
     rt: Runtime<Event>,
     go: Client<SetBool>,
-    started: Vec<Started>,
+    launched: Vec<LaunchedNode>,
     claim: Claim,
     scenario: &Scenario,
     run: &RunFolder,
@@ -165,16 +166,16 @@ fn fly(
     if options.watch {
         crew.show()?;
     }
-    drop(rt.every(Duration::from_millis(20), || Event::Look));
+    drop(rt.every(Duration::from_millis(20), || Event::Poll));
     let mut launcher = Launcher {
         scenario: scenario.clone(),
         options: options.clone(),
         crew,
         go,
-        started,
+        launched,
         claim,
-        phase: Phase::Gathering {
-            found: 0,
+        phase: Phase::Discovering {
+            matches: 0,
             since: Instant::now(),
         },
         connections: BTreeMap::new(),
@@ -189,11 +190,11 @@ fn fly(
         began: Instant::now(),
         flown: Duration::ZERO,
         interrupted: false,
-        met: false,
+        rival_seen: false,
     };
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
-    flown.and(rt.shutdown())?;
+    flown.and(rt.shutdown().map_err(Into::into))?;
     launcher.crew.stop()?;
     // The bag is closed. A report can be made again, with `planesman report`.
     shutdown::at_once();
@@ -229,12 +230,12 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
 }
 
 /// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
-fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
+fn claim_namespace(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     // Who launches calls the vehicle's service.
     let evidence = format!("rq{}/plant_sim/pauseRequest", options.namespace);
     let claim = rt.claim(&format!("launch {}", options.namespace), &evidence)?;
-    find_no_other_loop(rt, || give_way(&claim, options))?;
-    claim.rise_to(Stage::Held);
+    find_no_other_loop(rt, || yield_to_other_dive(&claim, options))?;
+    claim.advance_to(Stage::Held);
     Ok(claim)
 }
 
@@ -257,8 +258,8 @@ pub(crate) fn find_no_other_loop<E: 'static>(
             end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
         });
         match taken {
-            None if began.elapsed() > LISTENING => return Ok(()),
-            Some(end) if began.elapsed() > FORGETTING => bail!(
+            None if began.elapsed() > LISTEN_TIME => return Ok(()),
+            Some(end) if began.elapsed() > LEASE_TIME => bail!(
                 "{} has a publisher already: is another loop running? Stop it, or choose \
                  another ROS_DOMAIN_ID or --namespace",
                 end.topic
@@ -269,7 +270,7 @@ pub(crate) fn find_no_other_loop<E: 'static>(
 }
 
 /// Ends this dive if another one holds the claim; of several at once exactly one continues.
-fn give_way(claim: &Claim, options: &Options) -> Result<()> {
+fn yield_to_other_dive(claim: &Claim, options: &Options) -> Result<()> {
     if let Some(holder) = claim.holder() {
         bail!(
             "another dive, {holder}, runs in namespace {}; wait for its end, or choose another ROS_DOMAIN_ID or \
@@ -332,14 +333,14 @@ fn launcher_decides(scenario: &Scenario, extra: &[(&str, &str, Value)]) -> Resul
     Ok(())
 }
 
-/// A node as it is to be started.
-struct Started {
+/// A node as it is to be launched.
+struct LaunchedNode {
     node: &'static str,
     parameters: Values,
     get: Client<GetParameters>,
 }
 
-impl Started {
+impl LaunchedNode {
     /// Asks the running node for its parameters.
     ///
     /// # Errors
@@ -350,7 +351,7 @@ impl Started {
         let request = GetParametersRequest {
             names: names.clone(),
         };
-        let answer = self.get.call(request, GATHERING).await;
+        let answer = self.get.call(request, DISCOVERY_TIMEOUT).await;
         let answer = answer.with_context(|| format!("the parameters of {}", self.node))?;
         let values = answer.values.into_iter().map(value_of);
         let has: BTreeMap<String, Option<Value>> = names.into_iter().zip(values).collect();
@@ -371,15 +372,15 @@ enum Event {
     /// Whether every node has the parameters of the flight.
     Compared(Result<()>),
     /// The vehicle's answer to its release.
-    Going(Result<SetBoolResponse>),
+    Going(Result<SetBoolResponse, planesman_node::Error>),
     /// Its answer to the stop.
-    Stopped(Result<SetBoolResponse>),
-    Look,
+    Stopped(Result<SetBoolResponse, planesman_node::Error>),
+    Poll,
 }
 
 enum Phase {
     /// Waiting until all have discovered each other: the largest number of matches, and its time.
-    Gathering { found: usize, since: Instant },
+    Discovering { matches: usize, since: Instant },
     /// All have; their parameters are compared with the flight's.
     Comparing,
     /// The vehicle was released.
@@ -387,7 +388,7 @@ enum Phase {
     /// It was asked to stop.
     Stopping,
     /// It has stopped, at this time; the last messages are in transit.
-    Landing(Instant),
+    Draining(Instant),
 }
 
 struct Launcher {
@@ -395,7 +396,7 @@ struct Launcher {
     options: Options,
     crew: Crew,
     go: Client<SetBool>,
-    started: Vec<Started>,
+    launched: Vec<LaunchedNode>,
     claim: Claim,
     phase: Phase,
     /// The endpoints of each node.
@@ -417,8 +418,8 @@ struct Launcher {
     flown: Duration,
     /// Whether the dive was interrupted.
     interrupted: bool,
-    /// Whether another dive was met in flight.
-    met: bool,
+    /// Whether another dive was discovered in flight.
+    rival_seen: bool,
 }
 
 impl Launcher {
@@ -434,12 +435,12 @@ impl Launcher {
                 Next::Stop => {
                     self.interrupted = true;
                     // A request to stop would reach the other dive's vehicle too.
-                    if self.met || !matches!(self.phase, Phase::Flying) {
+                    if self.rival_seen || !matches!(self.phase, Phase::Flying) {
                         return Ok(());
                     }
                     self.stop_the_vehicle(rt);
                 }
-                Next::Nothing => {}
+                Next::Timeout => {}
             }
         }
     }
@@ -478,9 +479,9 @@ impl Launcher {
             Event::Going(outcome) => drop(outcome?),
             Event::Stopped(outcome) => {
                 outcome.context("plant_sim does not stop")?;
-                self.land();
+                self.drain();
             }
-            Event::Look => return self.look(rt),
+            Event::Poll => return self.poll(rt),
         }
         Ok(Flow::Continue)
     }
@@ -527,14 +528,14 @@ impl Launcher {
         self.ticks >= self.scenario.ticks() || self.done
     }
 
-    fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
+    fn poll(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
         // A vehicle that has given way to another dive's ends too: name the dive first.
-        give_way(&self.claim, &self.options)?;
-        if matches!(self.phase, Phase::Flying) && !self.met {
+        yield_to_other_dive(&self.claim, &self.options)?;
+        if matches!(self.phase, Phase::Flying) && !self.rival_seen {
             // Two networks have become one.
             if let Some(rival) = self.claim.rival() {
-                self.met = true;
-                self.say(&format!(
+                self.rival_seen = true;
+                self.print_line(&format!(
                     "WARNING: another dive, {rival}, flies in namespace {} too: each vehicle stays with its own nodes, but services and setpoints reach both; stop one",
                     self.options.namespace
                 ));
@@ -542,16 +543,17 @@ impl Launcher {
         }
         self.crew.check()?;
         match self.phase {
-            Phase::Gathering { found, since } => self.gather(rt, found, since)?,
-            Phase::Flying if !self.options.keep_running && self.is_flown() => match self.met {
+            Phase::Discovering { matches, since } => self.discover(rt, matches, since)?,
+            Phase::Flying if !self.options.keep_running && self.is_flown() => match self.rival_seen
+            {
                 false => self.stop_the_vehicle(rt),
                 // It ends with its last tick; the request would stop the other dive's vehicle too.
-                true => self.land(),
+                true => self.drain(),
             },
-            Phase::Landing(since) => match self.on_its_way() {
+            Phase::Draining(since) => match self.in_transit() {
                 None => return Ok(Flow::Stop),
-                Some(missing) if since.elapsed() > self.patience(LANDING) => {
-                    self.say(&format!("timeout: {missing}"));
+                Some(missing) if since.elapsed() > self.timeout(DRAIN_TIMEOUT) => {
+                    self.print_line(&format!("timeout: {missing}"));
                     return Ok(Flow::Stop);
                 }
                 Some(_) => {}
@@ -561,12 +563,12 @@ impl Launcher {
         Ok(Flow::Continue)
     }
 
-    /// Compares the parameters once all have discovered each other; gives up after [`GATHERING`] without a new match.
-    fn gather(&mut self, rt: &Runtime<Event>, found: usize, since: Instant) -> Result<()> {
+    /// Compares the parameters once all have discovered each other; gives up after [`DISCOVERY_TIMEOUT`] without a new match.
+    fn discover(&mut self, rt: &Runtime<Event>, matches: usize, since: Instant) -> Result<()> {
         let own = rt.connections();
         let Some(missing) = self.missing(&own) else {
-            let checks = std::mem::take(&mut self.started).into_iter();
-            let checks: Vec<_> = checks.map(Started::check).collect();
+            let checks = std::mem::take(&mut self.launched).into_iter();
+            let checks: Vec<_> = checks.map(LaunchedNode::check).collect();
             rt.when_done(async move {
                 let mut outcome = Ok(());
                 for check in checks {
@@ -577,16 +579,16 @@ impl Launcher {
             self.phase = Phase::Comparing;
             return Ok(());
         };
-        let now_found = self.found(&own);
-        if now_found > found {
-            self.phase = Phase::Gathering {
-                found: now_found,
+        let now = self.matches(&own);
+        if now > matches {
+            self.phase = Phase::Discovering {
+                matches: now,
                 since: Instant::now(),
             };
-        } else if since.elapsed() > GATHERING {
+        } else if since.elapsed() > DISCOVERY_TIMEOUT {
             bail!(
                 "the nodes do not discover each other, no new match for {} s: {missing}",
-                GATHERING.as_secs()
+                DISCOVERY_TIMEOUT.as_secs()
             );
         }
         self.bar.set_message(missing);
@@ -594,36 +596,43 @@ impl Launcher {
     }
 
     fn release(&mut self, rt: &Runtime<Event>) {
-        self.claim.rise_to(Stage::Used);
-        self.say("all nodes have discovered each other; diving");
+        self.claim.advance_to(Stage::Used);
+        self.print_line("all nodes have discovered each other; diving");
         self.began = Instant::now();
         let go = self.go.clone();
         rt.when_done(async move {
-            Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
+            Event::Going(
+                go.call(SetBoolRequest { data: false }, DISCOVERY_TIMEOUT)
+                    .await,
+            )
         });
         self.phase = Phase::Flying;
     }
 
     fn stop_the_vehicle(&mut self, rt: &Runtime<Event>) {
         self.phase = Phase::Stopping;
-        let (go, timeout) = (self.go.clone(), self.patience(STOPPING));
+        let (go, timeout) = (self.go.clone(), self.timeout(STOP_TIMEOUT));
         rt.when_done(async move {
             Event::Stopped(go.call(SetBoolRequest { data: true }, timeout).await)
         });
     }
 
     /// The vehicle stands: what is in transit is waited for.
-    fn land(&mut self) {
+    fn drain(&mut self) {
         // Only diagnostics from now on count.
         self.connections.clear();
-        self.phase = Phase::Landing(Instant::now());
+        self.phase = Phase::Draining(Instant::now());
     }
 
-    fn patience(&self, usual: Duration) -> Duration {
-        if self.interrupted { SOON } else { usual }
+    fn timeout(&self, usual: Duration) -> Duration {
+        if self.interrupted {
+            INTERRUPT_TIMEOUT
+        } else {
+            usual
+        }
     }
 
-    fn say(&self, text: &str) {
+    fn print_line(&self, text: &str) {
         if std::io::stderr().is_terminal() {
             self.bar.println(text);
         } else {
@@ -644,7 +653,7 @@ impl Launcher {
 
     /// A topic with messages sent but not yet received, `None` without one. Only topics of the loop, which are
     /// all reliable here.
-    fn on_its_way(&self) -> Option<String> {
+    fn in_transit(&self) -> Option<String> {
         let all = match self.reports() {
             Ok(all) => all,
             Err(missing) => return Some(missing),
@@ -676,7 +685,7 @@ impl Launcher {
     }
 
     /// The number of matches of the nodes and the launcher.
-    fn found(&self, own: &Connections) -> usize {
+    fn matches(&self, own: &Connections) -> usize {
         let all = self.connections.values().chain([own]);
         all.flat_map(|node| &node.list)
             .map(|end| 1 + end.peers)

@@ -32,7 +32,10 @@ pub fn run(namespace: &str) -> Result<()> {
     };
     let domain = Domain::from_environment();
     let local = domain.as_ref().is_ok_and(|domain| domain.local);
-    tell("domain and range", domain.map(described))?;
+    tell(
+        "domain and range",
+        domain.map(described).map_err(Into::into),
+    )?;
     tell(
         "middleware",
         middleware(std::env::var("RMW_IMPLEMENTATION").ok()),

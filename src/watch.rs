@@ -7,10 +7,10 @@ use clap::Args;
 use planesman_identification::Reading;
 use planesman_linear::{Complex, by_decay, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_node::args;
+use planesman_node::{BoxedError, args};
 use planesman_parameters::{Parameters as _, Value};
 use planesman_plant::PlantParameters;
-use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
+use planesman_watch::{ModelFunctions, Named, Options, Pole, Vehicle};
 
 use crate::nodes::end_with_launcher;
 use planesman_flight::summary::truth_of;
@@ -43,8 +43,12 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
         port: watch.port,
         open: !watch.no_open,
     };
-    let knowledge = Knowledge { poles, vehicle };
-    planesman_watch::run(options, knowledge, args::only(watch.ros.clone())?)
+    let models = ModelFunctions { poles, vehicle };
+    Ok(planesman_watch::run(
+        options,
+        models,
+        args::only(watch.ros.clone())?,
+    )?)
 }
 
 /// The poles of an estimate, slowest first, with their deviations where its covariance tells them.
@@ -90,7 +94,7 @@ fn certain(re: f64, im: f64) -> Pole {
 }
 
 /// The vehicle that a plant_sim with these parameters flies.
-fn vehicle(parameters: &[Named]) -> Result<Vehicle, String> {
+fn vehicle(parameters: &[Named]) -> Result<Vehicle, BoxedError> {
     let default = PlantParameters::default();
     let values = default.values();
     let known: Vec<(&str, Value)> = parameters
@@ -98,8 +102,8 @@ fn vehicle(parameters: &[Named]) -> Result<Vehicle, String> {
         .filter(|(name, _)| values.declaration(name).is_some())
         .map(|(name, value)| (name.as_str(), value.clone()))
         .collect();
-    let parameters = default.with(&known).map_err(|it| it.to_string())?;
-    let truth = truth_of(&parameters, parameters.tick).map_err(|it| it.to_string())?;
+    let parameters = default.with(&known)?;
+    let truth = truth_of(&parameters, parameters.tick)?;
     let poles = truth.poles.iter().map(|it| certain(it.re, it.im)).collect();
     Ok(Vehicle {
         name: parameters.vehicle,

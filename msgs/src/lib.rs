@@ -1,4 +1,4 @@
-//! The messages, services and actions of Planesman, and the standard ROS 2 ones it uses.
+#![doc = include_str!("../README.md")]
 //!
 //! Everything below a package's name is generated at build time from the definition files of this
 //! folder: `msg/`, `srv/` and `action/` are the package `planesman_msgs`, which colcon builds from the same
@@ -8,20 +8,6 @@
 //! Each message is a plain struct with the ROS field names, and implements [`Message`]: its names on DDS,
 //! its schema text, its type hash, and the check that all its numbers are finite; and [`Field`]: its fields by their names. Bounds of sequences and
 //! strings (`T[<=1]`) are not kept in the Rust types: whoever fills such a field minds its bound.
-//!
-//! ```
-//! use planesman_msgs::builtin_interfaces::msg::Time;
-//! use planesman_msgs::planesman_msgs::msg::VehicleState;
-//! use planesman_msgs::{Message, cdr};
-//!
-//! let mut state = VehicleState { depth: 0.914, ..VehicleState::default() };
-//! state.header.stamp = Time::from_nanos(50_000_000);
-//! assert_eq!(VehicleState::TYPE_NAME, "planesman_msgs/msg/VehicleState");
-//! assert_eq!(cdr::from_bytes::<VehicleState>(&cdr::to_bytes(&state)).expect("whole"), state);
-//!
-//! state.pitch = f64::NAN;
-//! assert_eq!(state.first_non_finite().as_deref(), Some("pitch"));
-//! ```
 
 use std::fmt::Debug;
 

@@ -13,7 +13,7 @@ use pyo3::{Py, PyAny, PyErr, PyResult, Python, create_exception};
 use crate::words::in_python;
 
 /// Time between two looks for Ctrl-C.
-const LOOK: Duration = Duration::from_millis(50);
+const SIGNAL_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 create_exception!(
     planesman,
@@ -91,7 +91,7 @@ pub(crate) fn watched<T: Send>(
             });
             let worker = worker.context("cannot start a thread").map_err(raised)?;
             let interrupted = loop {
-                match end.recv_timeout(LOOK) {
+                match end.recv_timeout(SIGNAL_POLL_INTERVAL) {
                     Err(RecvTimeoutError::Timeout) => {
                         if let Err(exception) = watch.look() {
                             stop.ask();

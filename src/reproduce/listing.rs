@@ -46,14 +46,14 @@ pub fn text(
             written(line.value),
             written(entry.slack.or(entry.tolerance)),
             entry.unit.clone(),
-            line.verdict_text(),
+            line.told(),
             entry.erratum.clone().unwrap_or_default(),
         ];
         text += &aligned(row.each_ref().map(String::as_str));
         table.row(row);
-        if let Some(changes) = line.change() {
-            text += &format!("{:<30} not as in the book: {changes}\n", "");
-            all_changes += &format!("{}: not as in the book: {changes}\n", entry.id);
+        if let Some(change) = line.change() {
+            text += &format!("{:<30} not as in the book: {change}\n", "");
+            all_changes += &format!("{}: not as in the book: {change}\n", entry.id);
         }
     }
     if is_terminal() {
@@ -92,7 +92,7 @@ pub fn totals(comparison: &Comparison<'_>) -> String {
         (t.not_recomputed, "not printed, not recomputed"),
         (t.changes, "not as they stand in the book"),
         (
-            comparison.unknown.len(),
+            comparison.unlisted.len(),
             "more recomputed, of which the book has no entry",
         ),
     ] {

@@ -58,7 +58,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
     for (report, values) in REPORTS.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
-        let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        let comparison = Comparison::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n", report.citation))?;
         planesman_console::print(listing::totals(&comparison))?;
         let told = |line: &&Line<'_>| {

@@ -15,7 +15,7 @@ use planesman_msgs::rcl_interfaces::srv::{
     DescribeParameters, DescribeParametersRequest, GetParameters, GetParametersRequest,
 };
 use planesman_msgs::std_msgs::msg::{Header, String as Text};
-use planesman_node::{Domain, Intake, Next, NodeSpec, Qos, RosArguments, Runtime};
+use planesman_node::{Domain, Next, NodeSpec, Qos, ReceiveLimits, RosArguments, Runtime};
 
 use super::evidence;
 use super::garbage::{memory, rate};
@@ -177,8 +177,8 @@ fn send(domain: u16, flood: &Flood, stop: &AtomicBool) -> usize {
         id: domain,
         local: true,
     };
-    let (rt, ()) = Runtime::with_intake(domain, spec, RosArguments::default(), |()| {
-        Intake::any(32 << 20)
+    let (rt, ()) = Runtime::with_receive_limits(domain, spec, RosArguments::default(), |()| {
+        ReceiveLimits::any(32 << 20)
     })
     .unwrap();
     let mut send = (flood.sender)(&rt, flood.bytes);

@@ -46,7 +46,9 @@ fn at_a_terminal_that_is_closed(
 ) {
     let program = env!("CARGO_BIN_EXE_planesman");
     let command = format!("exec {before} {program} {arguments} --out out");
-    let mut script = Command::new("script")
+    // Whether SIGHUP is ignored is inherited: a suite that runs under nohup must not decide it here.
+    let mut script = Command::new("env")
+        .args(["--default-signal=HUP", "script"])
         .args(["--quiet", "--command", &command, "/dev/null"])
         .current_dir(stage.path(""))
         .envs(stage.variables())

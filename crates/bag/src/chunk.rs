@@ -2,27 +2,25 @@
 
 use std::io::Read;
 
-use crate::{fields::Chunk, limits::Limits};
+use crate::{defect::Defect, fields::Chunk, limits::Limits};
 
 /// Unpacks a chunk's records into `records` as its header says, and checks length and checksum.
-///
-/// # Errors
-/// A sentence that says what is wrong.
 pub(crate) fn unpack(
     chunk: &Chunk<'_>,
     limits: &Limits,
     records: &mut Vec<u8>,
-) -> Result<(), String> {
+) -> Result<(), Defect> {
     let packed = chunk.packed;
     let length = chunk.unpacked_size;
     if length > limits.chunk {
-        return Err(format!(
-            "a chunk claims {length} bytes unpacked; at most {} are taken",
-            limits.chunk
-        ));
+        return Err(Defect::ChunkLength {
+            length,
+            limit: limits.chunk,
+        });
     }
-    let garbled = |error| {
-        format!("a chunk that its header says holds {length} bytes does not unpack: {error}")
+    let garbled = |error: std::io::Error| Defect::ChunkPacked {
+        length,
+        reason: error.to_string(),
     };
     records.clear();
     match chunk.compression {
@@ -40,37 +38,29 @@ pub(crate) fn unpack(
                 .read_to_end(records)
                 .map_err(garbled)?;
         }
-        other => {
-            return Err(format!(
-                "a chunk is compressed with '{}'; none, zstd and lz4 are read",
-                other.escape_default()
-            ));
-        }
+        other => return Err(Defect::Compression(other.escape_default().to_string())),
     }
     if records.len() as u64 != length {
-        return Err(format!(
-            "a chunk holds {} bytes, its header says {length}",
-            records.len()
-        ));
+        return Err(Defect::ChunkHolds {
+            there: records.len(),
+            length,
+        });
     }
     // A checksum of 0 stands for none; rosbag2 writes none.
     if chunk.crc != 0 && crc32fast::hash(records) != chunk.crc {
-        return Err("a chunk's checksum does not match its bytes".to_owned());
+        return Err(Defect::Checksum);
     }
     Ok(())
 }
 
 /// Unpacks a message that rosbag2 has packed with zstd, to at most so many bytes.
-///
-/// # Errors
-/// A sentence that says what is wrong.
-pub(crate) fn unpack_message(packed: &[u8], most: u64) -> Result<Vec<u8>, String> {
+pub(crate) fn unpack_message(packed: &[u8], most: u64) -> Result<Vec<u8>, Defect> {
     let mut payload = Vec::new();
     zstd::stream::read::Decoder::with_buffer(packed)
         .and_then(|zstd| zstd.take(most + 1).read_to_end(&mut payload))
-        .map_err(|error| format!("a message does not unpack: {error}"))?;
+        .map_err(|error| Defect::MessagePacked(error.to_string()))?;
     if payload.len() as u64 > most {
-        return Err(format!("a message unpacks to more than {most} bytes"));
+        return Err(Defect::MessageLength(most));
     }
     Ok(payload)
 }

@@ -12,6 +12,7 @@ use std::{
 
 use crate::{
     Topic, TopicKind,
+    defect::Defect,
     fields::{self, op},
     qos,
 };
@@ -58,8 +59,8 @@ pub(crate) struct Definitions {
     channels: BTreeMap<u16, Option<Arc<Topic>>>,
     /// By all that a channel says of itself beside its name.
     kinds: BTreeMap<Vec<u8>, Arc<TopicKind>>,
-    /// The file's topics as they were found when it was opened: these are kept and no others.
-    found: Option<Arc<Channels>>,
+    /// The file's topics as they were when it was opened: these are kept and no others.
+    known_channels: Option<Arc<Channels>>,
     /// The bytes that more may take.
     room: u64,
 }
@@ -68,7 +69,7 @@ pub(crate) struct Definitions {
 pub(crate) enum Known<'a> {
     Topic(&'a Arc<Topic>),
     Omitted,
-    Nothing,
+    Unknown,
 }
 
 #[derive(Default, PartialEq)]
@@ -79,11 +80,11 @@ struct Schema {
 }
 
 impl Definitions {
-    /// None yet, and room for so many bytes; of a file whose topics have been `found` before, those.
-    pub(crate) fn within(room: u64, found: Option<Arc<Channels>>) -> Self {
+    /// None yet, and room for so many bytes; of a file read before, the topics of then.
+    pub(crate) fn within(room: u64, known_channels: Option<Arc<Channels>>) -> Self {
         Self {
             room,
-            found,
+            known_channels,
             ..Self::default()
         }
     }
@@ -93,7 +94,7 @@ impl Definitions {
         match self.channels.get(&channel) {
             Some(Some(topic)) => Known::Topic(topic),
             Some(None) => Known::Omitted,
-            None => Known::Nothing,
+            None => Known::Unknown,
         }
     }
 
@@ -110,7 +111,7 @@ impl Definitions {
     }
 
     /// Takes a schema or channel record. A number once given keeps its meaning.
-    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
+    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), Defect> {
         if opcode == op::SCHEMA {
             self.take_schema(&fields::Schema::read(body)?)
         } else {
@@ -125,7 +126,7 @@ impl Definitions {
         left.is_some()
     }
 
-    fn take_schema(&mut self, given: &fields::Schema<'_>) -> Result<(), String> {
+    fn take_schema(&mut self, given: &fields::Schema<'_>) -> Result<(), Defect> {
         match self.schemas.get(&given.id) {
             Some(None) => return Ok(()),
             Some(Some(known)) => {
@@ -135,7 +136,7 @@ impl Definitions {
                 return if is_same {
                     Ok(())
                 } else {
-                    Err(format!("schema {} has two meanings", given.id))
+                    Err(Defect::Schema(given.id))
                 };
             }
             None => {}
@@ -152,8 +153,8 @@ impl Definitions {
         Ok(())
     }
 
-    fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), String> {
-        let two_meanings = || Err(format!("channel {} has two meanings", given.id));
+    fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), Defect> {
+        let two_meanings = || Err(Defect::Channel(given.id));
         let topic = self.kind(given)?.map(|kind| Topic {
             name: printable(given.topic),
             kind,
@@ -164,11 +165,13 @@ impl Definitions {
             (Some(Some(_)), _) => return two_meanings(),
             (None, _) => {}
         }
-        let kept = match (topic, &self.found) {
+        let kept = match (topic, &self.known_channels) {
             (None, _) => None,
             (Some(topic), None) => self.take_room(topic.size()).then(|| Arc::new(topic)),
-            (Some(topic), Some(found)) => match found.get(&given.id) {
-                Some(found) if **found == topic => Some(Arc::clone(found)),
+            (Some(topic), Some(known_channels)) => match known_channels.get(&given.id) {
+                Some(known_channels) if **known_channels == topic => {
+                    Some(Arc::clone(known_channels))
+                }
                 Some(_) => return two_meanings(),
                 None => None,
             },
@@ -178,18 +181,17 @@ impl Definitions {
     }
 
     /// The kind of the channel's messages; `None` where there is no room for it.
-    fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, String> {
+    fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, Defect> {
         let no_schema = Schema::default();
         let schema = match self.schemas.get(&given.schema_id) {
             Some(Some(schema)) => schema,
             Some(None) => return Ok(None),
             None if given.schema_id == 0 => &no_schema,
             None => {
-                return Err(format!(
-                    "topic {} has the unknown schema {}",
-                    given.topic.escape_default(),
-                    given.schema_id
-                ));
+                return Err(Defect::UnknownSchema {
+                    topic: given.topic.escape_default().to_string(),
+                    schema: given.schema_id,
+                });
             }
         };
         let about = |key| given.metadata.get(key).copied().unwrap_or_default();

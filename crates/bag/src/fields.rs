@@ -7,6 +7,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::defect::Defect;
+
 /// Opcodes of the records that are read.
 pub(crate) mod op {
     pub(crate) use mcap::records::op::{
@@ -18,44 +20,38 @@ pub(crate) mod op {
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
-    fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (taken, rest) = self
-            .0
-            .split_at_checked(count)
-            .ok_or("a record is shorter than its fields")?;
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], Defect> {
+        let (taken, rest) = self.0.split_at_checked(count).ok_or(Defect::ShortRecord)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let (taken, rest) = self
-            .0
-            .split_first_chunk::<N>()
-            .ok_or("a record is shorter than its fields")?;
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Defect> {
+        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(Defect::ShortRecord)?;
         self.0 = rest;
         Ok(*taken)
     }
 
-    fn u16(&mut self) -> Result<u16, String> {
+    fn u16(&mut self) -> Result<u16, Defect> {
         self.array().map(u16::from_le_bytes)
     }
 
-    fn u32(&mut self) -> Result<u32, String> {
+    fn u32(&mut self) -> Result<u32, Defect> {
         self.array().map(u32::from_le_bytes)
     }
 
-    fn u64(&mut self) -> Result<u64, String> {
+    fn u64(&mut self) -> Result<u64, Defect> {
         self.array().map(u64::from_le_bytes)
     }
 
     /// Bytes behind their length.
-    fn sized(&mut self) -> Result<&'a [u8], String> {
+    fn sized(&mut self) -> Result<&'a [u8], Defect> {
         let length = self.u32()?;
         self.bytes(length as usize)
     }
 
-    fn text(&mut self) -> Result<&'a str, String> {
-        std::str::from_utf8(self.sized()?).map_err(|_| "a text is not UTF-8".to_owned())
+    fn text(&mut self) -> Result<&'a str, Defect> {
+        std::str::from_utf8(self.sized()?).map_err(|_| Defect::Text)
     }
 }
 
@@ -68,7 +64,7 @@ pub(crate) struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, Defect> {
         let mut fields = Fields(body);
         Ok(Self {
             profile: fields.text()?,
@@ -86,7 +82,7 @@ pub(crate) struct Schema<'a> {
 }
 
 impl<'a> Schema<'a> {
-    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, Defect> {
         let mut fields = Fields(body);
         Ok(Self {
             id: fields.u16()?,
@@ -108,7 +104,7 @@ pub(crate) struct Channel<'a> {
 }
 
 impl<'a> Channel<'a> {
-    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, Defect> {
         let mut fields = Fields(body);
         Ok(Self {
             id: fields.u16()?,
@@ -137,7 +133,7 @@ pub(crate) struct Message<'a> {
 }
 
 impl<'a> Message<'a> {
-    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, Defect> {
         let mut fields = Fields(body);
         Ok(Self {
             channel_id: fields.u16()?,
@@ -150,9 +146,8 @@ impl<'a> Message<'a> {
 }
 
 /// A time as ROS counts it.
-pub(crate) fn time(nanoseconds: u64) -> Result<i64, String> {
-    i64::try_from(nanoseconds)
-        .map_err(|_| format!("the time {nanoseconds} ns is beyond what ROS can count"))
+pub(crate) fn time(nanoseconds: u64) -> Result<i64, Defect> {
+    i64::try_from(nanoseconds).map_err(|_| Defect::Time(nanoseconds))
 }
 
 /// Many records in one, perhaps compressed.
@@ -166,7 +161,7 @@ pub(crate) struct Chunk<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, Defect> {
         let mut fields = Fields(body);
         let [_earliest, _latest] = [fields.u64()?, fields.u64()?];
         Ok(Self {
@@ -175,15 +170,11 @@ impl<'a> Chunk<'a> {
             compression: fields.text()?,
             packed: {
                 let length = fields.u64()?;
+                let there = fields.0.len();
                 usize::try_from(length)
-                    .map_err(|_| String::new())
-                    .and_then(|length| fields.bytes(length))
-                    .map_err(|_| {
-                        format!(
-                            "a chunk claims {length} bytes, {} are there",
-                            fields.0.len()
-                        )
-                    })?
+                    .ok()
+                    .and_then(|length| fields.bytes(length).ok())
+                    .ok_or(Defect::ChunkCut { length, there })?
             },
         })
     }

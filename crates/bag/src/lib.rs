@@ -1,4 +1,4 @@
-//! rosbag2 bags, written with the MCAP storage as ROS 2 Jazzy does, and read with it and with sqlite3, Humble's.
+#![doc = include_str!("../README.md")]
 //!
 //! A bag is a folder `NAME/` with `NAME_0.mcap` (the messages, in chunks) and `metadata.yaml`
 //! (what the files hold, written last). The formats are the MCAP specification with its `ros2`
@@ -12,30 +12,6 @@
 //! - [`metadata`]: the account in `metadata.yaml`.
 //! - [`info`]: a summary for people.
 //!
-//! ```
-//! use planesman_bag::{BagReader, BagWriter, OfferedQos, Order, Topic, WriterOptions};
-//! use planesman_msgs::std_msgs::msg::Float64;
-//!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! # let folder = tempfile::tempdir()?;
-//! let path = folder.path().join("dive");
-//! let mut writer = BagWriter::create(&path, WriterOptions::default())?;
-//! let depth = writer.add_topic(&Topic::of::<Float64>(
-//!     "/auv/depth_setpoint",
-//!     OfferedQos::reliable(10),
-//! ))?;
-//! writer.write(depth, &Float64 { data: 0.914 }, 50_000_000)?;
-//! writer.close()?;
-//!
-//! let bag = BagReader::open(&path)?;
-//! assert!(bag.completeness().is_whole());
-//! for message in bag.messages(Order::File) {
-//!     assert_eq!(message?.decode::<Float64>()?.data, 0.914);
-//! }
-//! # Ok(())
-//! # }
-//! ```
-//!
 //! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
 //! and checks a chunk, `input` unpacks a file packed whole, `definitions` are a file's topics, `summary` is the index at its end. With them `recording` finds out
 //! what one `.mcap` file holds and `walk` reads it front to back; `sqlite` does both of a `.db3` file; `typed` knows the project's message types.
@@ -43,6 +19,7 @@
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
 
 mod chunk;
+mod defect;
 mod definitions;
 mod fields;
 pub mod info;
@@ -61,6 +38,7 @@ mod typed;
 mod walk;
 pub mod writer;
 
+pub use defect::Defect;
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::metadata::MetadataError;
+use crate::{defect::Defect, metadata::MetadataError};
 
 /// The hint that converts a bag of another kind.
 pub(crate) const CONVERTER: &str =
@@ -114,11 +114,18 @@ pub enum ReadError {
         /// Where nothing more can be read.
         offset: u64,
         /// The reason.
-        reason: String,
+        reason: Defect,
     },
 }
 
 impl ReadError {
+    pub(crate) fn database(path: &Path, error: &rusqlite::Error) -> Self {
+        Self::Database {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        }
+    }
+
     pub(crate) fn open(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();
         if source.kind() == io::ErrorKind::NotFound {

@@ -18,6 +18,7 @@ use std::{
 
 use crate::{
     BagMetadata, Topic, chunk,
+    defect::Defect,
     definitions::CHANNEL,
     metadata::{self, MetadataError},
     read_error::CONVERTER,
@@ -419,7 +420,7 @@ impl Iterator for Messages<'_> {
                     }
                     Damage {
                         offset: recording.readable,
-                        reason: format!("its index lists {indexed} messages, {met} are there"),
+                        reason: Defect::Index { indexed, met },
                     }
                 }
                 Err(damage) => damage,
@@ -683,7 +684,7 @@ fn completeness(
             return Completeness::Truncated {
                 path: recording.path.clone(),
                 readable: Some(recording.readable),
-                reason: reason.clone(),
+                reason: reason.to_string(),
             };
         }
     }

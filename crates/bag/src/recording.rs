@@ -14,6 +14,7 @@ use std::{
 use tempfile::{NamedTempFile, TempPath};
 
 use crate::{
+    defect::Defect,
     definitions::Channels,
     fields::{Header, op},
     input::Input,
@@ -45,7 +46,7 @@ pub(crate) struct Recording {
     /// The earliest and latest log time.
     pub(crate) span: Option<(i64, i64)>,
     /// Why it is not whole, if it is not.
-    pub(crate) cut: Option<String>,
+    pub(crate) cut: Option<Defect>,
     /// It is a database.
     database: Option<Database>,
     /// The limits on its memory.
@@ -171,10 +172,8 @@ impl Recording {
         limits: Limits,
     ) -> Result<(Self, Counts), ReadError> {
         let file = database.file(path);
-        let found = sqlite::contents(file, &limits).map_err(|reason| ReadError::Database {
-            path: path.to_owned(),
-            reason,
-        })?;
+        let found =
+            sqlite::contents(file, &limits).map_err(|error| ReadError::database(path, &error))?;
         let recording = Self {
             path: path.to_owned(),
             size,
@@ -216,13 +215,13 @@ impl Recording {
         let (size, was_closed) = known.unwrap_or((walk.offset(), walk.data_ended));
         let cut = damage.or_else(|| {
             let reason = if walk.data_ended {
-                "its index is cut off; every message is there"
+                Defect::IndexCut
             } else {
-                "it was not closed"
+                Defect::NotClosed
             };
-            (!was_closed).then(|| Damage {
+            (!was_closed).then_some(Damage {
                 offset: size,
-                reason: reason.to_owned(),
+                reason,
             })
         });
         let messages = walk.met;
@@ -248,10 +247,7 @@ impl Recording {
             let channels = Arc::clone(&self.channels);
             return Rows::new(database.file(&self.path), channels, order, &self.limits)
                 .map(|rows| Stream::Database(Box::new(rows)))
-                .map_err(|reason| ReadError::Database {
-                    path: self.path.clone(),
-                    reason,
-                });
+                .map_err(|error| ReadError::database(&self.path, &error));
         }
         let found = Some(Arc::clone(&self.channels));
         Input::open(&self.path)

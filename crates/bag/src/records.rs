@@ -12,6 +12,8 @@
 use std::io::{self, Read};
 use std::ops::Range;
 
+use crate::defect::Defect;
+
 /// Opcode and length.
 pub(crate) const FRAME: usize = 1 + 8;
 
@@ -21,7 +23,7 @@ pub(crate) struct Damage {
     /// The byte from which on nothing can be read: the start of the first bad record.
     pub(crate) offset: u64,
     /// The reason.
-    pub(crate) reason: String,
+    pub(crate) reason: Defect,
 }
 
 /// Splits a stream into records.
@@ -63,11 +65,11 @@ impl<R: Read> Records<R> {
     /// `wanted` is passed over, however long it is.
     pub(crate) fn next(&mut self, wanted: fn(u8) -> bool) -> Result<Option<Record<'_>>, Damage> {
         let start = self.offset;
-        let damage = |reason: String| Damage {
+        let damage = |reason| Damage {
             offset: start,
             reason,
         };
-        let unreadable = |error: io::Error| damage(error.to_string());
+        let unreadable = |error: io::Error| damage(Defect::Unreadable(error.to_string()));
 
         let mut frame = [0; FRAME];
         let framed = read_up_to(&mut self.input, &mut frame).map_err(unreadable)?;
@@ -75,7 +77,7 @@ impl<R: Read> Records<R> {
             return Ok(None);
         }
         if framed < frame.len() {
-            return Err(damage("cut off inside a record's frame".to_owned()));
+            return Err(damage(Defect::FrameCut));
         }
         let [opcode, length @ ..] = frame;
         let length = u64::from_le_bytes(length);
@@ -84,10 +86,11 @@ impl<R: Read> Records<R> {
         let taken = if !wanted(opcode) {
             io::copy(&mut (&mut self.input).take(length), &mut io::sink()).map_err(unreadable)?
         } else if length > self.limit {
-            return Err(damage(format!(
-                "a record (opcode {opcode:#04x}) claims {length} bytes; at most {} are taken",
-                self.limit
-            )));
+            return Err(damage(Defect::RecordLength {
+                opcode,
+                length,
+                limit: self.limit,
+            }));
         } else {
             (&mut self.input)
                 .take(length)
@@ -95,9 +98,11 @@ impl<R: Read> Records<R> {
                 .map_err(unreadable)? as u64
         };
         if taken < length {
-            return Err(damage(format!(
-                "cut off inside a record (opcode {opcode:#04x}): {taken} of {length} bytes are there"
-            )));
+            return Err(damage(Defect::RecordCut {
+                opcode,
+                there: taken,
+                length,
+            }));
         }
         self.offset = start.saturating_add(FRAME as u64).saturating_add(length);
         Ok(Some(Record {
@@ -109,21 +114,22 @@ impl<R: Read> Records<R> {
 }
 
 /// The record at byte `at` of a chunk's records: its opcode, and where its bytes lie; `None` at the end.
-pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<usize>)>, String> {
+pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<usize>)>, Defect> {
     let Some(rest) = records.get(at..).filter(|rest| !rest.is_empty()) else {
         return Ok(None);
     };
     let Some((&[opcode, length @ ..], body)) = rest.split_first_chunk::<FRAME>() else {
-        return Err("cut off inside a record's frame".to_owned());
+        return Err(Defect::FrameCut);
     };
     let length = u64::from_le_bytes(length);
     let begin = at + FRAME;
     match usize::try_from(length) {
         Ok(length) if length <= body.len() => Ok(Some((opcode, begin..begin + length))),
-        _ => Err(format!(
-            "cut off inside a record (opcode {opcode:#04x}): {} of {length} bytes are there",
-            body.len()
-        )),
+        _ => Err(Defect::RecordCut {
+            opcode,
+            there: body.len() as u64,
+            length,
+        }),
     }
 }
 

@@ -10,6 +10,7 @@ use rusqlite::{Connection, OpenFlags, config::DbConfig, limits::Limit};
 
 use crate::{
     Topic, TopicKind,
+    defect::Defect,
     definitions::{Channels, printable},
     fields,
     limits::{Limits, Order},
@@ -63,12 +64,8 @@ fn open(path: &Path, limits: &Limits) -> rusqlite::Result<Connection> {
 /// Finds out what the database at `path` holds.
 ///
 /// # Errors
-/// A sentence, when it is no bag's or is damaged.
-pub(crate) fn contents(path: &Path, limits: &Limits) -> Result<Contents, String> {
-    read(path, limits).map_err(|error| error.to_string())
-}
-
-fn read(path: &Path, limits: &Limits) -> rusqlite::Result<Contents> {
+/// When it is no bag's or is damaged.
+pub(crate) fn contents(path: &Path, limits: &Limits) -> rusqlite::Result<Contents> {
     let connection = open(path, limits)?;
     let definitions = definitions(&connection, limits).unwrap_or_default();
     let mut found = Contents {
@@ -204,16 +201,12 @@ impl Rows {
         channels: Arc<Channels>,
         order: Order,
         limits: &Limits,
-    ) -> Result<Self, String> {
-        let opened = || {
-            let connection = open(path, limits)?;
-            let mut statement = connection.prepare("SELECT id FROM topics ORDER BY id")?;
-            let ids = statement.query_map((), |row| row.get::<_, i64>(0))?;
-            let ids = ids.collect::<rusqlite::Result<Vec<_>>>()?;
-            drop(statement);
-            Ok((connection, ids))
-        };
-        let (connection, ids) = opened().map_err(|error: rusqlite::Error| error.to_string())?;
+    ) -> rusqlite::Result<Self> {
+        let connection = open(path, limits)?;
+        let mut statement = connection.prepare("SELECT id FROM topics ORDER BY id")?;
+        let ids = statement.query_map((), |row| row.get::<_, i64>(0))?;
+        let ids = ids.collect::<rusqlite::Result<Vec<_>>>()?;
+        drop(statement);
         let kept = ids.into_iter().take(channels.len());
         Ok(Self {
             connection,
@@ -238,7 +231,7 @@ impl Rows {
         if self.batch.is_empty() {
             self.fill().map_err(|error| Damage {
                 offset: self.bytes,
-                reason: error.to_string(),
+                reason: Defect::Unreadable(error.to_string()),
             })?;
         }
         let Some(row) = self.batch.pop_front() else {

@@ -99,7 +99,7 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
         .try_fold(0_u64, |sum, count| sum.checked_add(*count))?;
     let are_known = counts
         .keys()
-        .all(|id| !matches!(definitions.topic(*id), Known::Nothing));
+        .all(|id| !matches!(definitions.topic(*id), Known::Unknown));
     if counted != statistics.message_count || !are_known {
         return None;
     }

@@ -8,6 +8,7 @@ use std::{
 
 use crate::{
     Topic, chunk,
+    defect::Defect,
     definitions::{Channels, Definitions, Known},
     fields::{self, op},
     input::Input,
@@ -101,7 +102,7 @@ impl Walk {
         let message = fields::Message::read(self.unpacked.get(place)?).ok()?;
         match self.definitions.topic(message.channel_id) {
             Known::Topic(topic) => Some(Raw { topic, message }),
-            Known::Omitted | Known::Nothing => None,
+            Known::Omitted | Known::Unknown => None,
         }
     }
 
@@ -132,7 +133,7 @@ impl Walk {
             return Ok(());
         };
         let offset = record.offset;
-        let damage = |reason: String| Damage { offset, reason };
+        let damage = |reason| Damage { offset, reason };
         match record.opcode {
             op::SCHEMA | op::CHANNEL => self
                 .definitions
@@ -149,7 +150,7 @@ impl Walk {
                 let chunk = fields::Chunk::read(record.body).map_err(damage)?;
                 chunk::unpack(&chunk, &self.limits, &mut self.unpacked).map_err(damage)?;
                 self.open_chunk()
-                    .map_err(|reason| damage(format!("inside a chunk: {reason}")))?;
+                    .map_err(|reason| damage(Defect::InChunk(Box::new(reason))))?;
             }
             op::DATA_END | op::FOOTER => {
                 self.ended = true;
@@ -161,7 +162,7 @@ impl Walk {
     }
 
     /// Checks every record of the unpacked chunk and takes its schemas and channels.
-    fn open_chunk(&mut self) -> Result<(), String> {
+    fn open_chunk(&mut self) -> Result<(), Defect> {
         let mut sorted = Vec::new();
         let mut at = 0;
         while let Some((opcode, place)) = record_at(&self.unpacked, at)? {
@@ -190,14 +191,11 @@ impl Walk {
 }
 
 /// The log time of a message that is as it should be.
-fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, String> {
+fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, Defect> {
     let message = fields::Message::read(body)?;
     match definitions.topic(message.channel_id) {
         Known::Topic(_) | Known::Omitted => Ok(message.log_time),
-        Known::Nothing => Err(format!(
-            "a message belongs to the unknown channel {}",
-            message.channel_id
-        )),
+        Known::Unknown => Err(Defect::UnknownChannel(message.channel_id)),
     }
 }
 

@@ -1,3 +1,5 @@
+#![doc = include_str!("../README.md")]
+//!
 //! Control of depth, pitch, roll, heading and speed, after Brunner (*Experimental Verification of AUV Performance*,
 //! NPS thesis, March 1988, ch. II and program T6).
 //!

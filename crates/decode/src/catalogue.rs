@@ -24,6 +24,15 @@ pub struct Catalogue {
 
 impl Catalogue {
     /// The numbers of the root type, at most `most`.
+    ///
+    /// ```
+    /// use planesman_decode::{Catalogue, schema};
+    ///
+    /// let types = schema::read("demo_msgs/msg/Rates", "ros2msg", "string name\nfloat64[2] rates\n")?;
+    /// let fields: Vec<String> = Catalogue::of(&types, 100).fields.iter().map(ToString::to_string).collect();
+    /// assert_eq!(fields, ["rates[0]", "rates[1]"]);
+    /// # Ok::<(), planesman_decode::schema::SchemaError>(())
+    /// ```
     #[must_use]
     pub fn of(types: &Types, most: usize) -> Self {
         let mut listing = Listing {

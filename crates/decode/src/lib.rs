@@ -1,26 +1,9 @@
-//! Decodes numbers from CDR messages of any type, by their schema.
+#![doc = include_str!("../README.md")]
 //!
 //! A bag's channel holds the definition of its messages as text. From that text ([`schema`])
 //! and the paths of the fields one wants ([`path`]), [`Decoder::compile`] makes a small program
 //! that walks a payload just as far as it must and picks the numbers out; no message type is
 //! compiled in.
-//!
-//! ```
-//! use planesman_decode::{Decoder, Values, schema};
-//!
-//! let types = schema::read("demo_msgs/msg/Rates", "ros2msg", "string name\nfloat64[] rates\n")?;
-//! let decoder = Decoder::compile(&types, &["rates[1]".parse()?])?;
-//! let payload = [
-//!     &[0, 1, 0, 0][..],                      // CDR, little endian
-//!     &3_u32.to_le_bytes(), b"dp\0", &[0],    // name, padded to the next length
-//!     &2_u32.to_le_bytes(), &[0; 4],          // two rates, padded to their first
-//!     &0.25_f64.to_le_bytes(), &0.5_f64.to_le_bytes(),
-//! ].concat();
-//! let mut values = Values::default();
-//! decoder.read(&payload, &mut values)?;
-//! assert_eq!(values.number(0), Some(0.5));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 //!
 //! - [`schema`]: `ros2msg` and `ros2idl` texts, read.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.

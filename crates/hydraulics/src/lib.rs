@@ -1,3 +1,5 @@
+#![doc = include_str!("../README.md")]
+//!
 //! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching valves, after G. W.
 //! Scott, *Digital Hydraulic Actuator Study, Phase III Final Report* (IBM 66-L03-005, November 1966).
 //!

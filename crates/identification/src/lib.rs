@@ -1,4 +1,4 @@
-//! Identification: discrete transfer functions from numbers on a uniform grid, whole records or sample by sample.
+#![doc = include_str!("../README.md")]
 //!
 //! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
 //! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages

@@ -1,4 +1,4 @@
-//! Linear systems, as the vehicle, the identifier and the reports need them.
+#![doc = include_str!("../README.md")]
 //!
 //! - [`polynomial`]: real polynomials: value, roots, product of roots.
 //! - [`routh`]: stability from coefficients alone.

@@ -64,6 +64,13 @@ pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// The polynomial's roots, the one with the largest real part first, conjugates together with
 /// the positive imaginary part first. A constant has none.
 ///
+/// ```
+/// use planesman_linear::{Complex, polynomial::roots};
+///
+/// assert_eq!(roots(&[1.0, 0.0, 4.0])?, [Complex::new(0.0, 2.0), Complex::new(0.0, -2.0)]); // s^2 + 4
+/// # Ok::<(), planesman_linear::Error>(())
+/// ```
+///
 /// A root of multiplicity `m` comes out as `m` roots spread by about the `m`-th root of the
 /// rounding error: no method does better in the same arithmetic. Where coefficients span dozens
 /// of decades, the smallest roots may have no correct digit.

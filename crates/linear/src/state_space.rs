@@ -50,6 +50,20 @@ impl StateSpace {
     /// ```
     /// (Van Loan, *IEEE Trans. Automatic Control* 23, 1978), which also holds for a singular `A`.
     ///
+    /// ```
+    /// # use planesman_linear::{DMatrix, StateSpace};
+    /// let matrix = |rows, columns, numbers: &[f64]| DMatrix::from_row_slice(rows, columns, numbers);
+    /// let position = StateSpace::new(
+    ///     matrix(2, 2, &[0.0, 1.0, 0.0, 0.0]), // x1' = x2, x2' = u
+    ///     matrix(2, 1, &[0.0, 1.0]),
+    ///     matrix(1, 2, &[1.0, 0.0]),
+    ///     matrix(1, 1, &[0.0]),
+    /// )?;
+    /// let sampled = position.zero_order_hold(0.1)?;
+    /// assert!((sampled.b[(0, 0)] - 0.005).abs() < 1e-15);
+    /// # Ok::<(), planesman_linear::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::NotPositive`] for `dt`, [`Error::NotFinite`] when the exponential overflows,
     /// [`Error::Shape`].

@@ -39,6 +39,17 @@ impl StepMetrics {
     /// The metrics of `values` at `times`, for a step `from` one level `to` another at
     /// `times[0]`.
     ///
+    /// ```
+    /// # use planesman_linear::StepMetrics;
+    /// // A lag of 1 s: from 10 % to 90 % in ln 9 seconds.
+    /// let times: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+    /// let values: Vec<f64> = times.iter().map(|t| 1.0 - (-t).exp()).collect();
+    /// let step = StepMetrics::of(&times, &values, 0.0, 1.0)?;
+    /// assert!((step.rise_time.expect("it rises") - 9.0_f64.ln()).abs() < 0.02);
+    /// assert_eq!(step.overshoot, 0.0);
+    /// # Ok::<(), planesman_linear::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Empty`], [`Error::Shape`] when the lists differ in length, [`Error::NotFinite`],
     /// [`Error::NotPositive`] when the times do not increase or the step is none.

@@ -98,6 +98,13 @@ impl TransferFunction {
     /// with the numerator padded to the denominator's length by zeros in front. One output per
     /// input. An unstable system's response may overflow; that is left to the caller to see.
     ///
+    /// ```
+    /// # use planesman_linear::TransferFunction;
+    /// let lag = TransferFunction::new(vec![0.5], vec![1.0, -0.5])?; // 0.5 / (z - 0.5)
+    /// assert_eq!(lag.simulate(&[1.0; 4])?, [0.0, 0.5, 0.75, 0.875]);
+    /// # Ok::<(), planesman_linear::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Improper`] when the numerator's degree is above the denominator's.
     pub fn simulate(&self, input: &[f64]) -> Result<Vec<f64>, Error> {

@@ -1,5 +1,4 @@
-//! An identified model in a file: what `sysid` writes, and `plant_sim`, `depth_controller`, python-control
-//! and MATLAB load.
+#![doc = include_str!("../README.md")]
 //!
 //! ```text
 //! num   b1 z^(n-1) + ... + bn

@@ -26,7 +26,7 @@ const LOST: Duration = Duration::from_millis(500);
 
 enum Event {
     Message(Text),
-    Look,
+    Poll,
     Parameters,
 }
 
@@ -65,7 +65,7 @@ fn ping(duration: Duration) -> anyhow::Result<()> {
     let rt = node("ping")?;
     let pings: Publisher<Text> = rt.publisher("ping", Qos::reliable(100))?;
     rt.subscribe("pong", Qos::reliable(100), Event::Message)?;
-    drop(rt.every(LOST, || Event::Look));
+    drop(rt.every(LOST, || Event::Poll));
     let (mut answers, mut hops) = (0_u64, Vec::<Duration>::new());
     let (mut sent, mut began) = (Instant::now(), None);
     rt.run(|_, event| {
@@ -77,8 +77,8 @@ fn ping(duration: Duration) -> anyhow::Result<()> {
                     hops.push((now - sent) / 2);
                 }
             }
-            Event::Look if now - sent >= LOST => {}
-            Event::Look | Event::Parameters => return Ok(Flow::Continue),
+            Event::Poll if now - sent >= LOST => {}
+            Event::Poll | Event::Parameters => return Ok(Flow::Continue),
         }
         if answers == WARM_UP {
             began = Some(now);
@@ -118,9 +118,9 @@ fn pong() -> anyhow::Result<()> {
 fn publish(rate: f64) -> anyhow::Result<()> {
     let rt = node("publisher")?;
     let output = rt.publisher("data", Qos::reliable(100))?;
-    drop(rt.every(Duration::from_secs_f64(1.0 / rate), || Event::Look));
+    drop(rt.every(Duration::from_secs_f64(1.0 / rate), || Event::Poll));
     rt.run(|_, event| {
-        if let Event::Look = event {
+        if let Event::Poll = event {
             output.publish(&message());
         }
         Ok(Flow::Continue)
@@ -130,12 +130,12 @@ fn publish(rate: f64) -> anyhow::Result<()> {
 fn subscribe() -> anyhow::Result<()> {
     let rt = node("subscriber")?;
     rt.subscribe("data", Qos::reliable(100), Event::Message)?;
-    drop(rt.every(Duration::from_secs(1), || Event::Look));
+    drop(rt.every(Duration::from_secs(1), || Event::Poll));
     let mut total = 0_u64;
     rt.run(|_, event| {
         match event {
             Event::Message(_) => total += 1,
-            Event::Look => planesman_console::out!("total {total}")?,
+            Event::Poll => planesman_console::out!("total {total}")?,
             Event::Parameters => {}
         }
         Ok(Flow::Continue)

@@ -42,7 +42,7 @@ fn run() -> anyhow::Result<()> {
         namespace: "/",
         validate: |parameters: &Doubler| {
             if parameters.gain == 0.0 && parameters.offset == 0.0 {
-                return Err("gain and offset must not both be 0".to_owned());
+                return Err("gain and offset must not both be 0".into());
             }
             Ok(())
         },

@@ -1,11 +1,11 @@
 //! Action clients.
 
+use crate::error::{Error, Result};
 use std::{
     rc::{Rc, Weak},
     time::Duration,
 };
 
-use anyhow::{anyhow, bail};
 use futures::StreamExt as _;
 use planesman_msgs::{Action, Message, builtin_interfaces::msg::Time};
 use ros2_client::{
@@ -71,10 +71,10 @@ impl<A: Action> ActionClient<A> {
         name: &str,
         mapping: ServiceMapping,
         mut on_feedback: impl AsyncFnMut(GoalId, A::Feedback) + 'static,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self> {
         let name = shared.service_name(name)?;
         let type_name = announce_action::<A>()?;
-        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let parsed = Name::parse(&name).map_err(Error::name(&name))?;
         let [service, feedback, status] =
             [Qos::reliable(10), Qos::reliable(100), Qos::latched(1)].map(Qos::profile);
         let qos = ActionClientQosPolicies {
@@ -131,9 +131,13 @@ impl<A: Action> ActionClient<A> {
     /// # Errors
     /// When no answer has come after `timeout`, the goal holds a number that is not finite, or the
     /// middleware fails.
-    pub async fn send(&self, goal: A::Goal, timeout: Duration) -> anyhow::Result<Option<GoalId>> {
+    pub async fn send(&self, goal: A::Goal, timeout: Duration) -> Result<Option<GoalId>> {
         if let Some(field) = goal.first_non_finite() {
-            bail!("{}: not asked: {field} is not finite", self.name);
+            return Err(Error::NotFinite {
+                service: self.name.to_string(),
+                done: "asked",
+                field,
+            });
         }
         let (id, response) = self
             .call(Part::Send, timeout, async |middleware| {
@@ -147,11 +151,7 @@ impl<A: Action> ActionClient<A> {
     ///
     /// # Errors
     /// When no answer has come after `timeout`, or the middleware fails.
-    pub async fn result(
-        &self,
-        id: GoalId,
-        timeout: Duration,
-    ) -> anyhow::Result<(GoalStatus, A::Result)> {
+    pub async fn result(&self, id: GoalId, timeout: Duration) -> Result<(GoalStatus, A::Result)> {
         let (status, Wire(result)) = self
             .call(Part::Result, timeout, async |middleware| {
                 middleware.async_request_result(id).await
@@ -164,7 +164,7 @@ impl<A: Action> ActionClient<A> {
     ///
     /// # Errors
     /// As [`ActionClient::result`].
-    pub async fn cancel(&self, id: GoalId, timeout: Duration) -> anyhow::Result<bool> {
+    pub async fn cancel(&self, id: GoalId, timeout: Duration) -> Result<bool> {
         let at_any_time = builtin_interfaces::Time::from_nanos(Time::default().nanos());
         let response = self
             .call(Part::Cancel, timeout, async |middleware| {
@@ -179,16 +179,15 @@ impl<A: Action> ActionClient<A> {
         part: Part,
         timeout: Duration,
         ask: impl AsyncFnOnce(&Middleware<A>) -> Result<T, E>,
-    ) -> anyhow::Result<T> {
+    ) -> Result<T> {
         let service = self.service(part);
         let call = async {
             settle(&self.shared, &service).await;
-            let middleware = self
-                .middleware
-                .upgrade()
-                .ok_or_else(|| anyhow!("the node has shut down"))?;
+            let middleware = self.middleware.upgrade().ok_or(Error::ShutDown)?;
             let _turn = self.turns[part as usize].lock().await;
-            ask(&middleware).await.map_err(|e| anyhow!("{e:?}"))
+            ask(&middleware)
+                .await
+                .map_err(|e| Error::Failed(format!("{e:?}")))
         };
         within(&service, timeout, call).await
     }

@@ -11,6 +11,7 @@
 //! - A request to cancel is granted for every goal under way that it names; each becomes an event.
 //! - Results are kept for the last [`REMEMBERED`] goals that have ended; who asks before that, waits.
 
+use crate::error::{Error, Result};
 use std::{
     cell::RefCell,
     future::poll_fn,
@@ -18,7 +19,6 @@ use std::{
     task::{Context, Poll},
 };
 
-use anyhow::anyhow;
 use futures::StreamExt as _;
 use planesman_msgs::{
     Action, Message, Service,
@@ -47,7 +47,7 @@ use crate::{
     goals::{Goals, Outcome},
     qos::Qos,
     service::Wire,
-    share::Turn,
+    share::RequestSlot,
     shared::Shared,
 };
 
@@ -142,12 +142,12 @@ impl<A: Action> ActionServer<A> {
         shared: &Rc<Shared>,
         name: &str,
         mapping: ServiceMapping,
-        mut on_goal: impl AsyncFnMut(Goal<A>, Turn) + 'static,
+        mut on_goal: impl AsyncFnMut(Goal<A>, RequestSlot) + 'static,
         mut on_cancel: impl AsyncFnMut(GoalId) + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         let name = shared.service_name(name)?;
         let type_name = announce_action::<A>()?;
-        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let parsed = Name::parse(&name).map_err(Error::name(&name))?;
         let service = Qos::requests().impatient_profile();
         let [feedback, status] = [Qos::reliable(10), Qos::latched(1)].map(Qos::profile);
         let qos = ActionServerQosPolicies {
@@ -388,7 +388,7 @@ fn time(time: &Time) -> builtin_interfaces::Time {
 }
 
 /// The action's type as the middleware takes it, its hashes announced for all its endpoints.
-pub(crate) fn announce_action<A: Action>() -> anyhow::Result<ActionTypeName> {
+pub(crate) fn announce_action<A: Action>() -> Result<ActionTypeName> {
     fn announce_service<S: Service>() {
         announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
         announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);
@@ -403,9 +403,9 @@ pub(crate) fn announce_action<A: Action>() -> anyhow::Result<ActionTypeName> {
     announce_message::<GoalStatusArray>();
     match A::TYPE_NAME.split('/').collect::<Vec<_>>()[..] {
         [package, "action", name] => Ok(ActionTypeName::new(package, name)),
-        _ => Err(anyhow!(
-            "'{}': an action is written package/action/Name",
-            A::TYPE_NAME
-        )),
+        _ => Err(Error::TypeName {
+            name: A::TYPE_NAME.to_owned(),
+            form: "an action is written package/action/Name",
+        }),
     }
 }

@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Lifetime of a claim after its last message: a few periods of the diagnostics.
-const LIFE: Duration = Duration::from_millis(2500);
+const CLAIM_LIFETIME: Duration = Duration::from_millis(2500);
 
 /// The stage of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,7 +105,7 @@ const MAX_CLAIMS: usize = 100;
 impl Book {
     fn observe(&mut self, party: Party, now: Instant) {
         self.others
-            .retain(|_, (_, seen)| now.duration_since(*seen) < LIFE);
+            .retain(|_, (_, seen)| now.duration_since(*seen) < CLAIM_LIFETIME);
         if party.id != self.own.id && self.others.len() < MAX_CLAIMS {
             self.others.insert(party.id, (party, now));
         }
@@ -114,7 +114,7 @@ impl Book {
     /// The others whose claims are alive.
     fn living(&self, now: Instant) -> impl Iterator<Item = &Party> {
         let living = self.others.values();
-        let living = living.filter(move |(_, seen)| now.duration_since(*seen) < LIFE);
+        let living = living.filter(move |(_, seen)| now.duration_since(*seen) < CLAIM_LIFETIME);
         living.map(|(party, _)| party)
     }
 
@@ -183,7 +183,7 @@ impl Claim {
     }
 
     /// The claim has come further; it never goes back.
-    pub fn rise_to(&self, stage: Stage) {
+    pub fn advance_to(&self, stage: Stage) {
         let own = self.book.borrow().own.stage;
         if stage > own {
             self.book.borrow_mut().own.stage = stage;
@@ -224,7 +224,7 @@ impl Claim {
         let node = self.shared.names.full();
         let status = diagnostics::status(&node, &name, Level::Ok, own.stage.name(), &values);
         self.shared.statuses.borrow_mut().insert(name, status);
-        self.shared.announce_news();
+        self.shared.request_diagnostics();
     }
 }
 
@@ -281,7 +281,7 @@ mod tests {
         let holder = book.holder(now, all).map(|it| it.who.as_str());
         assert_eq!(holder, Some("process 1 on here"));
         assert_eq!(book.holder(now, |_| false), None, "no endpoint");
-        assert_eq!(book.holder(now + LIFE, all), None, "silent since");
+        assert_eq!(book.holder(now + CLAIM_LIFETIME, all), None, "silent since");
         book.own.stage = Stage::Held;
         assert_eq!(book.holder(now, all), None);
         book.observe(party(Stage::Used, 1), now);

@@ -1,5 +1,6 @@
 //! The node's time: the machine's, `/clock` when `use_sim_time` is set, or the node's own where it makes `/clock`.
 
+use crate::error::{Error, Result};
 use std::{
     sync::{
         Mutex, PoisonError,
@@ -111,9 +112,9 @@ const LAST_SECOND: u64 = i32::MAX as u64;
 /// # Errors
 /// Before 1970: the middleware's timestamps begin there. After 2038 the node runs, with stamps that stand still; a warning
 /// says so.
-pub(crate) fn check_machine() -> anyhow::Result<()> {
+pub(crate) fn check_machine() -> Result<()> {
     let Ok(since) = SystemTime::now().duration_since(UNIX_EPOCH) else {
-        anyhow::bail!("this machine's clock is before 1970, where DDS timestamps begin: set it");
+        return Err(Error::Clock);
     };
     if since.as_secs() >= LAST_SECOND {
         log::warn!(

@@ -1,5 +1,6 @@
 //! Where the node's clock gets its time: the machine, or `/clock`.
 
+use crate::error::Result;
 use std::rc::Rc;
 
 use planesman_msgs::rosgraph_msgs::msg::Clock;
@@ -14,7 +15,7 @@ use crate::{
 /// Takes the node's time from `/clock`, subscribed to now if need be, or from the machine.
 ///
 /// The middleware's own `/clock` subscription has another type and never receives anything.
-pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result<()> {
+pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> Result<()> {
     shared.clock.set_simulated(simulated);
     if !simulated || shared.follows_clock.get() {
         return Ok(());

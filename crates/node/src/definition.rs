@@ -29,11 +29,11 @@ use crate::{
 };
 
 /// Time for a topic's publishers to describe its type.
-const DESCRIBING: Duration = Duration::from_secs(2);
+const DESCRIPTION_TIMEOUT: Duration = Duration::from_secs(2);
 /// Time between two looks for nodes that do.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Nodes that are asked for a type.
-const MOST_DESCRIBERS: usize = 8;
+const MAX_DESCRIBERS: usize = 8;
 
 /// A type's definition with all that it refers to, and its hash.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,6 +42,43 @@ pub struct Definition {
     pub text: String,
     /// `RIHS01_...`, computed from the text; of a type without a text as its publisher says, or empty.
     pub type_hash: String,
+}
+
+/// Why there is no definition of a type.
+#[derive(Debug, thiserror::Error)]
+pub enum DefinitionError {
+    /// What is not written as a type's name.
+    #[error("'{0}' is no type's name")]
+    Name(String),
+    /// No type of this project.
+    #[error("this program does not know it")]
+    Unknown,
+    /// No file of that path in an installed package.
+    #[error("no {0} in AMENT_PREFIX_PATH")]
+    NotInstalled(String),
+    /// The publisher's type has another hash.
+    #[error("the publisher's is of another version ({announced}, not {known})")]
+    Version {
+        /// As the publisher announces it.
+        announced: String,
+        /// Of the definition at hand.
+        known: String,
+    },
+    /// The texts define no such type.
+    #[error(transparent)]
+    Text(#[from] planesman_rosidl::Error),
+    /// The publisher's node leaves the text of a type out.
+    #[error("it gives no text of {0}")]
+    NoText(String),
+    /// The publisher's node refuses; its words.
+    #[error("{0}")]
+    Refused(String),
+    /// The publisher's node does not answer.
+    #[error(transparent)]
+    NoAnswer(#[from] crate::Error),
+    /// It is not known here, and no node of its publishers serves `~/get_type_description`.
+    #[error("{0}, and no node of its publishers describes its type")]
+    Undescribed(Box<Self>),
 }
 
 /// Where definitions are found.
@@ -67,7 +104,7 @@ impl Definitions {
     ///
     /// # Errors
     /// Why there is none.
-    pub fn local(&self, topic: &PublishedTopic) -> Result<Definition, String> {
+    pub fn local(&self, topic: &PublishedTopic) -> Result<Definition, DefinitionError> {
         local(&topic.type_name, topic.type_hash.as_deref(), &self.packages)
     }
 
@@ -76,7 +113,7 @@ impl Definitions {
         &self,
         rt: &Runtime<E>,
         topic: &PublishedTopic,
-    ) -> impl Future<Output = Result<Definition, String>> + use<E> {
+    ) -> impl Future<Output = Result<Definition, DefinitionError>> + use<E> {
         let (definitions, topic, opener) = (self.clone(), topic.clone(), rt.client_opener());
         async move {
             let reason = match definitions.local(&topic) {
@@ -87,15 +124,13 @@ impl Definitions {
             let services = loop {
                 let participant = opener.shared.participant();
                 let known = participant.map_or_else(Vec::new, |it| describers(&it, &topic));
-                if !known.is_empty() || since.elapsed() >= DESCRIBING {
+                if !known.is_empty() || since.elapsed() >= DESCRIPTION_TIMEOUT {
                     break known;
                 }
                 opener.shared.sleep(POLL_INTERVAL).await;
             };
-            let mut outcome = Err(format!(
-                "{reason}, and no node of its publishers describes its type"
-            ));
-            for service in services.into_iter().take(MOST_DESCRIBERS) {
+            let mut outcome = Err(DefinitionError::Undescribed(Box::new(reason)));
+            for service in services.into_iter().take(MAX_DESCRIBERS) {
                 let Some(client) = definitions.describer(&service, &opener) else {
                     continue;
                 };
@@ -126,20 +161,20 @@ impl Definitions {
 async fn ask(
     client: &Client<GetTypeDescription>,
     topic: &PublishedTopic,
-) -> Result<Definition, String> {
+) -> Result<Definition, DefinitionError> {
     let request = GetTypeDescriptionRequest {
         type_name: topic.type_name.clone(),
         type_hash: topic.type_hash.clone().unwrap_or_default(),
         include_type_sources: true,
     };
-    match client.call(request, DESCRIBING).await {
+    match client.call(request, DESCRIPTION_TIMEOUT).await {
         Ok(answer) if answer.successful => described(
             &topic.type_name,
             topic.type_hash.as_deref(),
             &answer.type_sources,
         ),
-        Ok(answer) => Err(answer.failure_reason),
-        Err(error) => Err(format!("{error:#}")),
+        Ok(answer) => Err(DefinitionError::Refused(answer.failure_reason)),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -152,14 +187,14 @@ fn local(
     type_name: &str,
     announced: Option<&str>,
     prefixes: &[PathBuf],
-) -> Result<Definition, String> {
+) -> Result<Definition, DefinitionError> {
     own(type_name)
         .and_then(|known| fitting(known, announced))
         .or_else(|_| fitting(installed(type_name, prefixes)?, announced))
 }
 
 /// This project's own definition; that of a part of a service or action is made of the whole's text.
-fn own(type_name: &str) -> Result<Definition, String> {
+fn own(type_name: &str) -> Result<Definition, DefinitionError> {
     if let Some(info) = type_info(type_name) {
         return Ok(Definition {
             text: info.definition.to_owned(),
@@ -168,7 +203,7 @@ fn own(type_name: &str) -> Result<Definition, String> {
     }
     let name = parse_name(type_name)?;
     let file = TypeName::new(&name.package, name.kind, whole(&name));
-    let known = describe(&file.to_string()).ok_or("this program does not know it")?;
+    let known = describe(&file.to_string()).ok_or(DefinitionError::Unknown)?;
     described(type_name, None, &known.sources)
 }
 
@@ -180,43 +215,40 @@ fn described(
     type_name: &str,
     announced: Option<&str>,
     sources: &[TypeSource],
-) -> Result<Definition, String> {
+) -> Result<Definition, DefinitionError> {
     let name = parse_name(type_name)?;
     let mut library = Library::new();
     for source in sources.iter().filter(|it| it.encoding != "implicit") {
         let name = parse_name(&source.type_name)?;
         let is_text = source.encoding == name.kind.as_str();
         if !is_text || source.raw_file_contents.is_empty() {
-            return Err(format!("it gives no text of {}", source.type_name));
+            return Err(DefinitionError::NoText(source.type_name.clone()));
         }
-        add(&mut library, &name, &source.raw_file_contents).map_err(|it| it.to_string())?;
+        add(&mut library, &name, &source.raw_file_contents)?;
     }
     fitting(definition(&library, &name)?, announced)
 }
 
-fn fitting(definition: Definition, announced: Option<&str>) -> Result<Definition, String> {
+fn fitting(definition: Definition, announced: Option<&str>) -> Result<Definition, DefinitionError> {
     match announced {
-        Some(hash) if hash != definition.type_hash => Err(format!(
-            "the publisher's is of another version ({hash}, not {})",
-            definition.type_hash
-        )),
+        Some(hash) if hash != definition.type_hash => Err(DefinitionError::Version {
+            announced: hash.to_owned(),
+            known: definition.type_hash,
+        }),
         _ => Ok(definition),
     }
 }
 
-fn parse_name(type_name: &str) -> Result<TypeName, String> {
-    TypeName::parse(type_name).ok_or_else(|| format!("'{type_name}' is no type's name"))
+fn parse_name(type_name: &str) -> Result<TypeName, DefinitionError> {
+    TypeName::parse(type_name).ok_or_else(|| DefinitionError::Name(type_name.to_owned()))
 }
 
-fn definition(library: &Library, name: &TypeName) -> Result<Definition, String> {
-    let made = || {
-        library.check()?;
-        Ok(Definition {
-            text: library.schema(name)?,
-            type_hash: library.type_hash(name)?,
-        })
-    };
-    made().map_err(|error: Error| error.to_string())
+fn definition(library: &Library, name: &TypeName) -> Result<Definition, DefinitionError> {
+    library.check()?;
+    Ok(Definition {
+        text: library.schema(name)?,
+        type_hash: library.type_hash(name)?,
+    })
 }
 
 /// Adds the type in a file's text; of a part of a service or action (`Fit_Event`) the text is that of the whole.
@@ -238,7 +270,7 @@ fn whole(name: &TypeName) -> &str {
 }
 
 /// The definition in the files of installed packages.
-fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, String> {
+fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, DefinitionError> {
     let name = parse_name(type_name)?;
     let mut library = Library::new();
     let mut wanted = vec![name.clone()];
@@ -252,10 +284,9 @@ fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, String
             let text = prefixes
                 .iter()
                 .find_map(|prefix| planesman_text::read(&prefix.join(&file)).ok())
-                .ok_or_else(|| format!("no {file} in AMENT_PREFIX_PATH"))?;
-            add(&mut library, &next, &text)
-                .and_then(|()| library.expect_message(&next).map(drop))
-                .map_err(|error| error.to_string())?;
+                .ok_or(DefinitionError::NotInstalled(file))?;
+            add(&mut library, &next, &text)?;
+            library.expect_message(&next)?;
         }
         let references = library.messages().flat_map(|message| message.references());
         let unknown = references.filter(|(name, _)| library.message(name).is_none());
@@ -279,7 +310,7 @@ mod tests {
         assert_eq!(own.type_hash, VehicleState::TYPE_HASH);
         let sources = describe(VehicleState::TYPE_NAME).expect("ours").sources;
         let said = described(VehicleState::TYPE_NAME, Some(&own.type_hash), &sources);
-        assert_eq!(said, Ok(own));
+        assert_eq!(said.expect("described"), own);
         let event = local("std_srvs/srv/SetBool_Event", None, &[]).expect("our own");
         assert!(
             event.text.contains("service_msgs/ServiceEventInfo"),
@@ -301,7 +332,7 @@ mod tests {
         assert!(found.text.contains("MSG: b_msgs/Far"), "{}", found.text);
         assert!(local("a_msgs/msg/Outer", Some(&found.type_hash), &prefixes).is_ok());
         let other = local("a_msgs/msg/Outer", Some("RIHS01_0"), &prefixes);
-        assert!(other.expect_err("another").contains("another version"));
+        assert!(matches!(other, Err(DefinitionError::Version { .. })));
         // A service's event, whose type no file has by that name.
         write("a_msgs/srv/Ask.srv", "Inner inner\n---\nbool done\n");
         write(
@@ -322,7 +353,7 @@ mod tests {
             ("a_msgs/msg/../x", "no type's name"),
             ("nothing", "no type's name"),
         ] {
-            let refusal = local(name, None, &prefixes).expect_err(name);
+            let refusal = local(name, None, &prefixes).expect_err(name).to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
         assert!(described("a/msg/B", None, &[]).is_err());

@@ -270,7 +270,7 @@ pub(crate) fn set_status(
     let level = new.level;
     let old = shared.statuses.borrow_mut().insert(name.to_owned(), new);
     if old.is_none_or(|old| old.level != level) {
-        shared.announce_news();
+        shared.request_diagnostics();
     }
 }
 

@@ -1,14 +1,13 @@
 //! The DDS domain and the discovery range of a node, from ROS's variables.
 
+use crate::error::{Error, Result};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _};
-
-use anyhow::{Context as _, bail, ensure};
 
 /// The highest domain whose ports fit below 65536.
 const HIGHEST: u16 = 232;
 
 /// Most static peers: each is asked once a second, at the ports of 32 participants.
-const MOST_PEERS: usize = 256;
+const MAX_PEERS: usize = 256;
 
 /// The domain and the networks a node speaks on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,39 +23,52 @@ impl Domain {
     ///
     /// # Errors
     /// When one of them holds something else than ROS defines, or a range not to be had here.
-    pub fn from_environment() -> anyhow::Result<Self> {
+    pub fn from_environment() -> Result<Self> {
         Self::from_variables(|name| std::env::var(name).ok())
     }
 
-    fn from_variables(variable: impl Fn(&str) -> Option<String>) -> anyhow::Result<Self> {
+    fn from_variables(variable: impl Fn(&str) -> Option<String>) -> Result<Self> {
         let given = |name: &str| variable(name).filter(|text| !text.is_empty());
         let id = match given("ROS_DOMAIN_ID") {
             None => 0,
             Some(text) => match text.parse() {
                 Ok(id) if id <= HIGHEST => id,
-                _ => bail!("ROS_DOMAIN_ID='{text}': a number from 0 to {HIGHEST} is expected"),
+                _ => {
+                    let expected = format!("a number from 0 to {HIGHEST} is expected");
+                    return Err(Error::environment(
+                        format!("ROS_DOMAIN_ID='{text}'"),
+                        expected,
+                    ));
+                }
             },
         };
         let range = given("ROS_AUTOMATIC_DISCOVERY_RANGE").unwrap_or_default();
         let mut local = match range.as_str() {
             "" | "SUBNET" | "SYSTEM_DEFAULT" => false,
             "LOCALHOST" => true,
-            "OFF" => bail!(
-                "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes would not find each other, static peers \
-                 neither; use LOCALHOST or SUBNET"
-            ),
-            other => bail!(
-                "ROS_AUTOMATIC_DISCOVERY_RANGE='{other}': LOCALHOST, SUBNET, OFF or \
-                 SYSTEM_DEFAULT is expected"
-            ),
+            "OFF" => {
+                return Err(Error::environment(
+                    "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
+                    "nodes would not find each other, static peers neither; use LOCALHOST or SUBNET",
+                ));
+            }
+            other => {
+                return Err(Error::environment(
+                    format!("ROS_AUTOMATIC_DISCOVERY_RANGE='{other}'"),
+                    "LOCALHOST, SUBNET, OFF or SYSTEM_DEFAULT is expected",
+                ));
+            }
         };
         // Deprecated, and above the range where it is set, as in Jazzy.
         if let Some(text) = given("ROS_LOCALHOST_ONLY") {
-            ensure!(
-                text == "0" || text == "1",
-                "ROS_LOCALHOST_ONLY='{text}': 0 or 1 is expected"
-            );
-            local |= text == "1";
+            local |= match text.as_str() {
+                "0" => false,
+                "1" => true,
+                _ => {
+                    let variable = format!("ROS_LOCALHOST_ONLY='{text}'");
+                    return Err(Error::environment(variable, "0 or 1 is expected"));
+                }
+            };
         }
         Ok(Self { id, local })
     }
@@ -66,34 +78,36 @@ impl Domain {
 /// without multicast. A name is looked up once, at the start. Where several addresses belong to it, all are taken.
 ///
 /// # Errors
-/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MOST_PEERS`].
-pub(crate) fn static_peers(
-    variable: impl Fn(&str) -> Option<String>,
-) -> anyhow::Result<Vec<Ipv4Addr>> {
+/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MAX_PEERS`].
+pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<Vec<Ipv4Addr>> {
     let text = variable("ROS_STATIC_PEERS").unwrap_or_default();
     let mut peers = Vec::new();
     for entry in text.split(';').map(str::trim).filter(|e| !e.is_empty()) {
-        let refused = || format!("ROS_STATIC_PEERS: '{entry}'");
-        let found = (entry, 0).to_socket_addrs().with_context(refused)?;
+        let refused = |reason: String| Error::environment("ROS_STATIC_PEERS", reason);
+        let found = (entry, 0)
+            .to_socket_addrs()
+            .map_err(|reason| refused(format!("'{entry}': {reason}")))?;
         let found: Vec<Ipv4Addr> = found
             .filter_map(|address| match address {
                 SocketAddr::V4(address) => Some(*address.ip()),
                 SocketAddr::V6(_) => None,
             })
             .collect();
-        ensure!(
-            !found.is_empty(),
-            "ROS_STATIC_PEERS: '{entry}' has no IPv4 address, and no other is spoken to"
-        );
+        if found.is_empty() {
+            return Err(refused(format!(
+                "'{entry}' has no IPv4 address, and no other is spoken to"
+            )));
+        }
         for address in found {
             if !peers.contains(&address) {
                 peers.push(address);
             }
         }
-        ensure!(
-            peers.len() <= MOST_PEERS,
-            "ROS_STATIC_PEERS: more than {MOST_PEERS} addresses; name those alone that run nodes"
-        );
+        if peers.len() > MAX_PEERS {
+            return Err(refused(format!(
+                "more than {MAX_PEERS} addresses; name those alone that run nodes"
+            )));
+        }
     }
     Ok(peers)
 }
@@ -102,7 +116,7 @@ pub(crate) fn static_peers(
 mod tests {
     use super::*;
 
-    fn domain(variables: &[(&str, &str)]) -> anyhow::Result<Domain> {
+    fn domain(variables: &[(&str, &str)]) -> Result<Domain> {
         Domain::from_variables(|name| {
             let found = variables.iter().find(|(n, _)| *n == name)?;
             Some(found.1.to_owned())
@@ -145,7 +159,7 @@ mod tests {
         assert!(refusal.contains("'::1'"), "{refusal}");
 
         let all: Vec<String> = (0..256).map(|host| format!("10.0.0.{host}")).collect();
-        assert_eq!(peers(&all.join(";")).expect("as many").len(), MOST_PEERS);
+        assert_eq!(peers(&all.join(";")).expect("as many").len(), MAX_PEERS);
         let refusal = peers(&format!("{};10.0.1.0", all.join(";"))).expect_err("one more");
         assert!(refusal.to_string().contains("more than 256"), "{refusal}");
     }

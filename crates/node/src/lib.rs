@@ -25,7 +25,7 @@
 //!     planesman_node::exit_code("doubler", run)
 //! }
 //!
-//! fn run() -> anyhow::Result<()> {
+//! fn run() -> Result<(), planesman_node::Error> {
 //!     let spec = NodeSpec {
 //!         name: "doubler",
 //!         namespace: "/",
@@ -60,9 +60,10 @@
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
 //! | `share` | how much of its time a node gives to requests |
-//! | `intake` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
+//! | `receive_limits` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
+//! | `error` | [`Error`] |
 //! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; a line's form |
 //! | `lifecycle` | managed nodes |
@@ -71,7 +72,7 @@
 //! | `discovered` | what others publish |
 //! | `definition` | the definitions of its types |
 //! | `losses` | how many messages are missing |
-//! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
+//! | `discovery_events` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
 //! | [`memory`], [`file_size`], [`shutdown`], `timers` | the ceilings; the signals; the timers' thread |
@@ -90,12 +91,12 @@ mod clock_source;
 mod definition;
 pub mod diagnostics;
 mod discovered;
-mod discovery_news;
+mod discovery_events;
 pub mod domain;
 mod endpoint;
+mod error;
 pub mod file_size;
 mod goals;
-mod intake;
 mod lifecycle;
 mod log_file;
 mod log_format;
@@ -109,6 +110,7 @@ mod parameters;
 pub mod publisher;
 pub mod qos;
 pub mod raw;
+mod receive_limits;
 pub mod report;
 pub mod runtime;
 mod security;
@@ -131,29 +133,33 @@ pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use claim::Claim;
-pub use definition::{Definition, Definitions};
+pub use definition::{Definition, DefinitionError, Definitions};
 pub use diagnostics::{Connection, Connections, Level};
 pub use discovered::{Offer, PublishedTopic};
 pub use domain::Domain;
 pub use endpoint::Direction;
-pub use intake::Intake;
+pub use error::{BoxedError, Error};
 pub use lifecycle::{Change, Lifecycle};
 pub use losses::Losses;
 pub use parameters::{STRICT_PARAMETERS, message_of, value_of};
 pub use publisher::Publisher;
 pub use qos::Qos;
 pub use raw::RawSample;
+pub use receive_limits::ReceiveLimits;
 pub use report::ExitReport;
 pub use runtime::{Flow, Next, NodeSpec, Runtime, Timer};
 pub use service::{Client, Responder};
 
 /// Runs a program: what it fails with becomes one line on stderr and exit status 1.
 #[must_use]
-pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> ExitCode {
+pub fn exit_code<E: Into<Box<dyn std::error::Error>>>(
+    program: &str,
+    run: impl FnOnce() -> Result<(), E>,
+) -> ExitCode {
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_console::err!("{program}: {}", shown(in_one_line(error.as_ref())));
+            planesman_console::err!("{program}: {}", shown(in_one_line(error.into().as_ref())));
             ExitCode::FAILURE
         }
     }

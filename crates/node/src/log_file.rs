@@ -1,12 +1,11 @@
 //! The file that the log goes to besides: `ROS_LOG_DIR`, `ROS_HOME`, `--log-file-name`.
 
+use crate::error::{Error, Result};
 use std::{
     fs::{File, create_dir_all},
     path::PathBuf,
     time::{SystemTime, UNIX_EPOCH},
 };
-
-use anyhow::Context as _;
 
 use crate::args::RosArguments;
 
@@ -35,7 +34,7 @@ pub(crate) fn folder(
 ///
 /// # Errors
 /// When the folder cannot be made or the file not be written.
-pub(crate) fn open(folder: &PathBuf, prefix: &str) -> anyhow::Result<File> {
+pub(crate) fn open(folder: &PathBuf, prefix: &str) -> Result<File> {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let name = format!(
         "{prefix}_{}_{}.log",
@@ -45,7 +44,10 @@ pub(crate) fn open(folder: &PathBuf, prefix: &str) -> anyhow::Result<File> {
     let path = folder.join(name);
     create_dir_all(folder)
         .and_then(|()| File::create_new(&path))
-        .with_context(|| format!("cannot write the log file '{}'", path.display()))
+        .map_err(Error::system(format!(
+            "cannot write the log file '{}'",
+            path.display()
+        )))
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(crate) fn set(request: SetLoggerLevelsRequest) -> SetLoggerLevelsResponse {
         let outcome = logging::set_level(&name, level);
         SetLoggerLevelsResult {
             successful: outcome.is_ok(),
-            reason: outcome.err().unwrap_or_default(),
+            reason: outcome.err().map_or_else(String::new, |e| e.to_string()),
         }
     };
     SetLoggerLevelsResponse {

@@ -5,6 +5,7 @@
 //! rest is left out, unless a level is set for it (`--log-level rustdds:=debug`). Of what one place in the code says in a flood,
 //! as for each message of a peer that sends nonsense, a bounded number of lines is written and the rest counted.
 
+use crate::error::Result;
 use std::{
     collections::BTreeMap,
     fs::File,
@@ -39,7 +40,7 @@ const MIDDLEWARE: [&str; 5] = ["rustdds", "ros2_client", "cdr_encoding", "mio", 
 const MIDDLEWARE_PERIOD: Duration = Duration::from_secs(5);
 
 /// Most lines from one place in a [`FLOOD_PERIOD`], those for debugging not counted.
-const MOST_LINES: u32 = 100;
+const MAX_LINES: u32 = 100;
 const FLOOD_PERIOD: Duration = Duration::from_secs(10);
 
 /// The levels from which on loggers write.
@@ -91,7 +92,7 @@ static LOGGER: OnceLock<Logger> = OnceLock::new();
 ///
 /// # Errors
 /// When the log file cannot be written.
-pub(crate) fn install(name: &str, arguments: &RosArguments) -> anyhow::Result<()> {
+pub(crate) fn install(name: &str, arguments: &RosArguments) -> Result<()> {
     if LOGGER.get().is_some() {
         return Ok(());
     }
@@ -114,11 +115,20 @@ pub(crate) fn level(name: &str) -> u32 {
     set.map_or(0, |level| u32::from(number_of(level)))
 }
 
+/// Why a level is not set.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+pub(crate) enum LevelError {
+    #[error("{0} is no level: 0, 10, 20, 30, 40 or 50")]
+    Unknown(u32),
+    #[error("there is no log")]
+    NoLog,
+}
+
 /// Sets the level of the logger `name`, 0 for none of its own.
 ///
 /// # Errors
-/// A sentence, for a number that is no level.
-pub(crate) fn set_level(name: &str, number: u32) -> Result<(), String> {
+/// [`LevelError`].
+pub(crate) fn set_level(name: &str, number: u32) -> Result<(), LevelError> {
     let level = match u8::try_from(number) {
         Ok(LoggerLevel::LOG_LEVEL_UNKNOWN) => None,
         Ok(LoggerLevel::LOG_LEVEL_DEBUG) => Some(LevelFilter::Debug),
@@ -126,10 +136,10 @@ pub(crate) fn set_level(name: &str, number: u32) -> Result<(), String> {
         Ok(LoggerLevel::LOG_LEVEL_WARN) => Some(LevelFilter::Warn),
         Ok(LoggerLevel::LOG_LEVEL_ERROR) => Some(LevelFilter::Error),
         Ok(LoggerLevel::LOG_LEVEL_FATAL) => Some(LevelFilter::Off),
-        _ => return Err(format!("{number} is no level: 0, 10, 20, 30, 40 or 50")),
+        _ => return Err(LevelError::Unknown(number)),
     };
     let Some(logger) = LOGGER.get() else {
-        return Err("there is no log".to_owned());
+        return Err(LevelError::NoLog);
     };
     let mut levels = lock(&logger.levels);
     levels.set.retain(|(known, _)| known != name);
@@ -173,7 +183,7 @@ pub(crate) fn end(clock: &Arc<Clock>) {
 
 /// Publishes the final error on `/rosout` and writes it to the file; the console gets it from
 /// [`exit_code`](crate::exit_code).
-pub(crate) fn last_words(error: &anyhow::Error) {
+pub(crate) fn log_final_error(error: &impl std::fmt::Display) {
     if let Some(logger) = LOGGER.get() {
         let text = format_args!("{error:#}");
         let record = Record::builder().level(Level::Error).args(text).build();
@@ -239,7 +249,7 @@ impl Logger {
         name: &str,
         arguments: &RosArguments,
         variable: impl Fn(&str) -> Option<String>,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self> {
         let is_on = |name: &str| variable(name).as_deref() == Some("1");
         let stdout = is_on("RCUTILS_LOGGING_USE_STDOUT");
         let colored = match variable("RCUTILS_COLORIZED_OUTPUT").as_deref() {
@@ -267,7 +277,7 @@ impl Logger {
                 .transpose()?,
             nodes: Mutex::default(),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
-            flood: Mutex::new(Throttle::of(MOST_LINES, FLOOD_PERIOD)),
+            flood: Mutex::new(Throttle::of(MAX_LINES, FLOOD_PERIOD)),
             ends: AtomicBool::new(false),
         })
     }
@@ -559,10 +569,10 @@ mod tests {
 
     #[test]
     fn of_a_flood_so_many_lines_are_written_and_the_rest_is_counted() {
-        let mut flood = Throttle::of(MOST_LINES, FLOOD_PERIOD);
+        let mut flood = Throttle::of(MAX_LINES, FLOOD_PERIOD);
         let began = Instant::now();
         let place = |line| format!("plant_sim::node:{line}");
-        for _ in 0..MOST_LINES {
+        for _ in 0..MAX_LINES {
             assert_eq!(flood.admit_at(&place(1), began), Some(0));
         }
         for _ in 0..7 {

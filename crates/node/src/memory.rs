@@ -3,11 +3,11 @@
 //! DDS lets any peer on the network make a node store what it sends. The known ways to
 //! make it store without end are patched in RustDDS; the ceiling is for the unknown ones. A node
 //! that reaches it aborts on the failed allocation, and its peers see it lost, instead of
-//! the whole machine swapping. A node of this suite uses some 15 MB, and its [`Intake`]
+//! the whole machine swapping. A node of this suite uses some 15 MB, and its [`ReceiveLimits`]
 //! in addition.
 
-use crate::intake::Intake;
-use anyhow::Context as _;
+use crate::error::{Error, Result};
+use crate::receive_limits::ReceiveLimits;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// The environment variable that sets another ceiling, in MiB; 0 means none.
@@ -21,12 +21,13 @@ const DEFAULT_MIB: u64 = 1024;
 ///
 /// # Errors
 /// When the variable holds no number, or the system refuses.
-pub fn limit(intake: &Intake) -> anyhow::Result<()> {
-    let budgets = (intake.budget as u64).saturating_mul(4) >> 20;
+pub fn limit(receive_limits: &ReceiveLimits) -> Result<()> {
+    let budgets = (receive_limits.budget as u64).saturating_mul(4) >> 20;
     let mib = match std::env::var(VARIABLE) {
-        Ok(text) => text
-            .parse()
-            .with_context(|| format!("{VARIABLE}='{text}': a number of MiB is expected"))?,
+        Ok(text) => text.parse::<u64>().map_err(|reason| {
+            let expected = format!("a number of MiB is expected: {reason}");
+            Error::environment(format!("{VARIABLE}='{text}'"), expected)
+        })?,
         Err(_) => DEFAULT_MIB.saturating_add(budgets),
     };
     if mib == 0 {
@@ -42,5 +43,5 @@ pub fn limit(intake: &Intake) -> anyhow::Result<()> {
             maximum: now.maximum,
         },
     )
-    .context("the memory limit cannot be set")
+    .map_err(Error::system("the memory limit cannot be set"))
 }

@@ -3,7 +3,7 @@
 //! A change is checked against the declarations and then, as a whole, by the node's own
 //! rule; only a set that passes both becomes the node's, and the node gets it as one event.
 
-use anyhow::Context as _;
+use crate::error::{BoxedError, Error, Result};
 use planesman_msgs::rcl_interfaces::{
     msg::{
         FloatingPointRange, IntegerRange, ListParametersResult, Parameter, ParameterDescriptor,
@@ -42,7 +42,7 @@ const SUCCESS: SetParametersResult = SetParametersResult {
 };
 
 /// The rule for a set of values beyond the declaration of each.
-type Validate = Box<dyn Fn(&Values) -> Result<(), String>>;
+type Validate = Box<dyn Fn(&Values) -> Result<(), BoxedError>>;
 
 /// The values in force and the rule for new ones.
 pub(crate) struct ParameterServer {
@@ -57,25 +57,24 @@ impl ParameterServer {
     /// # Errors
     /// When a file cannot be read, or a value is refused by its declaration or the rule.
     pub(crate) fn at_start<P: Parameters + 'static>(
-        validate: fn(&P) -> Result<(), String>,
+        validate: fn(&P) -> Result<(), BoxedError>,
         names: &NodeNames,
         arguments: &RosArguments,
         strict: bool,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self> {
         let declarations = [P::declarations(), OfEveryNode::declarations()].concat();
-        let validate = move |values: &Values| {
-            let parameters = P::from_values(values).map_err(|refusal| refusal.to_string())?;
-            validate(&parameters)
-        };
+        let validate = move |values: &Values| validate(&P::from_values(values)?);
         let mut changes = Vec::new();
         for source in &arguments.parameters {
             match source {
                 ParameterSource::File(path) => {
-                    let text = file::read(path)
-                        .with_context(|| format!("--params-file {}", path.display()))?;
-                    let found = file::overrides_for(&text, &names.full())
-                        .with_context(|| format!("--params-file {}", path.display()))?;
-                    changes.extend(found);
+                    let refused = |reason: BoxedError| Error::ParameterFile {
+                        path: path.display().to_string(),
+                        reason: reason.to_string(),
+                    };
+                    let text = file::read(path).map_err(|e| refused(e.into()))?;
+                    let found = file::overrides_for(&text, &names.full());
+                    changes.extend(found.map_err(|e| refused(e.into()))?);
                 }
                 ParameterSource::Assignment { node, name, value } => {
                     if node.as_deref().is_none_or(|node| node == names.name) {
@@ -93,7 +92,7 @@ impl ParameterServer {
             changes = declared;
         }
         let values = defaults.with(changes)?;
-        validate(&values).map_err(|reason| anyhow::anyhow!("parameters: {reason}"))?;
+        validate(&values).map_err(Error::Parameters)?;
         Ok(Self {
             values,
             validate: Box::new(validate),
@@ -119,11 +118,8 @@ impl ParameterServer {
     pub(crate) fn change(
         &mut self,
         changes: impl IntoIterator<Item = (String, Value)>,
-    ) -> Result<Vec<Parameter>, String> {
-        let new = self
-            .values
-            .with_live(changes)
-            .map_err(|refusal: Refusal| refusal.to_string())?;
+    ) -> Result<Vec<Parameter>, BoxedError> {
+        let new = self.values.with_live(changes)?;
         (self.validate)(&new)?;
         let changed = new
             .declarations()
@@ -168,6 +164,7 @@ impl ParameterServer {
         match self.take(parameters) {
             Ok(changed) => (SUCCESS, changed),
             Err(reason) => {
+                let reason = reason.to_string();
                 log::warn!("{reason}");
                 let result = SetParametersResult {
                     successful: false,
@@ -179,12 +176,15 @@ impl ParameterServer {
     }
 
     /// Takes all parameters or none.
-    fn take(&mut self, parameters: Vec<Parameter>) -> Result<Vec<Parameter>, String> {
-        let changes: Result<Vec<_>, String> = parameters
+    fn take(&mut self, parameters: Vec<Parameter>) -> Result<Vec<Parameter>, BoxedError> {
+        let changes: Result<Vec<_>, Refusal> = parameters
             .into_iter()
             .map(|Parameter { name, value }| match value_of(value) {
                 Some(value) => Ok((name, value)),
-                None => Err(format!("parameter '{name}': it cannot be unset")),
+                None => Err(Refusal {
+                    name,
+                    reason: "it cannot be unset".to_owned(),
+                }),
             })
             .collect();
         self.change(changes?)
@@ -393,7 +393,7 @@ mod tests {
         Depth,
     }
 
-    fn started(line: &str, strict: bool) -> anyhow::Result<ParameterServer> {
+    fn started(line: &str, strict: bool) -> Result<ParameterServer> {
         let line_of_arguments = format!("x --ros-args {line}");
         let (_, arguments) =
             crate::args::split(line_of_arguments.split_whitespace().map(str::to_owned))?;
@@ -401,7 +401,7 @@ mod tests {
         ParameterServer::at_start(
             |Controller { depth, .. }| {
                 if depth.kp * depth.limit > 1.0 {
-                    return Err("depth.kp * depth.limit must not exceed 1".to_owned());
+                    return Err("depth.kp * depth.limit must not exceed 1".into());
                 }
                 Ok(())
             },
@@ -411,7 +411,7 @@ mod tests {
         )
     }
 
-    fn gains(line: &str) -> anyhow::Result<ParameterServer> {
+    fn gains(line: &str) -> Result<ParameterServer> {
         started(line, true)
     }
 

@@ -1,8 +1,8 @@
 //! A node's exit report, for the launcher.
 
+use crate::error::{Error, Result};
 use std::{collections::BTreeMap, env, path::Path};
 
-use anyhow::{Context as _, bail};
 use planesman_text::write_text;
 use serde::{Deserialize, Serialize};
 
@@ -54,20 +54,23 @@ impl ExitReport {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(crate) fn write(&self) -> anyhow::Result<()> {
+    pub(crate) fn write(&self) -> Result<()> {
         match env::var_os(VARIABLE) {
             None => Ok(()),
             Some(path) => self.write_to(Path::new(&path)),
         }
     }
 
-    fn write_to(&self, path: &Path) -> anyhow::Result<()> {
+    fn write_to(&self, path: &Path) -> Result<()> {
+        let refused = |reason: String| Error::environment(VARIABLE, reason);
         // A device would be replaced by the file that is moved there.
         if path.metadata().is_ok_and(|there| !there.is_file()) {
-            bail!("{VARIABLE}: {} is no regular file", path.display());
+            return Err(refused(format!("{} is no regular file", path.display())));
         }
-        write_text(path, serde_json::to_vec_pretty(self)?)
-            .with_context(|| format!("{VARIABLE}: {}", path.display()))
+        serde_json::to_vec_pretty(self)
+            .map_err(Into::into)
+            .and_then(|text| write_text(path, text))
+            .map_err(|reason| refused(format!("{}: {reason}", path.display())))
     }
 }
 

@@ -4,6 +4,7 @@
 //! parameters, becomes a value of the node's own event type and passes through one
 //! handler in turn. The node needs no locks, and reads as a `match`.
 
+use crate::error::{BoxedError, Error, Result};
 use std::{
     cell::RefCell,
     future::Future,
@@ -14,7 +15,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context as _, anyhow};
 use futures::{
     FutureExt as _, StreamExt as _,
     future::{Either, select},
@@ -65,11 +65,10 @@ use crate::{
     clock, clock_source,
     diagnostics::{self, Connections, Level},
     discovered::{self, PublishedTopic},
-    discovery_news::DiscoveryNews,
+    discovery_events::DiscoveryEvents,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size,
-    intake::{Gate, Intake, Passage},
     lifecycle::{Change, Lifecycle},
     logger_levels, logging, memory,
     names::NodeNames,
@@ -77,10 +76,11 @@ use crate::{
     publisher::Publisher,
     qos::Qos,
     raw::{RawSample, WholePayload},
+    receive_limits::{Gate, LargeMessage, ReceiveLimits},
     report::ExitReport,
     security::Security,
     service::{self, Client, Responder},
-    share::Turn,
+    share::RequestSlot,
     shared::{Shared, type_parts, types_of},
     shutdown,
     subscription::{Speakers, non_finite, pump},
@@ -97,7 +97,7 @@ const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 /// Time between two lines in the log about messages that are refused, s.
 const REFUSALS_PERIOD: Duration = Duration::from_secs(5);
 
-/// Time without further news, or without any more messages, after which the diagnostics go out because of the latest, s.
+/// Time without a further change, or without any more messages, after which the diagnostics go out because of the latest, s.
 /// While there is always more, as where many nodes start at once or in a dive, they go out every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 
@@ -112,7 +112,7 @@ pub struct NodeSpec<E, P> {
     /// The namespace, unless `__ns` remaps it: `/auv`.
     pub namespace: &'static str,
     /// The rule for the parameters together, beyond the range of each. `use_sim_time` is added to them.
-    pub validate: fn(&P) -> Result<(), String>,
+    pub validate: fn(&P) -> Result<(), BoxedError>,
     /// The event when parameters have changed.
     pub on_parameters: fn(P) -> E,
 }
@@ -134,7 +134,7 @@ pub enum Next<E> {
     /// The process has been asked to stop.
     Stop,
     /// The time is over.
-    Nothing,
+    Timeout,
 }
 
 /// A timer's handle. Dropping it leaves the timer running.
@@ -168,28 +168,31 @@ struct Queued<E> {
 enum Hold {
     Nothing,
     /// A request's.
-    Turn(Turn),
+    RequestSlot(RequestSlot),
     /// A large message's.
-    Passage(#[expect(dead_code, reason = "its end is what counts")] Passage),
+    LargeMessage(#[expect(dead_code, reason = "its end is what counts")] LargeMessage),
 }
 
-impl From<Turn> for Hold {
-    fn from(turn: Turn) -> Self {
-        Self::Turn(turn)
+impl From<RequestSlot> for Hold {
+    fn from(turn: RequestSlot) -> Self {
+        Self::RequestSlot(turn)
     }
 }
 
-impl From<Option<Passage>> for Hold {
-    fn from(passage: Option<Passage>) -> Self {
-        passage.map_or(Self::Nothing, Self::Passage)
+impl From<Option<LargeMessage>> for Hold {
+    fn from(large: Option<LargeMessage>) -> Self {
+        large.map_or(Self::Nothing, Self::LargeMessage)
     }
 }
 
 /// The topic of the loop of that name, if it is of the type.
-fn loop_topic<M: Message>(name: &str) -> anyhow::Result<&'static LoopTopic> {
+fn loop_topic<M: Message>(name: &str) -> Result<&'static LoopTopic> {
     loop_topics::named(name)
         .filter(|topic| topic.info.type_name == M::TYPE_NAME)
-        .with_context(|| format!("the loop has no topic '{name}' of {}", M::TYPE_NAME))
+        .ok_or_else(|| Error::NotOfTheLoop {
+            topic: name.to_owned(),
+            type_name: M::TYPE_NAME,
+        })
 }
 
 impl<E> From<E> for Queued<E> {
@@ -218,7 +221,7 @@ pub struct Runtime<E> {
     /// Why the node cannot go on.
     failed: Receiver<String>,
     /// The same, once [`Runtime::next`] has met it.
-    failure: RefCell<Option<String>>,
+    failure: RefCell<Option<Error>>,
 }
 
 impl<E: 'static> Runtime<E> {
@@ -231,7 +234,7 @@ impl<E: 'static> Runtime<E> {
     pub fn start<P: Parameters + 'static>(
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
-    ) -> anyhow::Result<(Self, P)> {
+    ) -> Result<(Self, P)> {
         Self::start_in(Domain::from_environment()?, spec, arguments)
     }
 
@@ -243,20 +246,20 @@ impl<E: 'static> Runtime<E> {
         domain: Domain,
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
-    ) -> anyhow::Result<(Self, P)> {
-        Self::with_intake(domain, spec, arguments, |_| Intake::small())
+    ) -> Result<(Self, P)> {
+        Self::with_receive_limits(domain, spec, arguments, |_| ReceiveLimits::small())
     }
 
     /// Brings the node up in `domain`, for a node that receives other messages than small ones.
     ///
     /// # Errors
     /// As [`Runtime::start`].
-    pub fn with_intake<P: Parameters + 'static>(
+    pub fn with_receive_limits<P: Parameters + 'static>(
         domain: Domain,
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
-        intake: impl FnOnce(&P) -> Intake,
-    ) -> anyhow::Result<(Self, P)> {
+        receive_limits: impl FnOnce(&P) -> ReceiveLimits,
+    ) -> Result<(Self, P)> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
         logging::install(&names.logger(), &arguments)?;
         for ignored in &arguments.ignored {
@@ -275,8 +278,8 @@ impl<E: 'static> Runtime<E> {
         let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
         let parameters = ParameterServer::at_start(spec.validate, &names, &arguments, strict)?;
         let at_start = P::from_values(&parameters.values)?;
-        let intake = intake(&at_start);
-        memory::limit(&intake)?;
+        let receive_limits = receive_limits(&at_start);
+        memory::limit(&receive_limits)?;
         let mapping = service::mapping()?;
 
         // The runtime's own types must be known before their endpoints exist.
@@ -293,15 +296,23 @@ impl<E: 'static> Runtime<E> {
             (true, true) => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
             (local, _) => builder.multicast(!local).static_peers(peers.clone()),
         };
-        let builder = builder.received_bytes(intake.budget, intake.largest);
-        let participant = security
-            .applied(builder)
-            .build()
-            .with_context(|| format!("no participant in domain {}", domain.id))?;
-        let context = Context::from_domain_participant(participant.clone())
-            .map_err(|e| anyhow!("no ROS context: {e}"))?;
-        let node_name = NodeName::new(&names.namespace, &names.name)
-            .map_err(|e| anyhow!("{}: {e}", names.full()))?;
+        let builder = builder.received_bytes(receive_limits.budget, receive_limits.largest);
+        let participant =
+            security
+                .applied(builder)
+                .build()
+                .map_err(|reason| Error::Middleware {
+                    what: format!("no participant in domain {}", domain.id),
+                    reason: reason.to_string(),
+                })?;
+        let context = Context::from_domain_participant(participant.clone()).map_err(|reason| {
+            Error::Middleware {
+                what: "no ROS context".to_owned(),
+                reason: reason.to_string(),
+            }
+        })?;
+        let node_name =
+            NodeName::new(&names.namespace, &names.name).map_err(Error::name(&names.full()))?;
         let options = NodeOptions::new()
             .enable_rosout(arguments.rosout)
             .start_parameter_services(false);
@@ -311,27 +322,27 @@ impl<E: 'static> Runtime<E> {
         // what it finds out the participant tells as well.
         let node = context
             .new_node(node_name, options)
-            .map_err(|e| anyhow!("{}: {e}", names.full()))?;
+            .map_err(Error::name(&names.full()))?;
         let rosout = arguments.rosout.then(|| node.logging_handle());
 
         let executor = Rc::new(LocalExecutor::new());
-        let (news, changed) = bounded(1);
+        let (diagnostics_due, changed) = bounded(1);
         let shared = Rc::new(Shared::new(
             names,
             arguments.remaps,
             participant.clone(),
             node,
             Rc::downgrade(&executor),
-            news,
+            diagnostics_due,
         ));
         logging::begin(rosout, &shared.clock);
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
-            let news = DiscoveryNews::default();
+            let warnings = DiscoveryEvents::default();
             let mut events = listener.as_async_status_stream();
             while let Some(event) = events.next().await {
-                news.tell(&ours, &event);
-                ours.announce_news();
+                warnings.log(&ours, &event);
+                ours.request_diagnostics();
             }
         });
         let (sender, receiver) = bounded(QUEUE);
@@ -390,7 +401,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// When the name breaks ROS's rules.
-    pub fn topic_name(&self, topic: &str) -> anyhow::Result<String> {
+    pub fn topic_name(&self, topic: &str) -> Result<String> {
         self.shared.topic_name(topic)
     }
 
@@ -416,7 +427,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// When the name breaks ROS's rules, or the middleware refuses.
-    pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> anyhow::Result<Publisher<M>> {
+    pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let publisher = self.unlisted_publisher(topic, qos)?;
         self.list(&publisher.endpoint);
         Ok(publisher)
@@ -426,7 +437,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// A name that is not in [`loop_topics::ALL`], or of another type there; when the middleware refuses.
-    pub fn loop_publisher<M: Message>(&self, topic: &str) -> anyhow::Result<Publisher<M>> {
+    pub fn loop_publisher<M: Message>(&self, topic: &str) -> Result<Publisher<M>> {
         self.publisher(topic, Qos::of(loop_topic::<M>(topic)?))
     }
 
@@ -434,7 +445,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// Those of [`Runtime::loop_publisher`].
-    pub fn lossless_publisher<M: Message>(&self, topic: &str) -> anyhow::Result<Publisher<M>> {
+    pub fn lossless_publisher<M: Message>(&self, topic: &str) -> Result<Publisher<M>> {
         self.publisher(topic, Qos::of(&loop_topic::<M>(topic)?.without_loss()))
     }
 
@@ -450,7 +461,7 @@ impl<E: 'static> Runtime<E> {
         topic: &str,
         qos: Qos,
         event: impl Fn(M) -> E + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         self.subscribe_to_speakers(topic, qos, |_| Vec::new(), event)
     }
 
@@ -465,7 +476,7 @@ impl<E: 'static> Runtime<E> {
         qos: Qos,
         nodes: impl Fn(&M) -> Vec<String> + 'static,
         event: impl Fn(M) -> E + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
         let (endpoint, dds) = self
@@ -523,7 +534,7 @@ impl<E: 'static> Runtime<E> {
         type_hash: Option<&str>,
         qos: Qos,
         event: impl Fn(RawSample) -> E + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let (package, kind, name) = type_parts(type_name)?;
         let types = TypeNames {
@@ -546,13 +557,13 @@ impl<E: 'static> Runtime<E> {
                 .guard(samples, |sample| {
                     sample.as_ref().map_or(0, |(bytes, _)| bytes.len())
                 })
-                .map(|(sample, passage)| sample.map(|(bytes, info)| ((bytes, passage), info)));
-            let deliver = async |(bytes, passage): (Vec<u8>, Option<Passage>),
+                .map(|(sample, large)| sample.map(|(bytes, info)| ((bytes, large), info)));
+            let deliver = async |(bytes, large): (Vec<u8>, Option<LargeMessage>),
                                  info: &MessageInfo| {
                 let sample = RawSample::new(&topic, bytes, info);
                 let queued = Queued {
                     event: event(sample),
-                    hold: passage.into(),
+                    hold: large.into(),
                 };
                 let _ = sender.send(queued).await;
             };
@@ -570,7 +581,7 @@ impl<E: 'static> Runtime<E> {
         &self,
         name: &str,
         event: impl Fn(S::Request, Responder<S>) -> E + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
         let subject = self.shared.service_name(name)?;
         self.serve_with::<S, _>(name, async move |request, responder, turn| {
@@ -591,7 +602,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// When the name breaks ROS's rules, or the middleware refuses.
-    pub fn client<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
+    pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>> {
         self.client_opener().open(name)
     }
 
@@ -609,7 +620,7 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// When the middleware refuses.
-    pub fn claim(&self, subject: &str, evidence: &str) -> anyhow::Result<Claim> {
+    pub fn claim(&self, subject: &str, evidence: &str) -> Result<Claim> {
         let claim = Claim::new(&self.shared, subject, evidence);
         let types = types_of::<DiagnosticArray>();
         let topic = self.shared.topic_name("/diagnostics")?;
@@ -647,7 +658,7 @@ impl<E: 'static> Runtime<E> {
         &self,
         managed: bool,
         event: impl Fn(Change) -> E + 'static,
-    ) -> anyhow::Result<Lifecycle> {
+    ) -> Result<Lifecycle> {
         if !managed {
             return Ok(Lifecycle::unmanaged());
         }
@@ -714,7 +725,7 @@ impl<E: 'static> Runtime<E> {
         name: &str,
         on_goal: impl Fn(Goal<A>) -> E + 'static,
         on_cancel: impl Fn(GoalId) -> E + 'static,
-    ) -> anyhow::Result<()> {
+    ) -> Result<()> {
         let (goals, cancels) = (self.sender.clone(), self.sender.clone());
         ActionServer::serve(
             &self.shared,
@@ -741,7 +752,7 @@ impl<E: 'static> Runtime<E> {
         &self,
         name: &str,
         on_feedback: impl Fn(GoalId, A::Feedback) -> E + 'static,
-    ) -> anyhow::Result<ActionClient<A>> {
+    ) -> Result<ActionClient<A>> {
         let sender = self.sender.clone();
         ActionClient::open(
             &self.shared,
@@ -828,14 +839,14 @@ impl<E: 'static> Runtime<E> {
                     self.take_up(queued.hold);
                     Next::Event(queued.event)
                 }
-                Either::Right((Either::Right(_), _)) => Next::Nothing,
+                Either::Right((Either::Right(_), _)) => Next::Timeout,
             }
         })
     }
 
     /// Ends the handling of the last event; if the next one is a request, its handling begins.
     fn take_up(&self, mut hold: Hold) {
-        if let Hold::Turn(turn) = &mut hold {
+        if let Hold::RequestSlot(turn) = &mut hold {
             turn.begin();
         }
         drop(self.hold.replace(hold));
@@ -857,10 +868,10 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// The handler's error, or one in writing the exit report.
-    pub fn run(
+    pub fn run<X: From<Error> + std::fmt::Display>(
         mut self,
-        mut handler: impl FnMut(&mut Self, E) -> anyhow::Result<Flow>,
-    ) -> anyhow::Result<()> {
+        mut handler: impl FnMut(&mut Self, E) -> Result<Flow, X>,
+    ) -> Result<(), X> {
         let executor = Rc::clone(&self.executor);
         let shared = Rc::clone(&self.shared);
         let outcome = shared.block_on(executor.run(async {
@@ -869,7 +880,7 @@ impl<E: 'static> Runtime<E> {
                     let (event, stop) = (self.receiver.recv(), self.asked_to_stop());
                     futures::pin_mut!(event, stop);
                     match select(stop, event).await {
-                        Either::Left((asked, _)) => return asked.map_err(|e| anyhow!(e)),
+                        Either::Left((asked, _)) => return asked.map_err(X::from),
                         Either::Right((Err(_), _)) => return Ok(()),
                         Either::Right((Ok(queued), _)) => queued,
                     }
@@ -885,17 +896,17 @@ impl<E: 'static> Runtime<E> {
         }));
         drop((shared, executor, handler));
         if let Err(error) = &outcome {
-            logging::last_words(error);
+            logging::log_final_error(error);
         }
-        outcome.and(self.shutdown())
+        outcome.and(self.shutdown().map_err(X::from))
     }
 
     /// Waits until the process is asked to stop, `Err` when the node cannot go on.
-    async fn asked_to_stop(&self) -> Result<(), String> {
+    async fn asked_to_stop(&self) -> Result<()> {
         let (stop, failed) = (self.stop.recv(), self.failed.recv());
         futures::pin_mut!(stop, failed);
         match select(stop, failed).await {
-            Either::Right((Ok(failure), _)) => Err(failure),
+            Either::Right((Ok(failure), _)) => Err(Error::Failed(failure)),
             _ => Ok(()),
         }
     }
@@ -904,13 +915,13 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// When the exit report cannot be written, or the node could not go on.
-    pub fn shutdown(self) -> anyhow::Result<()> {
+    pub fn shutdown(self) -> Result<()> {
         log::info!("shutting down");
         self.receiver.close();
         self.block_on(async { SmolTimer::after(LINGER).await });
         let outcome = ExitReport::of(&self.shared).write();
         match self.failure.take() {
-            Some(failure) => Err(anyhow!(failure)),
+            Some(failure) => Err(failure),
             None => outcome,
         }
     }
@@ -935,15 +946,11 @@ impl<E: 'static> Runtime<E> {
 
     fn list(&self, endpoint: &Rc<Endpoint>) {
         self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
-        self.shared.announce_news();
+        self.shared.request_diagnostics();
     }
 
     /// A publisher that does not show in the connections: the runtime's own.
-    fn unlisted_publisher<M: Message>(
-        &self,
-        topic: &str,
-        qos: Qos,
-    ) -> anyhow::Result<Publisher<M>> {
+    fn unlisted_publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
         let (endpoint, dds) = self
@@ -960,10 +967,10 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Hands each request of the service `name` to `answer`, one after the other, each in its turn.
-    fn serve_with<S, A>(&self, name: &str, mut answer: A) -> anyhow::Result<()>
+    fn serve_with<S, A>(&self, name: &str, mut answer: A) -> Result<()>
     where
         S: Service,
-        A: AsyncFnMut(S::Request, Responder<S>, Turn) + 'static,
+        A: AsyncFnMut(S::Request, Responder<S>, RequestSlot) + 'static,
     {
         let name = self.shared.service_name(name)?;
         let server = service::server(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
@@ -997,10 +1004,7 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Serves the six parameter services and publishes `/parameter_events`.
-    fn serve_parameters<P: Parameters + 'static>(
-        &self,
-        on_parameters: fn(P) -> E,
-    ) -> anyhow::Result<()> {
+    fn serve_parameters<P: Parameters + 'static>(&self, on_parameters: fn(P) -> E) -> Result<()> {
         let events =
             self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
         let (shared, parameters, sender) = (
@@ -1023,7 +1027,7 @@ impl<E: 'static> Runtime<E> {
                 )
             };
             if let Err(error) = clock_source::set_source(&shared, uses_sim_time) {
-                log::error!("no /clock: {error:#}");
+                log::error!("no /clock: {error}");
             }
             events.publish(&ParameterEvent {
                 stamp: shared.clock.now(),
@@ -1084,8 +1088,8 @@ impl<E: 'static> Runtime<E> {
         )
     }
 
-    /// Publishes `/diagnostics` every second, and soon after news.
-    fn send_diagnostics(&self, news: Receiver<()>) -> anyhow::Result<()> {
+    /// Publishes `/diagnostics` every second, and soon after a change.
+    fn send_diagnostics(&self, changed: Receiver<()>) -> Result<()> {
         let publisher =
             self.unlisted_publisher::<DiagnosticArray>("/diagnostics", Qos::reliable(10))?;
         let shared = Rc::clone(&self.shared);
@@ -1096,7 +1100,7 @@ impl<E: 'static> Runtime<E> {
             // The messages of the connections: at the last look, and as told.
             let (mut seen, mut told) = (0, 0);
             loop {
-                let change = news.recv();
+                let change = changed.recv();
                 let time = shared.sleep_until(due.min(settled).min(look));
                 futures::pin_mut!(change, time);
                 let next = select(change, time).await;
@@ -1163,7 +1167,7 @@ pub(crate) struct ClientOpener {
 
 impl ClientOpener {
     /// As [`Runtime::client`].
-    pub(crate) fn open<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
+    pub(crate) fn open<S: Service>(&self, name: &str) -> Result<Client<S>> {
         let name = self.shared.service_name(name)?;
         let inner = service::client(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
         self.shared.client_opened(&name);
@@ -1173,7 +1177,7 @@ impl ClientOpener {
 
 /// The service's type as the middleware takes it, its hash announced for both its
 /// topics, and its QoS.
-fn announce_service<S: Service>() -> anyhow::Result<(ServiceTypeName, Qos)> {
+fn announce_service<S: Service>() -> Result<(ServiceTypeName, Qos)> {
     announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
     announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);
     let (package, _, name) = type_parts(S::TYPE_NAME)?;

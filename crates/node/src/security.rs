@@ -4,7 +4,7 @@
 //! must hold what `rmw_dds_common` looks for there. DDS Security itself is built in with the
 //! Cargo feature `security` (`docs/security.md`).
 
-use anyhow::bail;
+use crate::error::{Error, Result};
 use rustdds::DomainParticipantBuilder;
 
 /// The files that an enclave's folder must hold.
@@ -28,6 +28,23 @@ pub(crate) enum Security {
     Enclave(std::path::PathBuf),
 }
 
+/// Why security cannot be had.
+#[derive(Debug, thiserror::Error)]
+enum NoEnclave {
+    #[cfg(not(feature = "security"))]
+    #[error("DDS security (SROS2) is not built in, the Cargo feature 'security' brings it")]
+    NotBuiltIn,
+    #[cfg(feature = "security")]
+    #[error("ROS_SECURITY_KEYSTORE names no keystore")]
+    NoKeystore,
+    #[cfg(feature = "security")]
+    #[error("the enclave {0}")]
+    Name(#[from] crate::bad_argument::BadArgument),
+    #[cfg(feature = "security")]
+    #[error("{} is not a file", .0.display())]
+    NoFile(std::path::PathBuf),
+}
+
 impl Security {
     /// The security that the variables ask for, for a node in `enclave`.
     ///
@@ -36,7 +53,7 @@ impl Security {
     pub(crate) fn asked_for(
         enclave: &str,
         variable: impl Fn(&str) -> Option<String>,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self> {
         // Both count only as they are written here.
         let is = |name: &str, value: &str| variable(name).as_deref() == Some(value);
         if !is("ROS_SECURITY_ENABLE", "true") {
@@ -44,10 +61,12 @@ impl Security {
         }
         match Self::of_enclave(enclave, &variable) {
             Ok(found) => Ok(found),
-            Err(why) if is("ROS_SECURITY_STRATEGY", "Enforce") => bail!(
-                "ROS_SECURITY_ENABLE=true, ROS_SECURITY_STRATEGY=Enforce: {why}; this node would speak in the \
-                 clear; unset ROS_SECURITY_ENABLE to run it so"
-            ),
+            Err(why) if is("ROS_SECURITY_STRATEGY", "Enforce") => Err(Error::environment(
+                "ROS_SECURITY_ENABLE=true, ROS_SECURITY_STRATEGY=Enforce",
+                format!(
+                    "{why}; this node would speak in the clear; unset ROS_SECURITY_ENABLE to run it so"
+                ),
+            )),
             Err(why) => Ok(Self::Clear(Some(format!(
                 "ROS_SECURITY_ENABLE=true: {why}; this node speaks in the clear, and anybody on the network can \
                  read and command it"
@@ -56,11 +75,8 @@ impl Security {
     }
 
     #[cfg(not(feature = "security"))]
-    fn of_enclave(_: &str, _: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
-        Err(
-            "DDS security (SROS2) is not built in, the Cargo feature 'security' brings it"
-                .to_owned(),
-        )
+    fn of_enclave(_: &str, _: impl Fn(&str) -> Option<String>) -> Result<Self, NoEnclave> {
+        Err(NoEnclave::NotBuiltIn)
     }
 
     /// The enclave's folder, when all its files are there.
@@ -68,18 +84,17 @@ impl Security {
     fn of_enclave(
         enclave: &str,
         variable: impl Fn(&str) -> Option<String>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, NoEnclave> {
         let given = |name| variable(name).filter(|text| !text.is_empty());
-        let keystore =
-            given("ROS_SECURITY_KEYSTORE").ok_or("ROS_SECURITY_KEYSTORE names no keystore")?;
+        let keystore = given("ROS_SECURITY_KEYSTORE").ok_or(NoEnclave::NoKeystore)?;
         let name = given("ROS_SECURITY_ENCLAVE_OVERRIDE").unwrap_or_else(|| enclave.to_owned());
-        crate::name_rules::check_namespace(&name).map_err(|e| format!("the enclave {e}"))?;
+        crate::name_rules::check_namespace(&name)?;
         let folder = std::path::Path::new(&keystore)
             .join("enclaves")
             .join(name.trim_start_matches('/'));
         match FILES.iter().find(|file| !folder.join(file).is_file()) {
             None => Ok(Self::Enclave(folder)),
-            Some(absent) => Err(format!("{} is not a file", folder.join(absent).display())),
+            Some(absent) => Err(NoEnclave::NoFile(folder.join(absent))),
         }
     }
 
@@ -113,7 +128,7 @@ mod tests {
     const ENABLE: (&str, &str) = ("ROS_SECURITY_ENABLE", "true");
     const ENFORCE: (&str, &str) = ("ROS_SECURITY_STRATEGY", "Enforce");
 
-    fn asked_for(enclave: &str, variables: &[(&str, &str)]) -> anyhow::Result<Security> {
+    fn asked_for(enclave: &str, variables: &[(&str, &str)]) -> Result<Security> {
         Security::asked_for(enclave, |name| {
             let found = variables.iter().find(|(n, _)| *n == name)?;
             Some(found.1.to_owned())

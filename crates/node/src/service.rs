@@ -1,5 +1,6 @@
 //! Services: answering requests as events, and calling others.
 
+use crate::error::{Error, Result};
 use std::{
     cell::Cell,
     env,
@@ -8,7 +9,6 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context as _, anyhow, bail};
 use futures::{
     StreamExt as _,
     future::{Either, select},
@@ -86,8 +86,8 @@ pub(crate) fn server(
     mapping: ServiceMapping,
     name: &str,
     (type_name, qos): &(ServiceTypeName, Qos),
-) -> anyhow::Result<Rc<Server>> {
-    let parsed = Name::parse(name).map_err(|e| anyhow!("{name}: {e}"))?;
+) -> Result<Rc<Server>> {
+    let parsed = Name::parse(name).map_err(Error::name(name))?;
     let server = shared.with_node(|node| {
         let requests = Qos::requests().profile();
         node.create_server(
@@ -117,8 +117,8 @@ pub(crate) fn client(
     mapping: ServiceMapping,
     name: &str,
     (type_name, qos): &(ServiceTypeName, Qos),
-) -> anyhow::Result<Weak<Mutex<MiddlewareClient>>> {
-    let parsed = Name::parse(name).map_err(|e| anyhow!("{name}: {e}"))?;
+) -> Result<Weak<Mutex<MiddlewareClient>>> {
+    let parsed = Name::parse(name).map_err(Error::name(name))?;
     let client = shared.with_node(|node| {
         node.create_client(mapping, &parsed, type_name, qos.profile(), qos.profile())
     })?;
@@ -128,13 +128,16 @@ pub(crate) fn client(
 /// How requests and responses name each other on the wire, as the peers' ROS
 /// middleware (`RMW_IMPLEMENTATION`) has it: Fast DDS, Jazzy's default, in the samples'
 /// metadata, Cyclone DDS in the payload.
-pub(crate) fn mapping() -> anyhow::Result<ServiceMapping> {
+pub(crate) fn mapping() -> Result<ServiceMapping> {
     match env::var("RMW_IMPLEMENTATION").as_deref() {
         Ok("rmw_cyclonedds_cpp") => Ok(ServiceMapping::Cyclone),
         Err(_) | Ok("" | "rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp" | "rmw_connextdds") => {
             Ok(ServiceMapping::Enhanced)
         }
-        Ok(other) => bail!("RMW_IMPLEMENTATION='{other}': this node speaks DDS only"),
+        Ok(other) => Err(Error::environment(
+            format!("RMW_IMPLEMENTATION='{other}'"),
+            "this node speaks DDS only",
+        )),
     }
 }
 
@@ -219,12 +222,15 @@ pub(crate) async fn settle(shared: &Shared, name: &str) {
 pub(crate) async fn within<T>(
     name: &str,
     timeout: Duration,
-    call: impl Future<Output = anyhow::Result<T>>,
-) -> anyhow::Result<T> {
+    call: impl Future<Output = Result<T>>,
+) -> Result<T> {
     futures::pin_mut!(call);
     match select(call, Timer::after(timeout)).await {
-        Either::Left((answer, _)) => answer.with_context(|| name.to_owned()),
-        Either::Right(_) => bail!("{name}: no answer within {timeout:?}"),
+        Either::Left((answer, _)) => answer.map_err(Error::call(name)),
+        Either::Right(_) => Err(Error::NoAnswer {
+            service: name.to_owned(),
+            timeout,
+        }),
     }
 }
 
@@ -255,19 +261,16 @@ impl<S: Service> Clone for Client<S> {
 }
 
 impl Connection {
-    async fn call(&self, request: Bytes, timeout: Duration) -> anyhow::Result<Bytes> {
+    async fn call(&self, request: Bytes, timeout: Duration) -> Result<Bytes> {
         let call = async {
             if !self.settled.get() {
                 settle(&self.shared, &self.name).await;
                 self.settled.set(true);
             }
-            let inner: Rc<_> = self
-                .inner
-                .upgrade()
-                .ok_or_else(|| anyhow!("the node has shut down"))?;
+            let inner: Rc<_> = self.inner.upgrade().ok_or(Error::ShutDown)?;
             let client = inner.lock().await;
             let answer = client.async_call_service(request).await;
-            answer.map_err(|e| anyhow!("{e}"))
+            answer.map_err(|e| Error::Failed(e.to_string()))
         };
         within(&self.name, timeout, call).await
     }
@@ -301,16 +304,16 @@ impl<S: Service> Client<S> {
     /// # Errors
     /// When no answer has come after `timeout`, the request holds a number that is not
     /// finite, the answer is none of the service's, or the middleware fails.
-    pub async fn call(
-        &self,
-        request: S::Request,
-        timeout: Duration,
-    ) -> anyhow::Result<S::Response> {
+    pub async fn call(&self, request: S::Request, timeout: Duration) -> Result<S::Response> {
         let name = &self.connection.name;
         if let Some(field) = request.first_non_finite() {
-            bail!("{name}: not called: {field} is not finite");
+            return Err(Error::NotFinite {
+                service: name.clone(),
+                done: "called",
+                field,
+            });
         }
         let answer = self.connection.call(Bytes::of(&request), timeout).await?;
-        answer.message().with_context(|| name.clone())
+        answer.message().map_err(Error::call(name))
     }
 }

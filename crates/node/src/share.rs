@@ -33,12 +33,12 @@ pub(crate) struct Share {
 
 impl Share {
     /// Waits until a request may be handled.
-    pub(crate) async fn turn(self: &Rc<Self>) -> Turn {
+    pub(crate) async fn turn(self: &Rc<Self>) -> RequestSlot {
         let held = self.order.lock_arc().await;
         if let Some(next) = self.next.get() {
             Timer::at(next).await;
         }
-        Turn {
+        RequestSlot {
             share: Rc::clone(self),
             _held: held,
             began: Instant::now(),
@@ -48,20 +48,20 @@ impl Share {
 
 /// The handling of one request, which ends when this is dropped.
 #[derive(Debug)]
-pub(crate) struct Turn {
+pub(crate) struct RequestSlot {
     share: Rc<Share>,
     _held: MutexGuardArc<()>,
     began: Instant,
 }
 
-impl Turn {
+impl RequestSlot {
     /// The handling begins now, after some time in the node's queue.
     pub(crate) fn begin(&mut self) {
         self.began = Instant::now();
     }
 }
 
-impl Drop for Turn {
+impl Drop for RequestSlot {
     fn drop(&mut self) {
         let now = Instant::now();
         let pause = pause_after(now.duration_since(self.began));

@@ -1,5 +1,6 @@
 //! The state shared by the parts of one node. Everything runs on one thread, so cells suffice.
 
+use crate::error::{Error, Result};
 use std::{
     any::Any,
     cell::{Cell, RefCell},
@@ -9,7 +10,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::anyhow;
 use futures::future::LocalBoxFuture;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::Node;
@@ -49,7 +49,7 @@ pub(crate) struct Shared {
     /// Whether `/clock` is subscribed to; it stays so once it is.
     pub(crate) follows_clock: Cell<bool>,
     /// Makes the diagnostics go out soon.
-    pub(crate) news: Sender<()>,
+    pub(crate) diagnostics_due: Sender<()>,
     /// The share of the node's time for requests.
     pub(crate) share: Rc<Share>,
     /// Answers on their way.
@@ -70,7 +70,7 @@ impl Shared {
         participant: DomainParticipant,
         node: Node,
         executor: Weak<LocalExecutor<'static>>,
-        news: Sender<()>,
+        diagnostics_due: Sender<()>,
     ) -> Self {
         Self {
             names,
@@ -84,7 +84,7 @@ impl Shared {
             statuses: RefCell::default(),
             clock: Arc::default(),
             follows_clock: Cell::default(),
-            news,
+            diagnostics_due,
             share: Rc::default(),
             answers: Answers::default(),
             matched_clients: RefCell::default(),
@@ -121,15 +121,13 @@ impl Shared {
     }
 
     /// Works on the middleware's node.
-    pub(crate) fn with_node<T, Error: std::fmt::Debug>(
+    pub(crate) fn with_node<T, E: std::fmt::Debug>(
         &self,
-        work: impl FnOnce(&mut Node) -> Result<T, Error>,
-    ) -> anyhow::Result<T> {
+        work: impl FnOnce(&mut Node) -> Result<T, E>,
+    ) -> Result<T> {
         let mut node = self.node.borrow_mut();
-        let node = node
-            .as_mut()
-            .ok_or_else(|| anyhow!("the node has shut down"))?;
-        work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
+        let node = node.as_mut().ok_or(Error::ShutDown)?;
+        work(node).map_err(Error::middleware)
     }
 
     /// Waits for `work` on this thread, which carries the node's messages meanwhile.
@@ -183,12 +181,12 @@ impl Shared {
     }
 
     /// The absolute, remapped name of a topic.
-    pub(crate) fn topic_name(&self, topic: &str) -> anyhow::Result<String> {
+    pub(crate) fn topic_name(&self, topic: &str) -> Result<String> {
         Ok(self.names.resolve(topic, RemapKind::Topic, &self.remaps)?)
     }
 
     /// The absolute, remapped name of a service.
-    pub(crate) fn service_name(&self, service: &str) -> anyhow::Result<String> {
+    pub(crate) fn service_name(&self, service: &str) -> Result<String> {
         Ok(self
             .names
             .resolve(service, RemapKind::Service, &self.remaps)?)
@@ -201,13 +199,11 @@ impl Shared {
         topic: &str,
         types: TypeNames,
         qos: Qos,
-    ) -> anyhow::Result<(Rc<Endpoint>, Topic)> {
+    ) -> Result<(Rc<Endpoint>, Topic)> {
         if let Some(hash) = &types.hash {
             announce_type_hash(&types.dds, hash);
         }
-        let participant = self
-            .participant()
-            .ok_or_else(|| anyhow!("the node has shut down"))?;
+        let participant = self.participant().ok_or(Error::ShutDown)?;
         // As `ros2_client::Node::create_topic`, which knows the types of messages only.
         let dds = participant
             .create_topic(
@@ -216,7 +212,7 @@ impl Shared {
                 &qos.profile().into(),
                 TopicKind::NoKey,
             )
-            .map_err(|e| anyhow!("the middleware refuses: {e:?}"))?;
+            .map_err(Error::middleware)?;
         Ok((Rc::new(Endpoint::new(direction, topic, types, qos)), dds))
     }
 
@@ -240,8 +236,8 @@ impl Shared {
     }
 
     /// Makes the diagnostics go out soon.
-    pub(crate) fn announce_news(&self) {
-        let _ = self.news.try_send(()); // Full: they are going out already.
+    pub(crate) fn request_diagnostics(&self) {
+        let _ = self.diagnostics_due.try_send(()); // Full: they are going out already.
     }
 }
 
@@ -255,12 +251,15 @@ pub(crate) fn types_of<M: Message>() -> TypeNames {
 }
 
 /// `planesman_msgs/msg/VehicleState` as package, kind and name.
-pub(crate) fn type_parts(ros_type: &str) -> anyhow::Result<(&str, &str, &str)> {
+pub(crate) fn type_parts(ros_type: &str) -> Result<(&str, &str, &str)> {
     let mut parts = ros_type.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
         (Some(package), Some(kind @ ("msg" | "srv" | "action")), Some(name), None) => {
             Ok((package, kind, name))
         }
-        _ => Err(anyhow!("'{ros_type}': a type is written package/msg/Name")),
+        _ => Err(Error::TypeName {
+            name: ros_type.to_owned(),
+            form: "a type is written package/msg/Name",
+        }),
     }
 }

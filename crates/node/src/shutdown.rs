@@ -3,11 +3,11 @@
 //! SIGHUP, which comes when a terminal is closed, asks to stop as SIGTERM does. A shell and the system both send it, so it is
 //! no second wish, for haste; and where it was to be ignored, as under `nohup`, it is.
 
+use crate::error::{Error, Result};
 use std::fs;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context as _;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use smol::channel::{Receiver, Sender, bounded};
@@ -28,7 +28,7 @@ pub fn at_once() {
 ///
 /// # Errors
 /// When the signals cannot be waited for.
-pub fn requested() -> anyhow::Result<Receiver<()>> {
+pub fn requested() -> Result<Receiver<()>> {
     static CHANNEL: OnceLock<(Sender<()>, Receiver<()>)> = OnceLock::new();
     let mut fresh = false;
     let (sender, receiver) = CHANNEL.get_or_init(|| {
@@ -36,7 +36,7 @@ pub fn requested() -> anyhow::Result<Receiver<()>> {
         bounded(1)
     });
     if fresh {
-        listen(sender.clone()).context("cannot wait for SIGINT and SIGTERM")?;
+        listen(sender.clone()).map_err(Error::system("cannot wait for SIGINT and SIGTERM"))?;
     }
     Ok(receiver.clone())
 }

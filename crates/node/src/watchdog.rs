@@ -5,7 +5,7 @@ use rustdds::ThreadState;
 
 /// Looks in a row, a second apart, that a thread may spend in one round. The event loop
 /// goes round every two seconds at least.
-const PATIENCE: u32 = 15;
+const STUCK_AFTER: u32 = 15;
 
 /// Remembers how far each thread was.
 #[derive(Debug, Default)]
@@ -27,9 +27,9 @@ impl Watchdog {
             }
             if thread.ended {
                 trouble = Some(format!("the middleware's {} has ended", thread.name));
-            } else if *looks >= PATIENCE {
+            } else if *looks >= STUCK_AFTER {
                 trouble = Some(format!(
-                    "the middleware's {} has been stuck for {PATIENCE} s",
+                    "the middleware's {} has been stuck for {STUCK_AFTER} s",
                     thread.name
                 ));
             }
@@ -77,7 +77,7 @@ mod tests {
                 break trouble;
             }
         };
-        assert_eq!(looks, PATIENCE + 1);
+        assert_eq!(looks, STUCK_AFTER + 1);
         assert_eq!(
             trouble,
             "the middleware's discovery has been stuck for 15 s"

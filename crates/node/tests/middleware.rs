@@ -130,7 +130,7 @@ fn datagrams_that_claim_absurd_sample_numbers_cost_no_memory_and_stop_nobody() {
     const SLACK: u64 = 100 << 20;
 
     // A broken middleware takes this test's process down, not the machine.
-    planesman_node::memory::limit(&planesman_node::Intake::small()).unwrap();
+    planesman_node::memory::limit(&planesman_node::ReceiveLimits::small()).unwrap();
     let domain = OwnDomain::claim().unwrap();
     let (here, there) = (participant(&domain), participant(&domain));
     let qos = reliable().build();

@@ -116,7 +116,7 @@ fn until(rt: &Runtime<Event>, mut done: impl FnMut(Option<Event>) -> bool) {
     loop {
         let event = match rt.next(Duration::from_millis(20)) {
             Next::Event(event) => Some(event),
-            Next::Nothing => None,
+            Next::Timeout => None,
             Next::Stop => panic!("asked to stop"),
         };
         if done(event) {

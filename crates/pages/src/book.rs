@@ -126,7 +126,7 @@ impl Page {
 fn summary(report: &Report, comparison: &Comparison<'_>, contents: &Markup) -> Markup {
     let count = |wanted: &str| {
         let lines = comparison.lines.iter();
-        lines.filter(|line| line.verdict_text() == wanted).count()
+        lines.filter(|line| line.told() == wanted).count()
     };
     html! {
         div {
@@ -165,7 +165,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
             thead { tr { th { "number" } th { "printed" } th { "page" } th { "recomputed" } th { "within" } th { "unit" } th { "verdict" } th { "remarks" } } }
             @for line in lines {
                 @let entry = line.entry;
-                tr id=(entry.id) data-verdict=(line.verdict_text()) {
+                tr id=(entry.id) data-verdict=(line.told()) {
                     td.name {
                         a href=(format!("#{}", entry.id)) { (names.name(entry).unwrap_or_else(|| entry.id.clone())) }
                         small { (entry.id) }
@@ -175,7 +175,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
                     td { (written(line.value)) }
                     td { (written(entry.slack.or(entry.tolerance))) }
                     td.unit { (entry.unit) }
-                    td.verdict { (line.verdict_text()) }
+                    td.verdict { (line.told()) }
                     td.note {
                         @if let Some(change) = line.change() { b { "Not as in the book: " (change) ". " } }
                         @if let Some(note) = &entry.note { (note) ". " }

@@ -1,4 +1,4 @@
-//! Work on several items at once, and work that ends when it is asked to.
+#![doc = include_str!("../README.md")]
 //!
 //! A search takes seconds to hours, and who waits for it may want no more. So long loops call [`stop_point`]: once the
 //! [`Stop`] under which they run is asked, it unwinds to [`until_stopped`], which dropped what was half done. Elsewhere

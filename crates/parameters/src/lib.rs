@@ -1,4 +1,4 @@
-//! Declared, validated parameters with ROS 2's types, apart from any middleware.
+#![doc = include_str!("../README.md")]
 //!
 //! A node's parameters are one struct that derives [`Parameters`]: type, default, unit, range and description
 //! stand on each field. From it come the descriptors of the ROS services, the validation of parameter files and

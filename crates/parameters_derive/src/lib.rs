@@ -1,4 +1,4 @@
-//! The derive macros of `planesman_parameters`; their attributes are described there.
+#![doc = include_str!("../README.md")]
 
 use proc_macro::TokenStream;
 use syn::{DeriveInput, parse_macro_input};

@@ -1,4 +1,4 @@
-//! Records: inputs and outputs on one uniform grid, and what is done with such numbers whatever model is sought.
+#![doc = include_str!("../README.md")]
 //!
 //! - [`Record`], [`Segment`], [`Run`]: the numbers, their parts without a gap, and one input with one output.
 //! - [`Input`]: mean and first moment of an input between two instants.

@@ -1,4 +1,4 @@
-//! Reads ROS 2 interface definitions; generates type hashes, schema texts and Rust source.
+#![doc = include_str!("../README.md")]
 //!
 //! | module | what it holds |
 //! |---|---|
@@ -10,8 +10,6 @@
 //! | [`schema`] | the `ros2msg` schema text that bags carry, written and read |
 //! | [`idl`] | the `ros2idl` schema text, read |
 //! | [`rust`] | Rust source for a library |
-//!
-//! Texts may come from foreign bags: whatever they hold, the answer is a definition or an [`Error`].
 
 pub mod definition;
 pub mod description;

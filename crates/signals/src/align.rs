@@ -30,7 +30,7 @@ use planesman_record::Input;
 pub const WINDOW: i64 = 16;
 
 /// How often an output comes before the input that led to it is given up, in lockstep.
-pub const SAYINGS: u32 = 3;
+pub const MAX_REPEATS: u32 = 3;
 
 /// An output and the input that led to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -263,7 +263,7 @@ impl Aligner {
 
     /// The latest output's stamp (ns) with which all that lockstep lets one expect has come: the input
     /// over the interval before it, unless the output that began that interval was never seen. An output that
-    /// has come [`SAYINGS`] times is answered without: nobody has that input any more.
+    /// has come [`MAX_REPEATS`] times is answered without: nobody has that input any more.
     #[must_use]
     pub fn answered(&self) -> Option<i64> {
         self.answered
@@ -271,7 +271,7 @@ impl Aligner {
 
     /// Notes that the output at instant k, if it is there, has all it needs, if it has.
     fn answer(&mut self, k: i64) {
-        let given_up = self.newest_output == Some(k) && self.repeats >= SAYINGS;
+        let given_up = self.newest_output == Some(k) && self.repeats >= MAX_REPEATS;
         let waits_for_input =
             !given_up && self.outputs.get(k - 1).is_some() && self.inputs.get(k - 1).is_none();
         if let Some((stamp, _)) = self.outputs.get(k)

@@ -1,4 +1,4 @@
-//! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
+#![doc = include_str!("../README.md")]
 //!
 //! ```text
 //! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
@@ -34,7 +34,7 @@ mod timing;
 mod ulog;
 mod ulog_source;
 
-pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
+pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;

@@ -1,4 +1,4 @@
-//! Text that comes from outside: files that people write, and names that anybody may choose. And files that go outside.
+#![doc = include_str!("../README.md")]
 //!
 //! - [`read()`]: a text file, read within bounds.
 //! - [`decoded`], [`unmarked`]: bytes as UTF-8 text, UTF-16 refused by name.

@@ -1,4 +1,4 @@
-//! Physical quantities, written as a number with its unit (`28 in`) and converted to SI.
+#![doc = include_str!("../README.md")]
 //!
 //! - [`Quantity`]: a quantity as a file or the command line writes it.
 //! - [`Dimension`]: what a field measures; the units that it accepts.

@@ -1,4 +1,4 @@
-//! An underwater vehicle: its equations of motion and the models made of them. SI units, no clock, no messages.
+#![doc = include_str!("../README.md")]
 //!
 //! - `dynamics`: the equations of the vertical plane: [`State`], [`GeneralisedForce`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
 //! - `energy`: the most kinetic energy that planes and speed can give.

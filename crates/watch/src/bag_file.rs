@@ -19,11 +19,11 @@ use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 /// Files that are opened or read at once.
-const FILES: usize = 4;
+const MAX_FILES: usize = 4;
 /// How long a disk may take to open a file or to read a part.
-const PATIENCE: Duration = Duration::from_secs(5);
+const DISK_TIMEOUT: Duration = Duration::from_secs(5);
 /// Bytes that are read at once.
-const PART: u64 = 1 << 16;
+const PART_BYTES: u64 = 1 << 16;
 /// How an MCAP file begins: whatever path a diagnostic names, nothing else is handed out.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
@@ -33,7 +33,7 @@ pub(crate) struct Disks(Arc<Semaphore>);
 
 impl Default for Disks {
     fn default() -> Self {
-        Self(Arc::new(Semaphore::new(FILES)))
+        Self(Arc::new(Semaphore::new(MAX_FILES)))
     }
 }
 
@@ -56,7 +56,7 @@ impl Disks {
             .await?
         };
         let late = |_| io::Error::new(io::ErrorKind::TimedOut, "its disk does not answer");
-        timeout(PATIENCE, working).await.map_err(late)?
+        timeout(DISK_TIMEOUT, working).await.map_err(late)?
     }
 
     /// Opens the bag's file, and tells its length.
@@ -77,7 +77,7 @@ impl Disks {
         futures::stream::unfold(
             (self.clone(), file, 0),
             move |(disks, file, at)| async move {
-                let size = PART.min(length - at);
+                let size = PART_BYTES.min(length - at);
                 if size == 0 {
                     return None;
                 }

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::series::{Cursor, KEPT, Series};
+use crate::series::{Cursor, SAMPLES_PER_CHANNEL, Series};
 
 /// Log lines kept.
-const LINES: usize = 2000;
-/// Samples kept of all channels, 16 bytes each: with more channels than one vehicle has, each keeps fewer than [`KEPT`].
-const KEPT_IN_ALL: usize = 25 * KEPT;
+const MAX_LOG_LINES: usize = 2000;
+/// Samples kept of all channels, 16 bytes each: with more channels than one vehicle has, each keeps fewer than [`SAMPLES_PER_CHANNEL`].
+const SAMPLES_IN_ALL: usize = 25 * SAMPLES_PER_CHANNEL;
 /// What one message to a page holds: samples of all its channels, the text of its log lines and that of its sections, bytes, each by one
 /// more at most; the next message has the next ones.
 const SAMPLES: usize = 10_000;
@@ -22,7 +22,7 @@ const LONGEST_SECTION: usize = 1 << 20;
 
 /// A line of `/rosout`.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Line {
+pub(crate) struct LogLine {
     /// The machine's time at which it came, s.
     pub(crate) time: f64,
     pub(crate) level: u8,
@@ -52,7 +52,7 @@ pub(crate) struct Board {
     channels: BTreeMap<String, Channel>,
     sections: BTreeMap<String, Section>,
     version: u64,
-    lines: VecDeque<Line>,
+    lines: VecDeque<LogLine>,
     /// Lines that came before those kept.
     forgotten: u64,
 }
@@ -86,7 +86,7 @@ impl Board {
 
     /// Samples kept of each channel.
     fn kept(&self) -> usize {
-        KEPT.min(KEPT_IN_ALL / self.channels.len().max(1))
+        SAMPLES_PER_CHANNEL.min(SAMPLES_IN_ALL / self.channels.len().max(1))
     }
 
     /// Takes a sample of a channel.
@@ -144,8 +144,8 @@ impl Board {
     }
 
     /// Takes a line of the log.
-    pub(crate) fn log(&mut self, line: Line) {
-        if self.lines.len() == LINES {
+    pub(crate) fn log(&mut self, line: LogLine) {
+        if self.lines.len() == MAX_LOG_LINES {
             self.lines.pop_front();
             self.forgotten += 1;
         }
@@ -186,7 +186,7 @@ pub(crate) struct Message {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     sections: BTreeMap<String, Told>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    log: Vec<Line>,
+    log: Vec<LogLine>,
 }
 
 impl Message {
@@ -215,7 +215,7 @@ impl Reader {
     }
 
     /// What is new for this page.
-    pub(crate) fn news(&mut self, board: &Board) -> Message {
+    pub(crate) fn updates(&mut self, board: &Board) -> Message {
         let mut message = Message::default();
         self.behind = false;
         let most = (SAMPLES / self.channels.len().max(1)).max(1);
@@ -223,10 +223,10 @@ impl Reader {
             let Some(channel) = board.channels.get(name) else {
                 continue;
             };
-            let news = channel.series.since(cursor, most);
-            self.behind |= news.times.len() == most;
-            if news.restarted || !news.times.is_empty() {
-                let one = (*number, news.restarted, news.times, news.values);
+            let new = channel.series.since(cursor, most);
+            self.behind |= new.times.len() == most;
+            if new.restarted || !new.times.is_empty() {
+                let one = (*number, new.restarted, new.times, new.values);
                 message.series.push(one);
             }
             if *told != channel.refusal {
@@ -277,37 +277,37 @@ mod tests {
         board.push("elsewhere", 1.0, 2.0);
         board.put("graph", json!({"nodes": 1}));
         board.channel("a").refusal = Some("no such field".to_owned());
-        board.log(Line {
+        board.log(LogLine {
             time: 0.0,
             level: 20,
             node: "n".to_owned(),
             text: "up".to_owned(),
         });
-        let text = serde_json::to_string(&reader.news(&board)).expect("JSON");
+        let text = serde_json::to_string(&reader.updates(&board)).expect("JSON");
         assert_eq!(
             text,
             r#"{"series":[[1,false,[1.0],[2.0]]],"refused":[[0,"no such field"]],"sections":{"graph":{"nodes":1}},"log":[{"time":0.0,"level":20,"node":"n","text":"up"}]}"#
         );
         board.put("graph", json!({"nodes": 1}));
-        assert!(reader.news(&board).is_empty());
+        assert!(reader.updates(&board).is_empty());
         board.channel("a").refusal = None;
-        assert_eq!(reader.news(&board).refused, [(0, None)]);
+        assert_eq!(reader.updates(&board).refused, [(0, None)]);
     }
 
     #[test]
     fn many_channels_keep_no_more_in_all_than_a_few_though_nothing_comes_for_them() {
         let mut board = Board::default();
-        for k in 0..KEPT {
+        for k in 0..SAMPLES_PER_CHANNEL {
             board.push("silent from now on", k as f64, 1.0);
         }
-        let full = KEPT_IN_ALL / KEPT;
+        let full = SAMPLES_IN_ALL / SAMPLES_PER_CHANNEL;
         for k in 1..2 * full {
             board.push(&k.to_string(), 0.0, 1.0);
         }
         let series = &board.channels["silent from now on"].series;
         let times = series.since(&mut Cursor::default(), usize::MAX).times;
-        assert_eq!(times.len(), KEPT / 2);
-        assert_eq!(times.last(), Some(&(KEPT as f64 - 1.0)));
+        assert_eq!(times.len(), SAMPLES_PER_CHANNEL / 2);
+        assert_eq!(times.last(), Some(&(SAMPLES_PER_CHANNEL as f64 - 1.0)));
     }
 
     #[test]
@@ -321,8 +321,8 @@ mod tests {
             }
         }
         let text = "x".repeat(4096);
-        for k in 0..LINES + 10 {
-            board.log(Line {
+        for k in 0..MAX_LOG_LINES + 10 {
+            board.log(LogLine {
                 time: k as f64,
                 level: 20,
                 node: String::new(),
@@ -334,7 +334,7 @@ mod tests {
         }
         let (mut samples, mut lines, mut sections) = (0, 0, BTreeMap::new());
         loop {
-            let message = reader.news(&board);
+            let message = reader.updates(&board);
             let length = serde_json::to_string(&message).expect("JSON").len();
             assert!(length < 50 * SAMPLES + LOG + SECTIONS + LONGEST_SECTION);
             samples += message.series.iter().map(|it| it.2.len()).sum::<usize>();
@@ -344,10 +344,13 @@ mod tests {
                 break;
             }
         }
-        assert_eq!((samples, lines, sections.len()), (50 * 1000, LINES, 10));
+        assert_eq!(
+            (samples, lines, sections.len()),
+            (50 * 1000, MAX_LOG_LINES, 10)
+        );
         // A longer list has lost its end.
         let told = sections["section 9"].0.as_array().expect("a list").len();
         assert!((200..1000).contains(&told), "{told}");
-        assert!(reader.news(&board).is_empty());
+        assert!(reader.updates(&board).is_empty());
     }
 }

@@ -1,11 +1,11 @@
 //! What a page asks for, and the answers.
 
 use planesman_parameters::Value as Parameter;
-use serde::Deserialize;
+use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
-use crate::units;
+use crate::{Error, units};
 
 /// A request of a page. Names are absolute.
 #[derive(Clone, Debug, Deserialize)]
@@ -76,21 +76,17 @@ pub(crate) fn refused(reason: impl ToString) -> Value {
 }
 
 /// A parameter's value from the text that a page sends; `unit` is its SI unit.
-pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter, String> {
-    fn list<T: for<'de> Deserialize<'de>>(text: &str, what: &str) -> Result<Vec<T>, String> {
-        serde_json::from_str(text).map_err(|_| format!("'{text}' is no list of {what}: [.., ..]"))
+pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter, Error> {
+    fn list<T: DeserializeOwned>(text: &str, what: &'static str) -> Result<Vec<T>, Error> {
+        serde_json::from_str(text).map_err(|_| Error::List(text.to_owned(), what))
     }
     let trimmed = text.trim();
     Ok(match kind {
-        1 => Parameter::Bool(
-            trimmed
-                .parse()
-                .map_err(|_| format!("'{text}' is neither true nor false"))?,
-        ),
+        1 => Parameter::Bool(trimmed.parse().map_err(|_| Error::Bool(text.to_owned()))?),
         2 => Parameter::Integer(
             trimmed
                 .parse()
-                .map_err(|_| format!("'{text}' is no whole number"))?,
+                .map_err(|_| Error::Integer(text.to_owned()))?,
         ),
         3 => Parameter::Double(units::parse(text, unit)?),
         4 => Parameter::String(text.to_owned()),
@@ -103,7 +99,7 @@ pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter
             Parameter::DoubleArray(numbers.collect::<Result<_, _>>()?)
         }
         9 => Parameter::StringArray(list(text, "texts")?),
-        other => return Err(format!("there is no parameter type {other}")),
+        other => return Err(Error::ParameterType(other)),
     })
 }
 
@@ -138,7 +134,8 @@ mod tests {
             (8, Parameter::DoubleArray(vec![1.0, -2.5])),
             (9, Parameter::StringArray(vec!["a".to_owned()])),
         ] {
-            assert_eq!(parameter_of(kind, &text_of(&value, ""), ""), Ok(value));
+            let read = parameter_of(kind, &text_of(&value, ""), "");
+            assert_eq!(read.expect("its own text"), value);
         }
         for (kind, text) in [
             (1, "yes"),
@@ -152,7 +149,7 @@ mod tests {
         }
         let angles = Parameter::DoubleArray(vec![std::f64::consts::PI, 0.0]);
         assert_eq!(text_of(&angles, "rad"), "[180.0, 0.0]");
-        assert_eq!(parameter_of(8, "[180, 0]", "rad"), Ok(angles));
+        assert_eq!(parameter_of(8, "[180, 0]", "rad").expect("a list"), angles);
     }
 
     #[test]

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use planesman_decode::{Catalogue, Decoder, FieldPath, Types, Values, schema};
+use planesman_decode::{Catalogue, DecodeError, Decoder, FieldPath, Types, Values, schema};
 use planesman_node::{Definition, Losses, RawSample};
 
-use crate::units;
+use crate::{Error, units};
 
 /// Fields of a topic that are listed.
-const MOST_FIELDS: usize = 500;
+const MAX_FIELDS: usize = 500;
 
 /// A topic that is subscribed to.
 pub(crate) struct Feed {
@@ -34,15 +34,14 @@ impl Feed {
         topic: &str,
         type_name: &str,
         definition: &Definition,
-    ) -> Result<Self, String> {
-        let types = schema::read(type_name, "ros2msg", &definition.text)
-            .map_err(|error| error.to_string())?;
+    ) -> Result<Self, Error> {
+        let types = schema::read(type_name, "ros2msg", &definition.text)?;
         let mut feed = Self {
             topic: topic.to_owned(),
             type_name: type_name.to_owned(),
             stamp: types.stamp(),
             units: units::of_fields(&definition.text),
-            decoder: Decoder::compile(&types, &[]).map_err(|error| error.to_string())?,
+            decoder: Decoder::compile(&types, &[])?,
             types,
             channels: Vec::new(),
             values: Values::default(),
@@ -55,31 +54,31 @@ impl Feed {
     }
 
     /// Reads this field from now on into the channel.
-    pub(crate) fn add(&mut self, channel: &str, field: &str) -> Result<(), String> {
+    pub(crate) fn add(&mut self, channel: &str, field: &str) -> Result<(), Error> {
         if self.channels.iter().any(|(name, _)| name == channel) {
             return Ok(());
         }
         let path: FieldPath = field
             .parse()
-            .map_err(|error| format!("'{field}': {error}"))?;
+            .map_err(|error| Error::Path(field.to_owned(), error))?;
         self.compile(&[(channel.to_owned(), path)])
     }
 
-    fn compile(&mut self, more: &[(String, FieldPath)]) -> Result<(), String> {
+    fn compile(&mut self, more: &[(String, FieldPath)]) -> Result<(), Error> {
         let channels = [&self.channels, more].concat();
         let stamp = self.stamp.iter();
         let parts = stamp.flat_map(|path| ["sec", "nanosec"].map(|part| path.field(part)));
         let paths: Vec<_> = parts
             .chain(channels.iter().map(|(_, path)| path.clone()))
             .collect();
-        self.decoder = Decoder::compile(&self.types, &paths).map_err(|error| error.to_string())?;
+        self.decoder = Decoder::compile(&self.types, &paths)?;
         self.channels = channels;
         Ok(())
     }
 
     /// The fields that hold a number, each with its SI unit, empty where it is not known.
     pub(crate) fn fields(&self) -> Vec<(String, &'static str)> {
-        let fields = Catalogue::of(&self.types, MOST_FIELDS).fields;
+        let fields = Catalogue::of(&self.types, MAX_FIELDS).fields;
         let with_unit = |path: &FieldPath| {
             let path = path.to_string();
             let own = path.split('[').next().unwrap_or_default();
@@ -90,14 +89,12 @@ impl Feed {
     }
 
     /// Reads a message: its stamp, s, if it has one. [`Feed::numbers`] then has its numbers.
-    pub(crate) fn read(&mut self, sample: &RawSample) -> Result<Option<f64>, String> {
+    pub(crate) fn read(&mut self, sample: &RawSample) -> Result<Option<f64>, DecodeError> {
         self.received += 1;
         self.losses.received(sample.publisher, sample.sequence);
         let outcome = self.decoder.read(&sample.bytes, &mut self.values);
-        self.trouble = outcome.err().map(|error| error.to_string());
-        if let Some(trouble) = &self.trouble {
-            return Err(trouble.clone());
-        }
+        self.trouble = outcome.as_ref().err().map(ToString::to_string);
+        outcome?;
         let part = |index| self.values.number(index);
         Ok(self
             .stamp
@@ -131,7 +128,8 @@ mod tests {
         feed.add("/auv/state:depth", "depth").expect("a field");
         let refusal = feed
             .add("/auv/state:dept", "dept")
-            .expect_err("no such field");
+            .expect_err("no such field")
+            .to_string();
         assert!(refusal.contains("depth"), "{refusal}");
         assert!(feed.fields().contains(&("pitch_rate".to_owned(), "rad/s")));
         let mut state = VehicleState {
@@ -147,7 +145,7 @@ mod tests {
             sequence: 1,
             publisher: [0; 16],
         };
-        assert_eq!(feed.read(&sample), Ok(Some(2.5)));
+        assert_eq!(feed.read(&sample).expect("whole"), Some(2.5));
         assert_eq!(
             feed.numbers().collect::<Vec<_>>(),
             [("/auv/state:depth", 1.5)]

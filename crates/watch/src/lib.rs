@@ -6,11 +6,12 @@
 //! | `node` | the node: topics read, services called, manoeuvres flown |
 //! | `feeds` | messages of any type as numbers |
 //! | `nodes` | who is alive |
+//! | `error` | [`Error`] |
 //! | `command` | what a page may ask for |
 //! | `board`, `series` | what is known, as each page is told it |
 //! | `charts` | the charts at first |
 //! | `units` | the unit of each quantity on the page |
-//! | [`Knowledge`] | what the program around it knows of models and vehicles |
+//! | [`ModelFunctions`] | what the program around it knows of models and vehicles |
 //! | `server`, `guard`, `visitors` | HTTP; who may ask; who is connected |
 //! | `bag_file` | the recorder's file, for download |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
@@ -22,9 +23,10 @@ mod bag_file;
 mod board;
 mod charts;
 mod command;
+mod error;
 mod feeds;
 mod guard;
-mod knowledge;
+mod models;
 mod node;
 mod nodes;
 mod series;
@@ -37,11 +39,11 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use anyhow::Result;
-use planesman_node::{Domain, Intake, NodeSpec, RosArguments, Runtime};
+use planesman_node::{Domain, NodeSpec, ReceiveLimits, RosArguments, Runtime};
 use tempfile::NamedTempFile;
 
-pub use knowledge::{Knowledge, Named, Pole, Vehicle};
+pub use error::Error;
+pub use models::{ModelFunctions, Named, Pole, Vehicle};
 use node::{Event, Watch};
 
 /// How the page is served.
@@ -69,12 +71,12 @@ impl Default for Options {
 ///
 /// # Errors
 /// When the address cannot be listened at, or the middleware does not come up.
-pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> Result<()> {
+pub fn run(options: Options, models: ModelFunctions, arguments: RosArguments) -> Result<(), Error> {
     let board = board::SharedBoard::default();
     let (requests, asked) = smol::channel::bounded(64);
     let address = SocketAddr::new(options.listen, options.port);
     let server = server::Server::bind(address, board.clone(), requests)?;
-    let (rt, ()) = Runtime::with_intake(
+    let (rt, ()) = Runtime::with_receive_limits(
         Domain::from_environment()?,
         NodeSpec {
             name: "planesman_watch",
@@ -83,9 +85,9 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
             on_parameters: |_| Event::Parameters,
         },
         arguments,
-        |()| Intake::any(32 << 20),
+        |()| ReceiveLimits::any(32 << 20),
     )?;
-    let mut watch = Watch::new(&rt, board, asked, knowledge)?;
+    let mut watch = Watch::new(&rt, board, asked, models)?;
     let page = server.page();
     planesman_console::out!("{page}")?;
     server.start()?;

@@ -4,7 +4,6 @@ use std::any::{Any, TypeId};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
 use planesman_msgs::cdr;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::action::{
@@ -24,35 +23,36 @@ use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use planesman_msgs::{Message, Service};
 use planesman_node::{
-    ActionClient, Client, Definition, Definitions, Flow, GoalId, GoalStatus, PublishedTopic,
-    Publisher, Qos, RawSample, Runtime, message_of, value_of,
+    ActionClient, Client, Definition, DefinitionError, Definitions, Flow, GoalId, GoalStatus,
+    PublishedTopic, Publisher, Qos, RawSample, Runtime, message_of, value_of,
 };
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
-use crate::board::{Line, SharedBoard, locked};
+use crate::Error;
+use crate::board::{LogLine, SharedBoard, locked};
 use crate::charts::{self, ERRORS, WARNINGS};
 use crate::command::{Command, Goal, Request, done, parameter_of, refused, text_of};
 use crate::feeds::Feed;
-use crate::knowledge::{Knowledge, Vehicle};
+use crate::models::{ModelFunctions, Vehicle};
 use crate::nodes::{Nodes, bounded, rounded};
 use crate::units;
 
-/// Time between two looks for topics that are wanted.
+/// Time between two polls for topics that are wanted.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
-/// Of so many looks one also counts nodes and topics.
-const LOOKS_PER_COUNT: u64 = 4;
+/// Of so many polls one also counts nodes and topics.
+const POLLS_PER_COUNT: u64 = 4;
 /// Timeout of a service, and of a reader of a setpoint to be found.
-const ANSWER: Duration = Duration::from_secs(3);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// A manoeuvre's result may take as long as the manoeuvre.
-const MANOEUVRE: Duration = Duration::from_secs(24 * 60 * 60);
+const MANOEUVRE_TIMEOUT: Duration = Duration::from_secs(24 * 60 * 60);
 /// Topics and services that are told, and channels that are kept; a hostile peer can make topics up without end.
-const MOST_TOPICS: usize = 1000;
-const MOST_CHANNELS: usize = 1000;
+const MAX_TOPICS: usize = 1000;
+const MAX_CHANNELS: usize = 1000;
 /// Vehicles whose channels are kept, and that are asked for their parameters at once.
-const MOST_VEHICLES: usize = 32;
+const MAX_VEHICLES: usize = 32;
 /// The longest name of a channel, and of a node whose parameters have changed, bytes.
-const LONGEST_NAME: usize = 512;
+const MAX_NAME_BYTES: usize = 512;
 
 /// What happens to the node.
 pub(crate) enum Event {
@@ -61,20 +61,20 @@ pub(crate) enum Event {
     Log(RawSample),
     Diagnostics(DiagnosticArray),
     ParameterEvent(ParameterEvent),
-    Look,
-    Found(PublishedTopic, Result<Definition, String>),
+    Poll,
+    Found(PublishedTopic, Result<Definition, DefinitionError>),
     Request(Request),
     /// The server has ended.
     Closed,
     /// What the plant_sim of that name flies.
-    Vehicle(String, Result<Vehicle, String>),
+    Vehicle(String, Result<Vehicle, Error>),
     /// Of the action at that name.
     Feedback(String, GoalId, ManoeuvreFeedback),
-    Accepted(String, Result<Option<GoalId>, String>),
+    Accepted(String, GoalId),
     Ended(
         String,
         GoalId,
-        Result<(GoalStatus, ManoeuvreResult), String>,
+        Result<(GoalStatus, ManoeuvreResult), planesman_node::Error>,
     ),
     Parameters,
 }
@@ -91,7 +91,7 @@ enum Wanted {
 }
 
 /// A page's manoeuvre.
-struct Flown {
+struct ManoeuvreClient {
     client: ActionClient<Manoeuvre>,
     goal: Option<GoalId>,
 }
@@ -108,7 +108,7 @@ type Reply = oneshot::Sender<Value>;
 pub(crate) struct Watch {
     board: SharedBoard,
     requests: smol::channel::Receiver<Request>,
-    knowledge: Knowledge,
+    models: ModelFunctions,
     definitions: Definitions,
     feeds: Vec<Feed>,
     topics: BTreeMap<String, Wanted>,
@@ -117,13 +117,13 @@ pub(crate) struct Watch {
     /// The latest stamp in each namespace, s.
     times: BTreeMap<String, f64>,
     nodes: Nodes,
-    looks: u64,
+    polls: u64,
     /// Messages of each feed when they were last counted.
     counted: (Instant, Vec<u64>),
     /// By type and name.
     clients: HashMap<(TypeId, String), Box<dyn Any>>,
     setpoints: BTreeMap<String, Publisher<Float64>>,
-    manoeuvres: BTreeMap<String, Flown>,
+    manoeuvres: BTreeMap<String, ManoeuvreClient>,
     /// How often each node's parameters have changed.
     changes: BTreeMap<String, u64>,
     /// Vehicles that are asked for their parameters now.
@@ -135,8 +135,8 @@ impl Watch {
         rt: &Runtime<Event>,
         board: SharedBoard,
         requests: smol::channel::Receiver<Request>,
-        knowledge: Knowledge,
-    ) -> Result<Self> {
+        models: ModelFunctions,
+    ) -> Result<Self, planesman_node::Error> {
         let log = planesman_msgs::type_info(Log::TYPE_NAME).map(|it| it.type_hash);
         // Raw, for the time at which a line was sent: its stamp may be of the machine or of a simulation.
         let qos = Qos::latched(1000);
@@ -147,18 +147,18 @@ impl Watch {
             Qos::reliable(1000),
             Event::ParameterEvent,
         )?;
-        drop(rt.every(POLL_INTERVAL, || Event::Look));
+        drop(rt.every(POLL_INTERVAL, || Event::Poll));
         let watch = Self {
             board,
             requests,
-            knowledge,
+            models,
             definitions: Definitions::from_environment(),
             feeds: Vec::new(),
             topics: BTreeMap::new(),
             channels: BTreeMap::new(),
             times: BTreeMap::new(),
             nodes: Nodes::default(),
-            looks: 0,
+            polls: 0,
             counted: (Instant::now(), Vec::new()),
             clients: HashMap::new(),
             setpoints: BTreeMap::new(),
@@ -187,7 +187,7 @@ impl Watch {
                 }
             }
             Event::ParameterEvent(event) => self.parameters_changed(rt, &event.node),
-            Event::Look => self.look(rt),
+            Event::Poll => self.poll(rt),
             Event::Found(topic, found) => self.open(rt, &topic, found),
             Event::Request(Request { command, reply }) => {
                 self.execute(rt, command, reply);
@@ -196,7 +196,7 @@ impl Watch {
             Event::Closed => return Flow::Stop,
             Event::Vehicle(node, vehicle) => self.vehicle(&node, vehicle),
             Event::Feedback(action, id, feedback) => self.feedback(&action, id, &feedback),
-            Event::Accepted(action, outcome) => self.accepted(rt, action, outcome),
+            Event::Accepted(action, id) => self.accepted(rt, action, id),
             Event::Ended(action, id, outcome) => self.ended(&action, id, outcome),
             Event::Parameters => {}
         }
@@ -236,7 +236,7 @@ impl Watch {
         if feed.type_name == ModelEstimate::TYPE_NAME
             && let Ok(model) = cdr::from_bytes::<ModelEstimate>(&sample.bytes)
         {
-            self.knowledge.tell(&mut board, &feed.topic, time, &model);
+            self.models.tell(&mut board, &feed.topic, time, &model);
         }
     }
 
@@ -259,7 +259,7 @@ impl Watch {
             return;
         };
         let sent = sample.published.as_ref().unwrap_or(&sample.received);
-        locked(&self.board).log(Line {
+        locked(&self.board).log(LogLine {
             time: sent.nanos() as f64 * 1e-9,
             level: log.level,
             node: bounded(&log.name).to_owned(),
@@ -269,7 +269,7 @@ impl Watch {
 
     fn parameters_changed(&mut self, rt: &Runtime<Event>, node: &str) {
         let is_new = !self.changes.contains_key(node);
-        if !is_new || (self.changes.len() < MOST_TOPICS && node.len() <= LONGEST_NAME) {
+        if !is_new || (self.changes.len() < MAX_TOPICS && node.len() <= MAX_NAME_BYTES) {
             *self.changes.entry(node.to_owned()).or_default() += 1;
             locked(&self.board).put("parameters", json!(self.changes));
         }
@@ -277,7 +277,7 @@ impl Watch {
     }
 
     /// Looks for topics that are wanted, and every second counts nodes and topics.
-    fn look(&mut self, rt: &Runtime<Event>) {
+    fn poll(&mut self, rt: &Runtime<Event>) {
         let published = rt.published_topics();
         self.want_vehicles(&published);
         for topic in &published {
@@ -287,10 +287,10 @@ impl Watch {
                 rt.when_done(async move { Event::Found(topic, finding.await) });
             }
         }
-        if self.looks.is_multiple_of(LOOKS_PER_COUNT) {
+        if self.polls.is_multiple_of(POLLS_PER_COUNT) {
             self.count(rt, &published);
         }
-        self.looks += 1;
+        self.polls += 1;
     }
 
     /// Wants the recorder's channels of each vehicle.
@@ -303,7 +303,7 @@ impl Watch {
                 let open = self.topics.keys().filter(|it| it.ends_with("/state"));
                 open.count()
             };
-            if !is_ours || self.topics.contains_key(&topic.name) || vehicles() >= MOST_VEHICLES {
+            if !is_ours || self.topics.contains_key(&topic.name) || vehicles() >= MAX_VEHICLES {
                 continue;
             }
             for channel in charts::channels() {
@@ -315,30 +315,28 @@ impl Watch {
     }
 
     /// Wants a channel: its topic is read once there is one.
-    fn want(&mut self, channel: &str) -> Result<(), String> {
-        let (topic, field) = channel
-            .split_once(':')
-            .ok_or("a channel is written TOPIC:FIELD")?;
-        if channel.len() > LONGEST_NAME {
-            return Err(format!("a channel's name has at most {LONGEST_NAME} bytes"));
+    fn want(&mut self, channel: &str) -> Result<(), Error> {
+        let (topic, field) = channel.split_once(':').ok_or(Error::Channel)?;
+        if channel.len() > MAX_NAME_BYTES {
+            return Err(Error::ChannelName(MAX_NAME_BYTES));
         }
         let fields = self.channels.get(topic);
         if fields.is_some_and(|it| it.contains(field)) {
             return Ok(());
         }
         match self.topics.get(topic) {
-            Some(Wanted::Refused(reason)) => return Err(reason.clone()),
+            Some(Wanted::Refused(reason)) => return Err(Error::Refused(reason.clone())),
             Some(Wanted::Open(index)) => self.attach(*index, channel, field)?,
             Some(Wanted::Missing | Wanted::Defining) | None => {}
         }
         let count = |channels: &BTreeMap<String, BTreeSet<String>>| {
             channels.values().map(BTreeSet::len).sum::<usize>()
         };
-        if count(&self.channels) >= MOST_CHANNELS {
+        if count(&self.channels) >= MAX_CHANNELS {
             self.forget_unread();
         }
-        if count(&self.channels) >= MOST_CHANNELS {
-            return Err(format!("{MOST_CHANNELS} channels are kept already"));
+        if count(&self.channels) >= MAX_CHANNELS {
+            return Err(Error::Channels(MAX_CHANNELS));
         }
         let fields = self.channels.entry(topic.to_owned()).or_default();
         fields.insert(field.to_owned());
@@ -363,7 +361,7 @@ impl Watch {
     }
 
     /// Reads a field of an open topic into the channel.
-    fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), String> {
+    fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), Error> {
         if field.starts_with('~') {
             return Ok(()); // Computed.
         }
@@ -375,10 +373,10 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         topic: &PublishedTopic,
-        found: Result<Definition, String>,
+        found: Result<Definition, DefinitionError>,
     ) {
         let (name, index) = (&topic.name, self.feeds.len());
-        let opened = found.and_then(|definition| {
+        let opened = found.map_err(Error::from).and_then(|definition| {
             let feed = Feed::new(name, &topic.type_name, &definition)?;
             let hash = (!definition.type_hash.is_empty()).then_some(definition.type_hash);
             let event = move |sample| Event::Sample(index, sample);
@@ -389,8 +387,7 @@ impl Watch {
                 hash.as_deref(),
                 Qos::record(),
                 event,
-            )
-            .map_err(|error| format!("{error:#}"))?;
+            )?;
             Ok(feed)
         });
         let fields = self.channels.get(name).cloned().unwrap_or_default();
@@ -401,10 +398,12 @@ impl Watch {
                 for field in &fields {
                     let channel = format!("{name}:{field}");
                     let refusal = self.attach(index, &channel, field).err();
-                    locked(&self.board).channel(&channel).refusal = refusal;
+                    locked(&self.board).channel(&channel).refusal =
+                        refusal.map(|it| it.to_string());
                 }
             }
             Err(reason) => {
+                let reason = reason.to_string();
                 let mut board = locked(&self.board);
                 for field in &fields {
                     board.channel(&format!("{name}:{field}")).refusal = Some(reason.clone());
@@ -427,9 +426,9 @@ impl Watch {
         for node in self.nodes.discovered(&names, now) {
             self.ask_vehicle(rt, &node);
         }
-        for (action, flown) in &mut self.manoeuvres {
-            if flown.goal.is_some() && !flown.client.is_served() {
-                flown.goal = None;
+        for (action, running) in &mut self.manoeuvres {
+            if running.goal.is_some() && !running.client.is_served() {
+                running.goal = None;
                 let lost = json!({"state": "lost", "message": "the controller has gone"});
                 locked(&self.board).put(&format!("manoeuvre:{action}"), lost);
             }
@@ -437,7 +436,7 @@ impl Watch {
         let topics = self.told_topics(published, now);
         let vehicles = vehicles(published);
         let mut board = locked(&self.board);
-        for namespace in vehicles.iter().take(MOST_VEHICLES) {
+        for namespace in vehicles.iter().take(MAX_VEHICLES) {
             if let Some(time) = self.times.get(*namespace) {
                 let levels = self.nodes.levels(namespace, now);
                 for (channel, level) in [WARNINGS, ERRORS].iter().zip(levels) {
@@ -452,7 +451,7 @@ impl Watch {
         let known = services.iter().filter(|name| is_command(name));
         board.put(
             "services",
-            known.take(MOST_TOPICS).map(|it| bounded(it)).collect(),
+            known.take(MAX_TOPICS).map(|it| bounded(it)).collect(),
         );
     }
 
@@ -479,21 +478,21 @@ impl Watch {
                 "trouble": feed.and_then(|feed| feed.trouble.as_deref()),
             })
         };
-        let told = published.iter().take(MOST_TOPICS).map(topic).collect();
+        let told = published.iter().take(MAX_TOPICS).map(topic).collect();
         self.counted = (now, received);
         told
     }
 
     /// Asks a vehicle for its parameters, by which its true poles are known.
     fn ask_vehicle(&mut self, rt: &Runtime<Event>, node: &str) {
-        if !node.ends_with("/plant_sim") || self.asked >= MOST_VEHICLES {
+        if !node.ends_with("/plant_sim") || self.asked >= MAX_VEHICLES {
             return;
         }
         let Ok(asking) = self.ask_parameters(rt, node) else {
             return;
         };
         self.asked += 1;
-        let (node, knowledge) = (node.to_owned(), self.knowledge);
+        let (node, models) = (node.to_owned(), self.models);
         rt.when_done(async move {
             let vehicle = match asking.await {
                 Err(reason) => Err(reason),
@@ -502,18 +501,20 @@ impl Watch {
                     let values = values.filter_map(|it| Some((it.name, value_of(it.value)?)));
                     let values: Vec<_> = values.collect();
                     // On a thread of its own: its file may lie on a disk that does not answer.
-                    smol::unblock(move || (knowledge.vehicle)(&values)).await
+                    smol::unblock(move || (models.vehicle)(&values))
+                        .await
+                        .map_err(Error::from)
                 }
             };
             Event::Vehicle(node, vehicle)
         });
     }
 
-    fn vehicle(&mut self, node: &str, vehicle: Result<Vehicle, String>) {
+    fn vehicle(&mut self, node: &str, vehicle: Result<Vehicle, Error>) {
         self.asked -= 1;
         let told = match vehicle {
             Ok(vehicle) => json!(vehicle),
-            Err(reason) => json!({"reason": reason}),
+            Err(reason) => json!({"reason": reason.to_string()}),
         };
         let place = namespace(node);
         locked(&self.board).put(&format!("vehicle:{place}"), told);
@@ -524,15 +525,15 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         service: &str,
-    ) -> Result<Client<S>, String> {
+    ) -> Result<Client<S>, Error> {
         let key = (TypeId::of::<S>(), service.to_owned());
         if let Some(client) = self.clients.get(&key).and_then(|it| it.downcast_ref()) {
             return Ok(Client::clone(client));
         }
         if !rt.services(service).iter().any(|it| it == service) {
-            return Err(format!("no node serves {service}"));
+            return Err(Error::NotServed(service.to_owned()));
         }
-        let client: Client<S> = rt.client(service).map_err(|error| format!("{error:#}"))?;
+        let client: Client<S> = rt.client(service)?;
         self.clients.insert(key, Box::new(client.clone()));
         Ok(client)
     }
@@ -549,9 +550,9 @@ impl Watch {
         match self.client::<S>(rt, service) {
             Err(reason) => answer(reply, refused(reason)),
             Ok(client) => rt.when_done(async move {
-                let told = match client.call(request, ANSWER).await {
+                let told = match client.call(request, ANSWER_TIMEOUT).await {
                     Ok(response) => show(response),
-                    Err(error) => refused(format!("{error:#}")),
+                    Err(error) => refused(error),
                 };
                 answer(reply, told);
                 Event::Parameters
@@ -564,25 +565,26 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         node: &str,
-    ) -> Result<impl Future<Output = Result<Vec<Described>, String>> + use<>, String> {
+    ) -> Result<impl Future<Output = Result<Vec<Described>, Error>> + use<>, Error> {
         let service = |name: &str| format!("{node}/{name}");
         let list = self.client::<ListParameters>(rt, &service("list_parameters"))?;
         let get = self.client::<GetParameters>(rt, &service("get_parameters"))?;
         let describe = self.client::<DescribeParameters>(rt, &service("describe_parameters"))?;
         Ok(async move {
-            let said = |error: anyhow::Error| format!("{error:#}");
-            let listed = list.call(ListParametersRequest::default(), ANSWER).await;
-            let names = listed.map_err(said)?.result.names;
+            let listed = list
+                .call(ListParametersRequest::default(), ANSWER_TIMEOUT)
+                .await;
+            let names = listed?.result.names;
             let request = GetParametersRequest {
                 names: names.clone(),
             };
-            let values = get.call(request, ANSWER).await.map_err(said)?.values;
+            let values = get.call(request, ANSWER_TIMEOUT).await?.values;
             let request = DescribeParametersRequest {
                 names: names.clone(),
             };
-            let described = describe.call(request, ANSWER).await.map_err(said)?;
+            let described = describe.call(request, ANSWER_TIMEOUT).await?;
             if values.len() != names.len() || described.descriptors.len() != names.len() {
-                return Err("it answers for other parameters than it lists".to_owned());
+                return Err(Error::Parameters);
             }
             let all = names.into_iter().zip(values).zip(described.descriptors);
             let one = all.map(|((name, value), descriptor)| {
@@ -619,7 +621,7 @@ impl Watch {
             Command::Keep { channels } => {
                 let told = |channel: &String| match self.want(channel) {
                     Ok(()) => Value::Null,
-                    Err(reason) => json!(reason),
+                    Err(reason) => json!(reason.to_string()),
                 };
                 let reasons: Vec<_> = channels.iter().map(told).collect();
                 answer(reply, json!({"ok": true, "refused": reasons}));
@@ -679,10 +681,10 @@ impl Watch {
                 });
             }
             Command::Fit { service, name } => {
-                let knowledge = self.knowledge;
+                let models = self.models;
                 self.call::<Fit>(rt, &service, FitRequest { name }, reply, move |it| {
                     match it.success {
-                        true => json!({"ok": true, "model": knowledge.model(&it.model),
+                        true => json!({"ok": true, "model": models.model(&it.model),
                             "message": format!("fit {:.2} % of {} samples", it.model.fit, it.model.samples)}),
                         false => refused(it.message),
                     }
@@ -718,7 +720,7 @@ impl Watch {
                 answer(reply, told);
             }
             Command::Publish { topic, text } => self.publish(rt, &topic, &text, reply),
-            Command::Manoeuvre { action, goal } => self.fly(rt, action, goal, reply),
+            Command::Manoeuvre { action, goal } => self.send_manoeuvre(rt, action, goal, reply),
             Command::Cancel { action } => self.cancel(rt, &action, reply),
         }
     }
@@ -739,6 +741,7 @@ impl Watch {
         rt.when_done(async move {
             let fields = finding
                 .await
+                .map_err(Error::from)
                 .and_then(|definition| Feed::new(&found.name, &found.type_name, &definition))
                 .map(|feed| feed.fields());
             let told = match fields {
@@ -771,12 +774,12 @@ impl Watch {
                     self.setpoints.insert(topic.to_owned(), publisher.clone());
                     publisher
                 }
-                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+                Err(error) => return answer(reply, refused(error)),
             },
         };
         rt.when_done(async move {
             let since = Instant::now();
-            while publisher.readers() == 0 && since.elapsed() < ANSWER {
+            while publisher.readers() == 0 && since.elapsed() < ANSWER_TIMEOUT {
                 smol::Timer::after(Duration::from_millis(20)).await;
             }
             let told = match publisher.readers() {
@@ -789,7 +792,7 @@ impl Watch {
         });
     }
 
-    fn fly(&mut self, rt: &Runtime<Event>, action: String, goal: Goal, reply: Reply) {
+    fn send_manoeuvre(&mut self, rt: &Runtime<Event>, action: String, goal: Goal, reply: Reply) {
         let goal = match goal_of(goal) {
             Ok(goal) => goal,
             Err(reason) => return answer(reply, refused(reason)),
@@ -805,47 +808,38 @@ impl Watch {
             });
             match opened {
                 Ok(client) => {
-                    let flown = Flown { client, goal: None };
-                    self.manoeuvres.insert(action.clone(), flown);
+                    let running = ManoeuvreClient { client, goal: None };
+                    self.manoeuvres.insert(action.clone(), running);
                 }
-                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+                Err(error) => return answer(reply, refused(error)),
             }
         }
-        let Some(flown) = self.manoeuvres.get(&action) else {
+        let Some(running) = self.manoeuvres.get(&action) else {
             return;
         };
-        let client = flown.client.clone();
+        let client = running.client.clone();
         rt.when_done(async move {
-            let outcome = client.send(goal, ANSWER).await;
-            let outcome = outcome.map_err(|error| format!("{error:#}"));
-            answer(
-                reply,
-                match &outcome {
-                    Ok(Some(_)) => done("accepted"),
-                    Ok(None) => refused("the controller rejects it"),
-                    Err(reason) => refused(reason),
-                },
-            );
-            Event::Accepted(action, outcome)
+            let (told, event) = match client.send(goal, ANSWER_TIMEOUT).await {
+                Ok(Some(id)) => (done("accepted"), Event::Accepted(action, id)),
+                Ok(None) => (refused("the controller rejects it"), Event::Parameters),
+                Err(reason) => (refused(reason), Event::Parameters),
+            };
+            answer(reply, told);
+            event
         });
     }
 
-    fn accepted(
-        &mut self,
-        rt: &Runtime<Event>,
-        action: String,
-        outcome: Result<Option<GoalId>, String>,
-    ) {
-        let (Some(flown), Ok(Some(id))) = (self.manoeuvres.get_mut(&action), outcome) else {
+    fn accepted(&mut self, rt: &Runtime<Event>, action: String, id: GoalId) {
+        let Some(running) = self.manoeuvres.get_mut(&action) else {
             return;
         };
-        flown.goal = Some(id);
-        let client = flown.client.clone();
+        running.goal = Some(id);
+        let client = running.client.clone();
         let section = format!("manoeuvre:{action}");
         locked(&self.board).put(&section, json!({"state": "running"}));
         rt.when_done(async move {
-            let outcome = client.result(id, MANOEUVRE).await;
-            Event::Ended(action, id, outcome.map_err(|error| format!("{error:#}")))
+            let outcome = client.result(id, MANOEUVRE_TIMEOUT).await;
+            Event::Ended(action, id, outcome)
         });
     }
 
@@ -864,35 +858,35 @@ impl Watch {
         &mut self,
         action: &str,
         id: GoalId,
-        outcome: Result<(GoalStatus, ManoeuvreResult), String>,
+        outcome: Result<(GoalStatus, ManoeuvreResult), planesman_node::Error>,
     ) {
-        let Some(flown) = self.manoeuvres.get_mut(action) else {
+        let Some(running) = self.manoeuvres.get_mut(action) else {
             return;
         };
-        if flown.goal != Some(id) {
+        if running.goal != Some(id) {
             return; // A newer one has taken its place.
         }
-        flown.goal = None;
+        running.goal = None;
         let (state, message) = match outcome {
             Ok((GoalStatus::Succeeded, result)) => ("completed", result.message),
             Ok((GoalStatus::Canceled, result)) => ("cancelled", result.message),
             Ok((_, result)) => ("aborted", result.message),
-            Err(reason) => ("lost", reason),
+            Err(reason) => ("lost", reason.to_string()),
         };
         let told = json!({"state": state, "message": message});
         locked(&self.board).put(&format!("manoeuvre:{action}"), told);
     }
 
     fn cancel(&mut self, rt: &Runtime<Event>, action: &str, reply: Reply) {
-        let flown = self.manoeuvres.get(action);
-        let Some((client, id)) = flown.and_then(|it| Some((it.client.clone(), it.goal?))) else {
+        let running = self.manoeuvres.get(action);
+        let Some((client, id)) = running.and_then(|it| Some((it.client.clone(), it.goal?))) else {
             return answer(reply, refused("no manoeuvre of this page is under way"));
         };
         rt.when_done(async move {
-            let told = match client.cancel(id, ANSWER).await {
+            let told = match client.cancel(id, ANSWER_TIMEOUT).await {
                 Ok(true) => done("cancelling"),
                 Ok(false) => refused("the controller does not cancel it"),
-                Err(error) => refused(format!("{error:#}")),
+                Err(error) => refused(error),
             };
             answer(reply, told);
             Event::Parameters
@@ -901,9 +895,9 @@ impl Watch {
 }
 
 /// The goal that a page asks for. A chirp ends four times as fast as it begins.
-fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, String> {
-    let quantity = |name: &str, text: &str, si: &str| {
-        units::parse(text, si).map_err(|reason| format!("{name}: {reason}"))
+fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, Error> {
+    let quantity = |name: &'static str, text: &str, si: &str| {
+        units::parse(text, si).map_err(|reason| Error::Quantity(name, Box::new(reason)))
     };
     let period = quantity("period", &goal.period, "s")?;
     Ok(ManoeuvreGoal {
@@ -951,7 +945,7 @@ fn vehicles(published: &[PublishedTopic]) -> Vec<&str> {
         .map(|it| namespace(&it.name))
         .filter(|it| !it.is_empty() && !ours.contains(it))
         .collect();
-    ours.into_iter().chain(others).take(MOST_TOPICS).collect()
+    ours.into_iter().chain(others).take(MAX_TOPICS).collect()
 }
 
 /// Whether the page has a button for the service.

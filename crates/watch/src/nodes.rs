@@ -8,13 +8,13 @@ use planesman_node::{Connections, Direction, claim};
 use serde_json::{Value, json};
 
 /// Nodes and statuses that are told; a hostile peer can make them up without end.
-const MOST_NODES: usize = 500;
-const MOST_STATUSES: usize = 2000;
+const MAX_NODES: usize = 500;
+const MAX_STATUSES: usize = 2000;
 /// The text of all statuses, bytes: some hundred times that of a vehicle's.
-const MOST_TEXT: usize = 4 << 20;
+const MAX_TEXT: usize = 4 << 20;
 
 /// Time without diagnostics of a node that sends them every second, after which it is silent.
-const SILENT: Duration = Duration::from_millis(2500);
+const SILENCE_TIMEOUT: Duration = Duration::from_millis(2500);
 
 /// The longest text of another node that is told, bytes.
 pub(crate) const LONGEST_TEXT: usize = 4096;
@@ -60,7 +60,7 @@ impl Nodes {
         }
         let mut new = Vec::new();
         for name in names {
-            if self.nodes.len() >= MOST_NODES && !self.nodes.contains_key(name) {
+            if self.nodes.len() >= MAX_NODES && !self.nodes.contains_key(name) {
                 continue;
             }
             let node = self.nodes.entry(name.clone()).or_default();
@@ -76,7 +76,7 @@ impl Nodes {
     /// Takes a node's diagnostics.
     pub(crate) fn heard(&mut self, array: &DiagnosticArray, now: Instant) {
         if let Some(connections) = Connections::from_diagnostics(array)
-            && (self.nodes.len() < MOST_NODES || self.nodes.contains_key(&connections.node))
+            && (self.nodes.len() < MAX_NODES || self.nodes.contains_key(&connections.node))
         {
             let node = self.nodes.entry(connections.node.clone()).or_default();
             if let (Some(before), Some(heard)) = (&node.connections, node.heard) {
@@ -94,7 +94,7 @@ impl Nodes {
             let before = self.statuses.get(&status.name);
             let is_new = before.is_none();
             let text = self.text - before.map_or(0, |(_, it)| text_of(it)) + text_of(status);
-            if text <= MOST_TEXT && !(is_new && self.statuses.len() >= MOST_STATUSES) {
+            if text <= MAX_TEXT && !(is_new && self.statuses.len() >= MAX_STATUSES) {
                 self.text = text;
                 let status = status.clone();
                 self.statuses.insert(status.name.clone(), (now, status));
@@ -115,7 +115,7 @@ impl Nodes {
     pub(crate) fn levels(&self, namespace: &str, now: Instant) -> [usize; 2] {
         let prefix = format!("{namespace}/");
         let within = self.statuses.iter().filter(|(name, (heard, _))| {
-            name.starts_with(&prefix) && now.duration_since(*heard) < SILENT
+            name.starts_with(&prefix) && now.duration_since(*heard) < SILENCE_TIMEOUT
         });
         let levels: Vec<u8> = within.map(|(_, (_, status))| status.level).collect();
         [
@@ -136,7 +136,7 @@ impl Nodes {
             let age = node.heard.map(|heard| now.duration_since(heard));
             let state = match age {
                 _ if node.gone.is_some() => "gone",
-                Some(age) if age >= SILENT => "silent",
+                Some(age) if age >= SILENCE_TIMEOUT => "silent",
                 _ => "alive",
             };
             let list = node.connections.as_ref().map(|it| it.list.as_slice());
@@ -176,7 +176,7 @@ impl Nodes {
                 "name": bounded(name),
                 "level": status.level,
                 "message": bounded(&status.message),
-                "stale": now.duration_since(*heard) >= SILENT,
+                "stale": now.duration_since(*heard) >= SILENCE_TIMEOUT,
                 "values": values,
             })
         };

@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 /// Samples kept of a channel: almost three hours at 20 Hz.
-pub(crate) const KEPT: usize = 200_000;
+pub(crate) const SAMPLES_PER_CHANNEL: usize = 200_000;
 
 /// A reader that was level with the last sample and is by more samples behind it goes on with the newest: a connection that is too slow
 /// for all does not show an ever older past.
-const LAG: u64 = 20_000;
+const MAX_LAG: u64 = 20_000;
 
 /// A time that goes back by less is a message out of order, by more a vehicle that begins anew, s.
 const RESTART: f64 = 1.0;
@@ -93,7 +93,7 @@ impl Series {
             };
         }
         let end = self.dropped + self.samples.len() as u64;
-        if cursor.level && end.saturating_sub(cursor.next) > LAG {
+        if cursor.level && end.saturating_sub(cursor.next) > MAX_LAG {
             cursor.next = end.saturating_sub(most as u64);
         }
         let skipped = usize::try_from(cursor.next.saturating_sub(self.dropped)).unwrap_or(0);
@@ -118,19 +118,19 @@ mod tests {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
         for k in 0..5 {
-            series.push(f64::from(k), 10.0, KEPT);
+            series.push(f64::from(k), 10.0, SAMPLES_PER_CHANNEL);
         }
-        series.push(4.0, 11.0, KEPT); // sent again
-        series.push(3.5, 11.0, KEPT); // late
-        series.push(f64::NAN, 1.0, KEPT);
-        series.push(5.0, f64::INFINITY, KEPT);
+        series.push(4.0, 11.0, SAMPLES_PER_CHANNEL); // sent again
+        series.push(3.5, 11.0, SAMPLES_PER_CHANNEL); // late
+        series.push(f64::NAN, 1.0, SAMPLES_PER_CHANNEL);
+        series.push(5.0, f64::INFINITY, SAMPLES_PER_CHANNEL);
         assert_eq!(series.since(&mut cursor, 3).times, [0.0, 1.0, 2.0]);
         assert_eq!(series.since(&mut cursor, 3).times, [3.0, 4.0]);
         assert_eq!(series.since(&mut cursor, 3), News::default());
-        series.push(0.5, 1.0, KEPT);
-        let news = series.since(&mut cursor, 3);
-        assert!(news.restarted);
-        assert_eq!(news.times, [0.5]);
+        series.push(0.5, 1.0, SAMPLES_PER_CHANNEL);
+        let new = series.since(&mut cursor, 3);
+        assert!(new.restarted);
+        assert_eq!(new.times, [0.5]);
         assert!(!series.since(&mut cursor, 3).restarted);
     }
 
@@ -138,17 +138,17 @@ mod tests {
     fn a_reset_at_a_time_that_goes_on_leaves_nothing_of_the_run_before() {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
-        series.push(10.0, 1.0, KEPT);
+        series.push(10.0, 1.0, SAMPLES_PER_CHANNEL);
         series.since(&mut cursor, 9);
         series.begin_anew(Some(10.1));
-        series.push(10.05, 1.0, KEPT); // late, of the run before
+        series.push(10.05, 1.0, SAMPLES_PER_CHANNEL); // late, of the run before
         assert_eq!(series.since(&mut cursor, 9).times, [0.0; 0]);
-        series.push(10.1, 0.0, KEPT);
-        series.push(10.2, 0.0, KEPT);
+        series.push(10.1, 0.0, SAMPLES_PER_CHANNEL);
+        series.push(10.2, 0.0, SAMPLES_PER_CHANNEL);
         assert_eq!(series.since(&mut cursor, 9).times, [10.1, 10.2]);
-        series.push(0.0, 0.0, KEPT); // a simulation started again
+        series.push(0.0, 0.0, SAMPLES_PER_CHANNEL); // a simulation started again
         assert_eq!(series.since(&mut cursor, 9).times, [0.0]);
-        series.push(0.1, 0.0, KEPT);
+        series.push(0.1, 0.0, SAMPLES_PER_CHANNEL);
         assert_eq!(series.since(&mut cursor, 9).times, [0.1]);
     }
 
@@ -156,12 +156,12 @@ mod tests {
     fn of_too_many_samples_the_latest_are_kept() {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
-        for k in 0..KEPT + 10 {
-            series.push(k as f64, 0.0, KEPT);
+        for k in 0..SAMPLES_PER_CHANNEL + 10 {
+            series.push(k as f64, 0.0, SAMPLES_PER_CHANNEL);
         }
-        let news = series.since(&mut cursor, KEPT + 10);
-        assert_eq!((news.times.len(), news.times[0]), (KEPT, 10.0));
-        series.push(1e9, 0.0, KEPT);
+        let new = series.since(&mut cursor, SAMPLES_PER_CHANNEL + 10);
+        assert_eq!((new.times.len(), new.times[0]), (SAMPLES_PER_CHANNEL, 10.0));
+        series.push(1e9, 0.0, SAMPLES_PER_CHANNEL);
         assert_eq!(series.since(&mut cursor, 10).times, [1e9]);
     }
 
@@ -169,20 +169,20 @@ mod tests {
     fn a_reader_gets_what_was_before_it_came_and_the_newest_once_it_is_too_slow() {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
-        let lag = usize::try_from(LAG).expect("a length");
+        let lag = usize::try_from(MAX_LAG).expect("a length");
         for k in 0..2 * lag {
-            series.push(k as f64, 0.0, KEPT);
+            series.push(k as f64, 0.0, SAMPLES_PER_CHANNEL);
         }
         let mut next = 0.0;
         while let [first, .., last] = series.since(&mut cursor, 1000).times[..] {
             assert_eq!(first, next);
             next = last + 1.0;
         }
-        assert_eq!(next, 2.0 * LAG as f64);
+        assert_eq!(next, 2.0 * MAX_LAG as f64);
         for k in 2 * lag..3 * lag + 1 {
-            series.push(k as f64, 0.0, KEPT);
+            series.push(k as f64, 0.0, SAMPLES_PER_CHANNEL);
         }
-        let news = series.since(&mut cursor, 10).times;
-        assert_eq!((news.len(), news[9]), (10, 3.0 * LAG as f64));
+        let new = series.since(&mut cursor, 10).times;
+        assert_eq!((new.len(), new[9]), (10, 3.0 * MAX_LAG as f64));
     }
 }

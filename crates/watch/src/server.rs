@@ -7,7 +7,6 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{
@@ -31,6 +30,7 @@ use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::{MissedTickBehavior, sleep, timeout};
 
+use crate::Error;
 use crate::bag_file::Disks;
 use crate::board::{Reader, SharedBoard, locked};
 use crate::charts;
@@ -40,24 +40,24 @@ use crate::units;
 use crate::visitors::{Visitor, Visitors};
 
 /// Time between two messages to a page: thirty a second.
-const FRAME: Duration = Duration::from_millis(33);
+const UPDATE_PERIOD: Duration = Duration::from_millis(33);
 /// Longest time between two messages to a page.
-const QUIET: Duration = Duration::from_secs(5);
+const KEEP_ALIVE_PERIOD: Duration = Duration::from_secs(5);
 /// Requests under way at once.
-const REQUESTS: usize = 64;
+const MAX_REQUESTS: usize = 64;
 /// Channels of one page.
-const CHANNELS: usize = 256;
+const MAX_CHANNELS: usize = 256;
 /// The longest request, bytes: its head, and its body.
-const LONGEST_REQUEST: usize = 1 << 16;
+const MAX_REQUEST_BYTES: usize = 1 << 16;
 /// Time in which a request's head must have come, also a connection's first or next one; and its body.
-const HEAD: Duration = Duration::from_secs(10);
-const BODY: Duration = Duration::from_secs(10);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Time for which a connection may take nothing of what it is sent, ms.
-const DEAF: u32 = 30_000;
+const UNREAD_TIMEOUT_MS: u32 = 30_000;
 /// Bytes on the way to a page that it has not taken: what is older than these does not wait for it.
 const SEND_BUFFER: usize = 1 << 17;
 /// Time for the node to answer: longer than it waits for any other node.
-const ANSWER: Duration = Duration::from_secs(30);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Nothing but the page's own files is loaded or run, and no other page shows it within itself.
 const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; \
@@ -110,9 +110,9 @@ impl Server {
         address: SocketAddr,
         board: SharedBoard,
         requests: smol::channel::Sender<Request>,
-    ) -> Result<Self> {
+    ) -> Result<Self, Error> {
         let listener =
-            TcpListener::bind(address).with_context(|| format!("cannot listen at {address}"))?;
+            TcpListener::bind(address).map_err(|reason| Error::Listen(address, reason))?;
         listener.set_nonblocking(true)?;
         Ok(Self {
             address: listener.local_addr()?,
@@ -121,7 +121,7 @@ impl Server {
                 board,
                 requests,
                 guard: Arc::new(Guard::of(address.ip())?),
-                under_way: Arc::new(Semaphore::new(REQUESTS)),
+                under_way: Arc::new(Semaphore::new(MAX_REQUESTS)),
                 disks: Disks::default(),
             },
         })
@@ -133,7 +133,7 @@ impl Server {
     }
 
     /// Answers from now on, on a thread of its own.
-    pub(crate) fn start(self) -> Result<()> {
+    pub(crate) fn start(self) -> Result<(), Error> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .enable_time()
@@ -181,7 +181,7 @@ async fn attend(
     closed: oneshot::Receiver<()>,
 ) {
     // Without them a connection that is not read is held for longer.
-    let _ = sockopt::set_tcp_user_timeout(&stream, DEAF);
+    let _ = sockopt::set_tcp_user_timeout(&stream, UNREAD_TIMEOUT_MS);
     let _ = sockopt::set_socket_send_buffer_size(&stream, SEND_BUFFER);
     let (routes, carried) = (TowerToHyperService::new(router), visitor.clone());
     let service = service_fn(move |mut request: hyper::Request<Incoming>| {
@@ -190,8 +190,8 @@ async fn attend(
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(HEAD)
-        .max_buf_size(LONGEST_REQUEST)
+        .header_read_timeout(HEAD_TIMEOUT)
+        .max_buf_size(MAX_REQUEST_BYTES)
         .serve_connection(TokioIo::new(stream), service);
     select(pin!(connection), closed).await;
     visitor.leave();
@@ -211,7 +211,7 @@ fn routes(shared: Shared) -> Router {
         .route("/events", get(events))
         .route("/do", post(execute))
         .route("/bag", get(bag))
-        .layer(DefaultBodyLimit::max(LONGEST_REQUEST))
+        .layer(DefaultBodyLimit::max(MAX_REQUEST_BYTES))
         .layer(from_fn_with_state(shared.clone(), admit))
         .with_state(shared)
 }
@@ -264,8 +264,8 @@ async fn events(
     let mut seen = BTreeSet::new();
     let channels = values(query.as_deref(), "channel").enumerate();
     let channels = channels.filter(|(_, name)| seen.insert(name.clone()));
-    let reader = Reader::of(channels.take(CHANNELS));
-    let mut timer = tokio::time::interval(FRAME);
+    let reader = Reader::of(channels.take(MAX_CHANNELS));
+    let mut timer = tokio::time::interval(UPDATE_PERIOD);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let stream = Streamed {
         reader,
@@ -292,9 +292,9 @@ impl Streamed {
             if !self.reader.is_behind() {
                 self.timer.tick().await;
             }
-            let message = self.reader.news(&locked(&self.board));
+            let message = self.reader.updates(&locked(&self.board));
             // An empty message says that the connection is there.
-            if !message.is_empty() || since.elapsed() > QUIET {
+            if !message.is_empty() || since.elapsed() > KEEP_ALIVE_PERIOD {
                 return Event::default().json_data(message);
             }
         }
@@ -316,7 +316,7 @@ async fn ask(shared: &Shared, command: Command) -> Value {
         shared.requests.send(request).await.ok()?;
         answered.await.ok()
     };
-    match timeout(ANSWER, asking).await {
+    match timeout(ANSWER_TIMEOUT, asking).await {
         Ok(answer) => answer.unwrap_or_else(|| refused("the node has stopped")),
         Err(_) => refused("planesman watch itself does not answer"),
     }
@@ -327,7 +327,7 @@ async fn execute(State(shared): State<Shared>, request: HttpRequest) -> Response
     let Ok(_permit) = shared.under_way.try_acquire() else {
         return busy("too many requests are under way");
     };
-    match timeout(BODY, Json::<Command>::from_request(request, &())).await {
+    match timeout(BODY_TIMEOUT, Json::<Command>::from_request(request, &())).await {
         Ok(Ok(Json(command))) => Json(ask(&shared, command).await).into_response(),
         Ok(Err(rejection)) => {
             (rejection.status(), Json(refused(rejection.body_text()))).into_response()

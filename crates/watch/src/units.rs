@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use planesman_units::{Dimension, Quantity, Unit};
 use serde::Serialize;
 
+use crate::Error;
+
 /// The SI units whose quantities the page has in another unit.
 const SHOWN: [(&str, &str); 3] = [("rad", "deg"), ("rad/s", "deg/s"), ("Pa", "kPa")];
 
@@ -37,27 +39,27 @@ pub(crate) fn on_page(number: f64, si: &str) -> f64 {
 ///
 /// # Errors
 /// What is expected instead.
-pub(crate) fn parse(text: &str, si: &str) -> Result<f64, String> {
+pub(crate) fn parse(text: &str, si: &str) -> Result<f64, Error> {
     let text = text.trim();
     let number = text.strip_suffix(symbol(si)).unwrap_or(text).trim_end();
     if let Ok(number) = number.parse::<f64>() {
         let number = shown(si).map_or(number, |(_, unit)| unit.si(number));
         return match number.is_finite() {
             true => Ok(number),
-            false => Err(format!("'{text}' is no finite number")),
+            false => Err(Error::NotFinite(text.to_owned())),
         };
     }
     let Some(dimension) = Dimension::of_si_unit(si) else {
-        return Err(format!("'{text}' is no number"));
+        return Err(Error::Number(text.to_owned()));
     };
     let quantity: Quantity = text.parse().unwrap_or_default();
     quantity.si(dimension).map_err(|_| {
         let units: Vec<&str> = dimension.units().iter().map(|it| it.symbol).collect();
-        format!(
-            "'{text}' is no number of {}, with its unit or, in {}, without",
-            units.join(", "),
-            symbol(si)
-        )
+        Error::Unit {
+            text: text.to_owned(),
+            units: units.join(", "),
+            unit: symbol(si).to_owned(),
+        }
     })
 }
 
@@ -132,7 +134,7 @@ mod tests {
         ] {
             assert!(parse(text, si).is_err(), "{text} {si}");
         }
-        let refusal = parse("3 kg", "rad").expect_err("no angle");
+        let refusal = parse("3 kg", "rad").expect_err("no angle").to_string();
         assert!(
             refusal.contains("rad, deg") && refusal.contains("in deg"),
             "{refusal}"

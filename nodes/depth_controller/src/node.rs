@@ -32,7 +32,7 @@ enum Event {
     CancelManoeuvre(GoalId),
     ResetFault(Responder<Trigger>),
     /// Time to ask whether the state has gone silent.
-    Look,
+    Poll,
     Parameters(Box<ControllerParameters>),
     /// The managed node's state has changed.
     Lifecycle(Change),
@@ -49,11 +49,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "depth_controller",
             namespace: "/auv",
-            validate: |parameters| {
-                Controller::new(parameters)
-                    .map(drop)
-                    .map_err(|e| e.to_string())
-            },
+            validate: |parameters| Ok(Controller::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -96,7 +92,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     }
     rt.serve_action("~/manoeuvre", Event::Manoeuvre, Event::CancelManoeuvre)?;
     rt.serve::<Trigger>("~/reset_fault", |_, responder| Event::ResetFault(responder))?;
-    drop(rt.every(Duration::from_millis(100), || Event::Look));
+    drop(rt.every(Duration::from_millis(100), || Event::Poll));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -198,7 +194,7 @@ impl Node {
                 self.tell_status(rt);
             }
             Event::ResetFault(responder) => self.reset_fault(rt, responder),
-            Event::Look => self.look(rt),
+            Event::Poll => self.poll(rt),
             Event::Parameters(parameters) => {
                 self.controller.set_parameters(&parameters)?;
                 for change in changes(&self.parameters, &parameters) {
@@ -324,7 +320,7 @@ impl Node {
     }
 
     /// Silence of the state puts the planes to neutral, once, and says so.
-    fn look(&mut self, rt: &Runtime<Event>) {
+    fn poll(&mut self, rt: &Runtime<Event>) {
         if !self.lifecycle.is_active() {
             return self.tell_status(rt);
         }

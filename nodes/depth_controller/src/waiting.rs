@@ -2,13 +2,13 @@
 //!
 //! They come on topics of their own, in any order. A state that is repeated means that an answer is missing; its
 //! instruments are repeated too, on other topics, so perhaps after it. A state received
-//! [`SAYINGS`] times is answered without what is still missing.
+//! [`MAX_REPEATS`] times is answered without what is still missing.
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
 /// The number of receptions of a state after which it is answered without its instruments.
-pub(crate) const SAYINGS: u32 = 3;
+pub(crate) const MAX_REPEATS: u32 = 3;
 
 /// The state that waits, and how often it was received.
 #[derive(Clone, Debug, Default)]
@@ -27,7 +27,7 @@ impl Waiting {
             .as_ref()
             .is_some_and(|s| stamp(s) == stamp(&state));
         self.received = if again { self.received + 1 } else { 1 };
-        if ready || self.received >= SAYINGS {
+        if ready || self.received >= MAX_REPEATS {
             self.state = None;
             return Some(state);
         }

@@ -16,7 +16,7 @@ enum Event {
     Command(PlaneCommand),
     State(VehicleState),
     /// Time to ask whether everybody has gone silent.
-    Look,
+    Poll,
     Parameters(Box<ActuatorParameters>),
     /// The managed node's state has changed.
     Lifecycle(Change),
@@ -33,9 +33,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "dha_actuator",
             namespace: "/auv",
-            validate: |parameters: &ActuatorParameters| {
-                actuator(parameters).map(drop).map_err(|e| e.to_string())
-            },
+            validate: |parameters: &ActuatorParameters| Ok(actuator(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -62,7 +60,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     if !node.lockstep {
         rt.subscribe("state", Qos::reliable(100).of_one_publisher(), Event::State)?;
     }
-    drop(rt.every(Duration::from_millis(100), || Event::Look));
+    drop(rt.every(Duration::from_millis(100), || Event::Poll));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -100,7 +98,7 @@ impl Node {
                     (self.said, self.received) = (None, None);
                     self.limits.clear();
                 }
-                self.look(rt);
+                self.poll(rt);
             }
             Event::Command(_) | Event::State(_) if !self.lifecycle.is_active() => {}
             Event::Command(command) => {
@@ -122,7 +120,7 @@ impl Node {
                 }
             }
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
-            Event::Look => self.look(rt),
+            Event::Poll => self.poll(rt),
             Event::Parameters(parameters) => {
                 self.actuator.set_parameters(&parameters)?;
                 self.timeout = parameters.command_timeout;
@@ -164,7 +162,7 @@ impl Node {
         }
     }
 
-    fn look(&mut self, rt: &Runtime<Event>) {
+    fn poll(&mut self, rt: &Runtime<Event>) {
         let now = rt.now().nanos();
         match self.received {
             _ if !self.lifecycle.is_active() => {
@@ -206,7 +204,7 @@ impl Publishers {
         Ok(Self {
             motion: rt.loop_publisher("plane_motion")?.sole(),
             planes: rt.loop_publisher("planes")?,
-            states: states.collect::<Result<_>>()?,
+            states: states.collect::<Result<_, _>>()?,
         })
     }
 

@@ -56,7 +56,7 @@ enum Event {
     Planes(JointState),
     Answer(TickAnswer),
     /// Time to ask whether the tick is over.
-    Look,
+    Poll,
     Pause(SetBoolRequest, Responder<SetBool>),
     Step(StepRequest, Responder<Step>),
     Reset(Responder<Trigger>),
@@ -74,9 +74,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "plant_sim",
             namespace: "/auv",
-            validate: |parameters: &PlantParameters| {
-                Plant::new(parameters).map(drop).map_err(|e| e.to_string())
-            },
+            validate: |parameters: &PlantParameters| Ok(Plant::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -101,7 +99,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     rt.serve::<SetBool>("~/pause", Event::Pause)?;
     rt.serve::<Step>("~/step", Event::Step)?;
     rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
-    drop(rt.every(Duration::from_millis(100), || Event::Look));
+    drop(rt.every(Duration::from_millis(100), || Event::Poll));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -253,7 +251,7 @@ impl Node {
                     answers.on_answer(&answer);
                 }
             }
-            Event::Look => self.look(rt)?,
+            Event::Poll => self.poll(rt)?,
             Event::Pause(request, responder) => {
                 self.paused = request.data;
                 self.resumes |= self.paused;
@@ -360,7 +358,7 @@ impl Node {
             }
             self.keep_up(now, rt.is_time_simulated());
         }
-        self.claim.rise_to(Stage::Used);
+        self.claim.advance_to(Stage::Used);
         let stamp = self.stamp();
         if self.publishers.clock.is_some() {
             rt.set_time(&stamp);
@@ -389,9 +387,9 @@ impl Node {
                     missed = (behind.as_nanos() / tick.as_nanos().max(1)) as i64;
                     *deadline = now + tick;
                 }
-                drop(rt.after(*deadline - now, || Event::Look));
+                drop(rt.after(*deadline - now, || Event::Poll));
             }
-            Pace::Clock => drop(rt.at(self.end(), || Event::Look)),
+            Pace::Clock => drop(rt.at(self.end(), || Event::Poll)),
         }
         if self.k > 0 {
             self.miss(missed, 0);
@@ -464,7 +462,7 @@ impl Node {
         if self.publishers.state.others() == 0 {
             if since.elapsed() >= LISTENING {
                 self.listening = None;
-                self.claim.rise_to(Stage::Held);
+                self.claim.advance_to(Stage::Held);
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
@@ -539,7 +537,7 @@ impl Node {
     }
 
     /// Ten times a second, and when the wall clock says that a tick is over.
-    fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
+    fn poll(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.be_alone()?;
         let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
         if by_the_machine && rt.now().sec == i32::MAX {

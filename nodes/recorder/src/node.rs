@@ -18,8 +18,8 @@ use planesman_msgs::rosbag2_interfaces::srv::{
     SnapshotResponse, SplitBagfile, SplitBagfileResponse,
 };
 use planesman_node::{
-    Definition, Definitions, Domain, Intake, Level, Losses, Next, NodeSpec, Offer, PublishedTopic,
-    Publisher, Qos, RawSample, Responder, Runtime, args,
+    Definition, DefinitionError, Definitions, Domain, Level, Losses, Next, NodeSpec, Offer,
+    PublishedTopic, Publisher, Qos, RawSample, ReceiveLimits, Responder, Runtime, args,
 };
 
 use crate::ring::{Kept, Ring};
@@ -58,9 +58,9 @@ enum Event {
     /// A sample of the topic with this index.
     Sample(usize, RawSample),
     /// Time to flush what has waited long enough, and to look for topics.
-    Look,
+    Poll,
     /// What nodes of its publishers say of a topic's type.
-    Described(PublishedTopic, Result<Definition, String>),
+    Described(PublishedTopic, Result<Definition, DefinitionError>),
     Pause(Responder<Pause>),
     Resume(Responder<Resume>),
     IsPaused(Responder<IsPaused>),
@@ -77,22 +77,18 @@ pub fn main(args: Vec<OsString>) -> ExitCode {
 }
 
 fn run(args: Vec<OsString>) -> Result<()> {
-    let (rt, parameters) = Runtime::with_intake(
+    let (rt, parameters) = Runtime::with_receive_limits(
         Domain::from_environment()?,
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
-            validate: |parameters| {
-                writer_options(parameters)
-                    .map(drop)
-                    .map_err(|error| error.to_string())
-            },
+            validate: |parameters| Ok(writer_options(parameters).map(drop)?),
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
         |parameters: &RecorderParameters| {
             let cache = parameters.storage.max_cache_size.max(LEAST_CACHE);
-            Intake::any(usize::try_from(cache).unwrap_or(usize::MAX))
+            ReceiveLimits::any(usize::try_from(cache).unwrap_or(usize::MAX))
         },
     )?;
     let output = match parameters.output.as_str() {
@@ -131,12 +127,12 @@ fn run(args: Vec<OsString>) -> Result<()> {
         let number = node.topics.len();
         log::info!("recording {number} topics into {}", output.display());
     }
-    drop(rt.every(PERIOD, || Event::Look));
+    drop(rt.every(PERIOD, || Event::Poll));
     loop {
         match rt.next(Duration::MAX) {
             Next::Event(event) => node.on(&rt, event),
             Next::Stop => break,
-            Next::Nothing => {}
+            Next::Timeout => {}
         }
         if node.failed.is_some_and(|at| at.elapsed() > REPORTING) {
             break;
@@ -156,7 +152,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     let outcome = rt.shutdown();
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
-    outcome
+    Ok(outcome?)
 }
 
 /// The services of rosbag2's recorder.
@@ -348,7 +344,7 @@ impl Node {
                     self.answer(rt, &state);
                 }
             }
-            Event::Look => {
+            Event::Poll => {
                 let outcome = self.writer.flush_if_due();
                 self.note(rt, outcome);
                 self.tell_status(rt);

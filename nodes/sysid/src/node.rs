@@ -31,7 +31,7 @@ enum Event {
     Reset(Responder<Trigger>),
     Freeze(bool, Responder<SetBool>),
     Fit(FitRequest, Responder<Fit>),
-    Look,
+    Poll,
     Parameters(Box<IdentifierParameters>),
 }
 
@@ -46,11 +46,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "sysid",
             namespace: "/auv",
-            validate: |parameters| {
-                Identifier::new(parameters)
-                    .map(drop)
-                    .map_err(|error| error.to_string())
-            },
+            validate: |parameters| Ok(Identifier::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -95,7 +91,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         Event::Freeze(request.data, responder)
     })?;
     rt.serve::<Fit>("~/fit", Event::Fit)?;
-    let _looks = rt.every(POLL_INTERVAL, || Event::Look);
+    let _looks = rt.every(POLL_INTERVAL, || Event::Poll);
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -191,7 +187,7 @@ impl Node {
                 });
             }
             Event::Fit(request, responder) => responder.answer(self.fit(rt, &request.name)),
-            Event::Look => {}
+            Event::Poll => {}
             Event::Parameters(parameters) => {
                 self.identifier.set_parameters(&parameters)?;
                 log::info!("parameters changed");

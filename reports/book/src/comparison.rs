@@ -18,7 +18,7 @@ pub struct Line<'a> {
 impl Line<'_> {
     /// The verdict in words; of a number without one, why there is none.
     #[must_use]
-    pub fn verdict_text(&self) -> String {
+    pub fn told(&self) -> String {
         match (self.verdict, self.value) {
             (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.input => {
                 "read back".to_owned()
@@ -67,18 +67,18 @@ pub struct Totals {
     pub changes: usize,
 }
 
-/// A book beside recomputed numbers.
+/// A book gone through.
 #[derive(Clone, Debug)]
 pub struct Comparison<'a> {
     /// Every entry, in the book's order.
     pub lines: Vec<Line<'a>>,
     /// Names among the recomputed values that no entry has.
-    pub unknown: Vec<String>,
+    pub unlisted: Vec<String>,
 }
 
 impl<'a> Comparison<'a> {
-    /// Of `book` with the values by name. The first of several values for a name counts.
-    pub fn new<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
+    /// Goes through `book` with the values by name. The first of several values for a name counts.
+    pub fn of<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
         let mut by_name = BTreeMap::new();
         for (id, value) in values {
             by_name.entry(id).or_insert(value);
@@ -98,7 +98,7 @@ impl<'a> Comparison<'a> {
             .collect();
         Self {
             lines,
-            unknown: by_name.into_keys().map(str::to_owned).collect(),
+            unlisted: by_name.into_keys().map(str::to_owned).collect(),
         }
     }
 
@@ -110,9 +110,9 @@ impl<'a> Comparison<'a> {
     }
 
     /// The entries that nothing recomputes.
-    pub fn not_recomputed(&self) -> impl Iterator<Item = &'a Entry> {
-        let entries = self.lines.iter().filter(|line| line.value.is_none());
-        entries.map(|line| line.entry)
+    pub fn left_out(&self) -> impl Iterator<Item = &'a Entry> {
+        let left_out = self.lines.iter().filter(|line| line.value.is_none());
+        left_out.map(|line| line.entry)
     }
 
     /// The number of each kind.
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_verdict_that_changes_and_a_value_that_moves_are_changes() {
         let book = Book::parse(ENTRIES, "{}").expect("a book");
-        let comparison = Comparison::new(
+        let comparison = Comparison::of(
             &book,
             [("a", 2.51), ("b", 4.0), ("c", 1.6), ("f", 1.0), ("x", 1.0)],
         );
@@ -164,7 +164,7 @@ mod tests {
                 .is_some_and(|n| n.contains("contradicts"))
         );
         assert!(changes[2].is_some());
-        assert_eq!(comparison.unknown, ["x"]);
+        assert_eq!(comparison.unlisted, ["x"]);
         assert_eq!(
             comparison.totals(),
             Totals {

@@ -34,7 +34,7 @@ pub fn all(reports: &[Report]) -> Result<Vec<Row>, ReportError> {
     let mut rows = Vec::new();
     for (report, values) in reports.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
-        let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        let comparison = Comparison::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         rows.extend(of(report, &book, &names, &comparison));
     }
     Ok(rows)
@@ -57,7 +57,7 @@ pub fn of(report: &Report, book: &Book, names: &Names, comparison: &Comparison<'
             printed: entry.printed,
             within: entry.slack.or(entry.tolerance),
             recomputed: line.value,
-            verdict: line.verdict_text(),
+            verdict: line.told(),
             erratum: erratum.map(|(number, _)| number.to_owned()),
             explanation: erratum.map(|(_, text)| text.to_owned()),
             note: entry.note.clone(),

@@ -15,13 +15,13 @@ const INSTRUMENTS: [&str; 7] = ["gyro", "press", "daq", "plane", "rollplane", "t
 const CHOICES: [&str; 1] = ["T6.Kdz_opt"];
 
 /// Goes through a share of the book: each value is given once, and stands as it is in the book.
-fn gone_through<'a>(book: &'a Book, values: &[(&str, f64)]) -> Comparison<'a> {
+fn compared<'a>(book: &'a Book, values: &[(&str, f64)]) -> Comparison<'a> {
     let mut once = BTreeMap::new();
     for (id, value) in values {
         assert!(once.insert(id, value).is_none(), "{id} is given twice");
         assert!(value.is_finite(), "{id} is {value}");
     }
-    let comparison = Comparison::new(book, values.iter().copied());
+    let comparison = Comparison::of(book, values.iter().copied());
     let changes = comparison.changes();
     assert!(changes.is_empty(), "{}", changes.join("\n"));
     comparison
@@ -30,7 +30,7 @@ fn gone_through<'a>(book: &'a Book, values: &[(&str, f64)]) -> Comparison<'a> {
 /// No entry that could be computed is left out.
 fn assert_complete(comparison: &Comparison<'_>, may_be_left_out: impl Fn(&Entry) -> bool) {
     let missing: Vec<_> = comparison
-        .not_recomputed()
+        .left_out()
         .filter(|e| !may_be_left_out(e))
         .collect();
     assert!(missing.is_empty(), "nothing recomputes {missing:?}");
@@ -43,13 +43,13 @@ fn family(id: &str) -> &str {
 #[test]
 fn every_number_of_the_vehicle_comes_out_again_with_its_verdict() {
     let book = vehicle::book().unwrap();
-    let comparison = gone_through(&book, &vehicle::recomputed());
+    let comparison = compared(&book, &vehicle::recomputed());
     assert_complete(&comparison, |entry| {
         entry.reference.is_none() && INSTRUMENTS.contains(&family(&entry.id))
     });
     // Whole rows of the programs and of Table 8 are computed; the book holds some numbers of each.
     let entries = || book.entries().iter().map(|entry| family(&entry.id));
-    for id in &comparison.unknown {
+    for id in &comparison.unlisted {
         let known = !INSTRUMENTS.contains(&family(id)) && entries().any(|of| of == family(id));
         assert!(known, "the book has no {id}");
     }
@@ -70,19 +70,19 @@ fn every_number_of_the_controllers_comes_out_again_with_its_verdict() {
     let book = controllers::book().unwrap();
     let values = controllers::recomputed();
     let values: Vec<_> = values.iter().map(|(id, v)| (id.as_str(), *v)).collect();
-    let comparison = gone_through(&book, &values);
+    let comparison = compared(&book, &values);
     assert_complete(&comparison, |entry| CHOICES.contains(&entry.id.as_str()));
-    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
+    assert!(comparison.unlisted.is_empty(), "{:?}", comparison.unlisted);
 }
 
 #[test]
 fn every_number_of_table_9_comes_out_again() {
     let book = identification::book().unwrap();
-    let comparison = gone_through(&book, &identification::recomputed());
+    let comparison = compared(&book, &identification::recomputed());
     assert_complete(&comparison, |entry| {
         entry.reference.is_none() && entry.verdict.is_none()
     });
-    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
+    assert!(comparison.unlisted.is_empty(), "{:?}", comparison.unlisted);
 }
 
 fn values() -> BTreeMap<&'static str, f64> {

@@ -35,12 +35,12 @@ fn score(comparison: &Comparison<'_>, table: &str) -> (usize, usize) {
 fn every_number_of_the_study_comes_out_again_with_its_verdict() {
     let book = book().expect("the book is valid");
     let values = recomputed();
-    let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+    let comparison = Comparison::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
     let changes = comparison.changes();
     assert!(changes.is_empty(), "{}", changes.join("\n"));
-    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
+    assert!(comparison.unlisted.is_empty(), "{:?}", comparison.unlisted);
     let left_out: Vec<&str> = comparison
-        .not_recomputed()
+        .left_out()
         .map(|entry| entry.id.as_str())
         .collect();
     let mut expected = PRINTED_ONLY.to_vec();

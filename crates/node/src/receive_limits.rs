@@ -22,14 +22,14 @@ const REQUEST: usize = 64 * 1024;
 
 /// What a node receives.
 #[derive(Clone, Copy, Debug)]
-pub struct Intake {
+pub struct ReceiveLimits {
     /// Bytes of messages that wait in the middleware; as many again may wait for the rest of their packets.
     pub budget: usize,
     /// Largest message of a topic, by its name in DDS.
     pub(crate) largest: fn(&str) -> usize,
 }
 
-impl Intake {
+impl ReceiveLimits {
     /// For a node whose messages are the loop's, or as small.
     #[must_use]
     pub fn small() -> Self {
@@ -76,12 +76,12 @@ pub(crate) struct Gate {
 
 /// The handling of a large message, which ends when this is dropped.
 #[derive(Debug)]
-pub(crate) struct Passage {
+pub(crate) struct LargeMessage {
     gate: Rc<Gate>,
     began: Instant,
 }
 
-impl Drop for Passage {
+impl Drop for LargeMessage {
     fn drop(&mut self) {
         let now = Instant::now();
         let gate = &self.gate;
@@ -99,7 +99,7 @@ impl Gate {
         self: &Rc<Self>,
         mut samples: impl Stream<Item = T> + Unpin,
         size: impl Fn(&T) -> usize,
-    ) -> impl Stream<Item = (T, Option<Passage>)> {
+    ) -> impl Stream<Item = (T, Option<LargeMessage>)> {
         let gate = Rc::clone(self);
         let (mut was_large, mut pause) = (false, None);
         futures::stream::poll_fn(move |context: &mut Context<'_>| {
@@ -118,14 +118,14 @@ impl Gate {
             let began = Instant::now();
             let sample = ready!(samples.poll_next_unpin(context));
             was_large = sample.as_ref().is_some_and(|it| size(it) > LARGE);
-            let passage = was_large.then(|| {
+            let large = was_large.then(|| {
                 gate.is_closed.set(true);
-                Passage {
+                LargeMessage {
                     gate: Rc::clone(&gate),
                     began,
                 }
             });
-            Poll::Ready(sample.map(|it| (it, passage)))
+            Poll::Ready(sample.map(|it| (it, large)))
         })
     }
 }
@@ -143,15 +143,15 @@ mod tests {
         let gate = Rc::new(Gate::default());
         let mut large = gate.guard(stream::iter([LARGE + 1, 10]), |size| *size);
         let mut small = gate.guard(stream::iter([1, 2]), |size| *size);
-        let (first, passage) = large.next().now_or_never().flatten().expect("open");
+        let (first, held) = large.next().now_or_never().flatten().expect("open");
         assert_eq!(first, LARGE + 1);
         assert!(large.next().now_or_never().is_none());
         assert!(small.next().now_or_never().is_none());
         std::thread::sleep(Duration::from_millis(20));
-        drop(passage);
-        let (next, passage) = small.next().now_or_never().flatten().expect("open again");
+        drop(held);
+        let (next, held) = small.next().now_or_never().flatten().expect("open again");
         assert_eq!(next, 1);
-        assert!(passage.is_none());
+        assert!(held.is_none());
         assert!(small.next().now_or_never().flatten().is_some());
         // After a pause as long as that took.
         assert!(large.next().now_or_never().is_none());
@@ -160,9 +160,9 @@ mod tests {
 
     #[test]
     fn requests_are_small_whatever_the_node_takes() {
-        for intake in [Intake::small(), Intake::any(1 << 30)] {
-            assert_eq!((intake.largest)("rq/auv/sysid/fitRequest"), REQUEST);
-            assert!((intake.largest)("rt/auv/state") > REQUEST);
+        for receive_limits in [ReceiveLimits::small(), ReceiveLimits::any(1 << 30)] {
+            assert_eq!((receive_limits.largest)("rq/auv/sysid/fitRequest"), REQUEST);
+            assert!((receive_limits.largest)("rt/auv/state") > REQUEST);
         }
     }
 }

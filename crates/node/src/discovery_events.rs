@@ -1,5 +1,4 @@
-//! What discovery has to say about an endpoint, in `rclcpp`'s words: a peer whose QoS does not fit, a reader that
-//! does not acknowledge.
+//! Logs events of discovery in `rclcpp`'s words: a peer whose QoS does not fit, a reader that does not acknowledge.
 
 use std::{cell::RefCell, collections::HashSet};
 
@@ -10,17 +9,17 @@ use rustdds::{
 
 use crate::shared::Shared;
 
-/// Misfits remembered; then all are told anew.
-const REMEMBERED: usize = 1000;
+/// Pairs remembered; then all are logged again.
+const MAX_PAIRS: usize = 1000;
 
-/// Says what there is to be said of each event, of a pair of endpoints that do not fit once.
+/// Logs each event once for a pair of endpoints.
 #[derive(Default)]
-pub(crate) struct DiscoveryNews {
+pub(crate) struct DiscoveryEvents {
     told: RefCell<HashSet<(GUID, GUID)>>,
 }
 
-impl DiscoveryNews {
-    pub(crate) fn tell(&self, shared: &Shared, event: &Event) {
+impl DiscoveryEvents {
+    pub(crate) fn log(&self, shared: &Shared, event: &Event) {
         match event {
             Event::RemoteReaderQosIncompatible {
                 local_writer,
@@ -69,7 +68,7 @@ impl DiscoveryNews {
 
     fn is_new(&self, local: GUID, remote: GUID) -> bool {
         let mut told = self.told.borrow_mut();
-        if told.len() >= REMEMBERED {
+        if told.len() >= MAX_PAIRS {
             told.clear();
         }
         told.insert((local, remote))

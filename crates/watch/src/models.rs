@@ -1,6 +1,7 @@
 //! What the program that shows the page knows of models and vehicles: nothing of it is known here.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_node::BoxedError;
 use planesman_parameters::Value;
 use serde::Serialize;
 use serde_json::json;
@@ -40,14 +41,14 @@ pub type Named = (String, Value);
 
 /// What the program that shows the page knows of models and vehicles.
 #[derive(Clone, Copy, Debug)]
-pub struct Knowledge {
+pub struct ModelFunctions {
     /// The poles of an estimate, the dominant one first.
     pub poles: fn(&ModelEstimate) -> Vec<Pole>,
     /// The vehicle that a plant_sim with these parameters flies.
-    pub vehicle: fn(&[Named]) -> Result<Vehicle, String>,
+    pub vehicle: fn(&[Named]) -> Result<Vehicle, BoxedError>,
 }
 
-impl Knowledge {
+impl ModelFunctions {
     /// An estimate for the page.
     pub(crate) fn model(&self, model: &ModelEstimate) -> serde_json::Value {
         json!({
