@@ -54,7 +54,7 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
 /// The poles of an estimate, slowest first, with their deviations where its covariance tells them.
 fn poles(model: &ModelEstimate) -> Vec<Pole> {
     let estimate = planesman_identifier::estimate_of(model);
-    let uncertain = estimate.and_then(|it| Reading::of(&it, 0).continuous_poles().ok());
+    let uncertain = estimate.and_then(|it| Reading::new(&it, 0).continuous_poles().ok());
     let mut poles: Vec<Pole> = match uncertain {
         Some(poles) => poles
             .iter()

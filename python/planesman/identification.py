@@ -30,7 +30,6 @@ Method = Literal[
     "automatic",
     "box_jenkins",
     "output_error",
-    "instruments",
     "armax",
     "least_squares",
     "n4sid",

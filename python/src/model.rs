@@ -85,7 +85,7 @@ pub(crate) fn response<'py>(
     let (mut values, mut magnitudes, mut phases) = (Vec::new(), Vec::new(), Vec::new());
     released(py, || {
         let estimate = given(&parse(model)?).estimate(1)?;
-        let reading = Reading::of(&estimate, 0);
+        let reading = Reading::new(&estimate, 0);
         for omega in numbers(&omega) {
             let found = reading.response(omega);
             let or_nan = |of: &dyn Fn(&Uncertain) -> f64| found.as_ref().map_or(f64::NAN, of);

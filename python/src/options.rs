@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 use anyhow::{Result, anyhow, bail};
-use planesman_fit::rules::{self, Rule, Span};
+use planesman_fit::rules::{self, Rule, RuleError, Span};
 use planesman_fit::{
     DataOptions, FitError, FitOptions, GridOptions, MethodChoice, PreparationOptions,
     RecursionOptions, SignalOptions, Sources, StructureOptions, Validation, VehicleOptions,
@@ -91,7 +91,7 @@ impl Keywords {
     fn read<T>(
         &mut self,
         option: &'static str,
-        read: impl FnOnce(&Keyword) -> Result<T, String>,
+        read: impl FnOnce(&Keyword) -> Result<T, RuleError>,
     ) -> Result<Option<T>> {
         let Some(given) = self.0.remove(option) else {
             return Ok(None);
@@ -128,7 +128,7 @@ impl Keywords {
                 _ => {
                     let Ok(quantity) = given.written().parse::<Quantity>();
                     let value = quantity.argument_within(dimension, rule.least, rule.most);
-                    value.map_err(|refusal| refusal.to_string())
+                    value.map_err(|refusal| RuleError::Own(refusal.to_string()))
                 }
             }
         })
@@ -138,18 +138,19 @@ impl Keywords {
         self.read(option, |given| {
             let count = match given {
                 Keyword::Count(count) => *count,
-                other => (other.written().parse::<i64>()).map_err(|refused| refused.to_string())?,
+                other => (other.written().parse::<i64>())
+                    .map_err(|refused| RuleError::Own(refused.to_string()))?,
             };
             let checked = usize::try_from(count).ok();
             let checked = checked.filter(|_| range.contains(&count));
-            checked.ok_or_else(|| format!("{count} is not in {range:?}"))
+            checked.ok_or_else(|| RuleError::Count(count.into(), range))
         })
     }
 
     fn flag(&mut self, option: &'static str) -> Result<bool> {
         let flag = self.read(option, |given| match given {
             Keyword::Flag(flag) => Ok(*flag),
-            _ => Err("True or False is expected".to_owned()),
+            _ => Err(RuleError::Own("True or False is expected".to_owned())),
         });
         Ok(flag?.unwrap_or_default())
     }
@@ -344,7 +345,7 @@ impl Keywords {
 }
 
 /// Two edges that the rule lets.
-fn edges((from, to): &Edges, rule: &Span) -> Result<(f64, f64), String> {
+fn edges((from, to): &Edges, rule: &Span) -> Result<(f64, f64), RuleError> {
     let written = Keyword::Spans(vec![(*from, *to)]).written();
     let edges = (from.unwrap_or(rule.open.0), to.unwrap_or(rule.open.1));
     rule.check(&written, edges)

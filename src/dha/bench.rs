@@ -44,7 +44,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         print_wrapped(heading(args.plant) + "\n")?;
     }
     let flown = on_all_cores("tables", wanted, |table| flown(*table, args.plant, &book));
-    let flown = flown.into_iter().collect::<Result<Vec<_>>>()?;
+    let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     let Some(format) = args.format else {
         for table in flown {
             print_wrapped(table.text + "\n")?;

@@ -46,7 +46,7 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     }
     let row = |case: &_| Row::of(case, !args.no_prediction);
     let rows = on_all_cores("limit cycles", &cases, row);
-    let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
+    let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?;
     let format = Format::or_by_output(args.format);
     planesman_console::print(text(&rows, format))?;
     if let Some(file) = &args.html {

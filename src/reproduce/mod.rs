@@ -65,12 +65,12 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
             args.all || line.verdict == Some(Verdict::Contradicts) || line.change().is_some()
         };
         planesman_console::out!("{}", listing::text(&book, &comparison, told)?)?;
-        let account = match args.all || args.html.is_some() {
-            true => report.account.map(|account| account()).transpose()?,
+        let procedure = match args.all || args.html.is_some() {
+            true => report.procedure.map(|text| text()).transpose()?,
             false => None,
         };
-        if let (true, Some(account)) = (args.all, &account) {
-            print_wrapped(format_args!("{account}\n"))?;
+        if let (true, Some(procedure)) = (args.all, &procedure) {
+            print_wrapped(format_args!("{procedure}\n"))?;
         }
         changes += comparison.totals().changes;
         all_rows.extend(rows::of(report, &book, &names, &comparison));
@@ -82,7 +82,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
                 &names,
                 &comparison,
                 &(report.figures)()?,
-                account.as_deref(),
+                procedure.as_deref(),
             );
         }
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, Args};
 use planesman_console::progress::Bars;
-use planesman_fit::rules::{self, EXCLUDES, NEEDS, Rule, Span};
+use planesman_fit::rules::{self, EXCLUDES, NEEDS, Rule, RuleError, Span};
 use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions, Sources};
 use planesman_parallel::Progress;
 use planesman_signals::{Band, Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
@@ -174,11 +174,11 @@ impl From<&GridArgs> for GridOptions {
 }
 
 /// A parser of numbers that a rule lets.
-pub(super) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, String> + Clone {
+pub(super) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, RuleError> + Clone {
     move |text| rule.parse(text)
 }
 
 /// A parser of pairs of edges that a rule lets.
-fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), String> + Clone {
+fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), RuleError> + Clone {
     move |text| rule.parse(text)
 }

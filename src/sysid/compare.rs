@@ -93,14 +93,14 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     match args.format {
         Some(format) => planesman_console::print(numbers(&found.models).text(format))?,
         None => {
-            print_wrapped(found.taken.account())?;
+            print_wrapped(found.prepared.description())?;
             for table in tables(&found.models) {
                 planesman_console::print(format!("\n{}", table.text(Format::Table)))?;
             }
         }
     }
     if let Some(path) = &args.html {
-        let page = planesman_pages::compare::page(&found.models, &found.taken);
+        let page = planesman_pages::compare::page(&found.models, &found.prepared);
         write_text(path, page)?;
         planesman_console::err!("{}: the page", path.display());
     }

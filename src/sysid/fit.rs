@@ -211,9 +211,9 @@ pub fn run(args: &FitArgs) -> Result<()> {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
     } else {
-        print_wrapped(found.taken.account())?;
+        print_wrapped(found.prepared.description())?;
         if let Some(validation) = &found.validation {
-            print_wrapped(format!("validation data\n{}", validation.account()))?;
+            print_wrapped(format!("validation data\n{}", validation.description()))?;
         }
         if !found.tried.is_empty() {
             planesman_console::print(format!("\n{}", tried(&found.tried)))?;
@@ -228,14 +228,14 @@ pub fn run(args: &FitArgs) -> Result<()> {
     if let Some(path) = &args.html {
         let page = match &found.tried[..] {
             [] => {
-                let (analysis, taken) = (&found.analysis, &found.taken);
+                let (analysis, prepared) = (&found.analysis, &found.prepared);
                 let columns = [&analysis.input, &analysis.output];
-                let columns = columns.map(|it| taken.reading.column(it));
-                planesman_pages::fit::page(analysis, &taken.resampled.record, columns)?
+                let columns = columns.map(|it| prepared.reading.column(it));
+                planesman_pages::fit::page(analysis, &prepared.resampled.record, columns)?
             }
             tried => {
-                let taken = found.validation.as_ref().unwrap_or(&found.taken);
-                planesman_pages::compare::page(&compared(tried, taken)?, taken)
+                let prepared = found.validation.as_ref().unwrap_or(&found.prepared);
+                planesman_pages::compare::page(&compared(tried, prepared)?, prepared)
             }
         };
         write_text(path, page)?;

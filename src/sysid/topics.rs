@@ -20,7 +20,7 @@ pub struct TopicsArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Print one table of all fields in this format [default: a list by topic, with each field's course]
+    /// Print one table of all fields in this format [default: a list by topic, with the time history of each field]
     #[arg(long, value_parser = crate::arguments::format(), conflicts_with = "json")]
     format: Option<Format>,
 }
@@ -90,12 +90,12 @@ fn table_within(survey: &Survey, width: Option<usize>) -> String {
             lines = self::lines(&topic.fields, 2);
             paths = paths.min(width.saturating_sub(NUMBERS + SPARKS / 2));
         }
-        for [path, count, min, max, course] in &lines {
+        for [path, count, min, max, history] in &lines {
             let path = match path.chars().count() > paths {
                 true => format!("{path}\n  {:paths$}", ""),
                 false => format!("{path:paths$}"),
             };
-            let line = format!("  {path}  {count:>9}  {min:>12}  {max:>12}  {course}");
+            let line = format!("  {path}  {count:>9}  {min:>12}  {max:>12}  {history}");
             text += &line;
             text.push('\n');
         }
@@ -143,8 +143,8 @@ fn head(topic: &TopicSurvey) -> String {
     text
 }
 
-/// Path, count, least, greatest, course. Elements of a list that hold one and the same number
-/// throughout share a line. Of the course so many neighbours are one.
+/// Path, count, least, greatest, time history. Elements of a list that hold one and the same number
+/// throughout share a line. So many neighbours of the history are one.
 fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
     let list_of = |field: &FieldSurvey| {
         let path: FieldPath = field.path.parse().ok()?;
@@ -187,8 +187,8 @@ fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
                     "constant".to_owned()
                 } else {
                     let of = |it: &[f64]| it.iter().map(|v| v / it.len() as f64).sum();
-                    let course: Vec<f64> = first.course.chunks(neighbours).map(of).collect();
-                    sparkline(&course)
+                    let means: Vec<f64> = first.means.chunks(neighbours).map(of).collect();
+                    sparkline(&means)
                 },
             ]
         });
@@ -221,7 +221,7 @@ mod tests {
             not_finite: (values.len() - count) as u64,
             min: finite.clone().reduce(f64::min).unwrap_or(0.0),
             max: finite.clone().reduce(f64::max).unwrap_or(0.0),
-            course: finite.take(SPARKS).collect(),
+            means: finite.take(SPARKS).collect(),
         }
     }
 

@@ -530,9 +530,9 @@ fn messy_data_gives_the_truth_or_a_warning() {
         let args = format!("fit {} -i u -o y {}", path.display(), case.options);
         let args = FitArgs::try_parse_from(args.split_whitespace()).unwrap();
         let found = planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error));
-        let text = found
-            .as_ref()
-            .map_or(String::new(), |it| it.taken.account() + &it.analysis.text());
+        let text = found.as_ref().map_or(String::new(), |it| {
+            it.prepared.description() + &it.analysis.text()
+        });
         let (row, reason) = judged(&case, found);
         println!("{row}");
         wrong.extend(reason.map(|reason| format!("{}: {reason}\n{text}", case.name)));

@@ -349,7 +349,7 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
         ("20..40", vec![200, 199], 201),
     ] {
         let found = judged(window);
-        let lengths: Vec<usize> = (found.taken.resampled.record.segments.iter())
+        let lengths: Vec<usize> = (found.prepared.resampled.record.segments.iter())
             .map(|it| it.len())
             .collect();
         assert_eq!(lengths, fitted, "{window}");

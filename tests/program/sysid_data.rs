@@ -118,8 +118,8 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
             planesman_fit::fit(&(&FitArgs::try_parse_from(args).unwrap()).into(), &()).unwrap();
         is_the_response(&found);
         assert_eq!(
-            found.taken.resampled.record.segments,
-            from_bag.taken.resampled.record.segments
+            found.prepared.resampled.record.segments,
+            from_bag.prepared.resampled.record.segments
         );
     }
 }
@@ -234,7 +234,7 @@ fn a_table_is_read_however_it_is_written() {
             &format!("{signals} --method least_squares --order 1 --no-offset"),
         );
         is_the_response(&found);
-        let told = &found.taken.reading.stamps;
+        let told = &found.prepared.reading.stamps;
         assert!(told.starts_with(stamps), "{told}");
     }
 }
@@ -280,8 +280,8 @@ fn every_cell_that_is_no_number_is_counted_and_shown() {
         })
         .collect();
     fs::write(&table, "t,u,y [rad]\n".to_owned() + &rows).unwrap();
-    let taken = fit(&table, "-i u -o y --order 1").taken;
-    let account = taken.account();
+    let prepared = fit(&table, "-i u -o y --order 1").prepared;
+    let account = prepared.description();
     for note in [
         "'u': of 200 cells 1 empty, the first in line 22",
         "'y [rad]': of 200 cells 1 empty, the first in line 52, 2 no numbers, the first 'n/a\\u001b[2J' in line 32",
@@ -319,7 +319,7 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     is_the_response(&fit(&path, &format!("{IMUS} --stamp header")));
     let by_log = fit(&path, &format!("{IMUS} --stamp log"));
     assert!((by_log.analysis.model().a[0] + 0.9).abs() > 1e-6);
-    assert!(by_log.taken.resampled.outputs[0].timing.jitter > 1e-3);
+    assert!(by_log.prepared.resampled.outputs[0].timing.jitter > 1e-3);
 
     bag(&folder.path().join("b.mcap"), 50);
     let refusal = try_fit(
@@ -370,7 +370,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
         (model.a[0] + 0.9).abs() < 1e-6 && (model.b[0] - 0.2).abs() < 1e-6,
         "{model:?}"
     );
-    let account = found.taken.account();
+    let account = found.prepared.description();
     assert!(
         account.contains("dropped messages 1 times, for 1.500 s"),
         "{account}"
@@ -398,7 +398,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
     }
     fs::write(&path, &whole[..whole.len() - 10]).unwrap();
     let found = fit(&path, signals);
-    assert!(found.taken.account().contains("the log is cut off"));
+    assert!(found.prepared.description().contains("the log is cut off"));
     // Whatever stands in it gives an answer or an error.
     let mut random = Pcg64Mcg::seed_from_u64(11);
     for _ in 0..60 {
@@ -426,7 +426,7 @@ fn how_late_the_recorder_was_is_said() {
         ("log", "45.0 ms count as delay of the system"),
     ] {
         let found = fit(&path, &format!("{IMUS} --stamp {stamp}"));
-        let account = found.taken.account();
+        let account = found.prepared.description();
         assert!(account.contains("/a 2.0 ms, /b 45.0 ms"), "{account}");
         assert!(account.contains(says), "{account}");
     }
@@ -556,7 +556,7 @@ fn messages_that_are_not_of_their_type_are_reported_and_the_rest_is_used() {
     maker.close();
     let found = fit(&path, SIGNALS);
     is_the_response(&found);
-    let note = &found.taken.reading.notes[0];
+    let note = &found.prepared.reading.notes[0];
     assert!(
         note.contains("/imu: 10 of 110 messages") && note.contains("XCDR2"),
         "{note}"
@@ -588,11 +588,11 @@ fn a_cut_bag_gives_what_is_before_the_cut_and_says_so() {
     fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let found = fit(&path, SIGNALS);
     is_the_response(&found);
-    assert!(found.taken.resampled.record.samples() < 3000);
+    assert!(found.prepared.resampled.record.samples() < 3000);
     assert!(
-        found.taken.reading.notes[0].contains("not whole"),
+        found.prepared.reading.notes[0].contains("not whole"),
         "{:?}",
-        found.taken.reading.notes
+        found.prepared.reading.notes
     );
     assert!(survey(&path).unwrap().notes[0].contains("not whole"));
     fs::write(&path, &bytes[..20]).unwrap();

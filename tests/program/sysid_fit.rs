@@ -101,17 +101,17 @@ fn windows_and_files_are_runs_of_one_model_and_may_keep_their_numerators() {
 
     let found = fit(&[a.clone(), b], "--order 3 --own-numerators");
     let analysis = &found.analysis;
-    assert_eq!(found.taken.resampled.record.segments.len(), 2);
-    assert_eq!(found.taken.resampled.outputs[0].timing.samples, 480);
+    assert_eq!(found.prepared.resampled.record.segments.len(), 2);
+    assert_eq!(found.prepared.resampled.outputs[0].timing.samples, 480);
     let gains = [0, 1].map(|run| analysis.estimate.model(run).b[0]);
     assert!((gains[1] / gains[0] - 2.0).abs() < 1e-4, "{gains:?}");
     assert!((analysis.model().a[0] - run.plant().a[0]).abs() < 1e-4);
     assert_eq!(analysis.text().matches("numerator  ").count(), 2);
 
     let found = fit(&[a], "--order 3 --window 0.5..5 --window 5..11.5");
-    assert_eq!(found.taken.resampled.record.segments.len(), 2);
+    assert_eq!(found.prepared.resampled.record.segments.len(), 2);
     assert_eq!(
-        found.taken.resampled.record.segments[1].start,
+        found.prepared.resampled.record.segments[1].start,
         5_000_000_000
     );
     assert!((found.analysis.model().a[0] - run.plant().a[0]).abs() < 1e-3);
@@ -317,15 +317,25 @@ fn preparation_is_named_and_kept_in_the_model_file() {
         file.preparation[1].contains("u moves longest from"),
         "{file:?}"
     );
-    assert!(found.taken.account().contains("1.0000e6"));
-    assert!(found.taken.resampled.record.samples() < 400);
+    assert!(found.prepared.description().contains("1.0000e6"));
+    assert!(found.prepared.resampled.record.samples() < 400);
     let coarse = fit(
         &data,
         "--order 3 --method arx --rate 5 --detrend line --outliers keep",
     );
-    let steps: Vec<&str> = coarse.taken.steps.iter().map(|it| it.name).collect();
+    let steps: Vec<&str> = coarse
+        .prepared
+        .steps
+        .iter()
+        .map(|it| it.name.as_str())
+        .collect();
     assert_eq!(steps, ["decimation", "detrend", "detrend"]);
-    assert!(coarse.taken.account().contains("--output-method centred"));
+    assert!(
+        coarse
+            .prepared
+            .description()
+            .contains("--output-method centred")
+    );
     for (more, done) in [
         ("", "replaced by the straight line"),
         ("--outliers report", "--outliers drop"),
@@ -354,7 +364,12 @@ fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
         &data,
         "--method bj --order 2 --prefilter 0.2.. --bootstrap 100",
     );
-    let steps: Vec<&str> = found.taken.steps.iter().map(|it| it.name).collect();
+    let steps: Vec<&str> = found
+        .prepared
+        .steps
+        .iter()
+        .map(|it| it.name.as_str())
+        .collect();
     assert_eq!(steps, ["prefilter"]);
     let poles = found.analysis.model().poles().unwrap();
     assert!(

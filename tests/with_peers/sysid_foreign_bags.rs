@@ -49,7 +49,7 @@ fn the_model_of_any_split_bag_is_numpys() {
         for data in [std::slice::from_ref(&bag), &parts] {
             for field in ["angular_velocity.y", "orientation.pitch"] {
                 let FitResult {
-                    taken, analysis, ..
+                    prepared, analysis, ..
                 } = fit(data, &format!("/imu:{field}"));
                 let model = analysis.model();
                 let ours = model.a.iter().chain(&model.b);
@@ -62,14 +62,14 @@ fn the_model_of_any_split_bag_is_numpys() {
                         "{compression} {field}: {ours} {theirs}"
                     );
                 }
-                assert_eq!(taken.resampled.record.segments.len(), 2);
-                assert_eq!(taken.resampled.outputs[0].timing.gaps, 1);
+                assert_eq!(prepared.resampled.record.segments.len(), 2);
+                assert_eq!(prepared.resampled.outputs[0].timing.gaps, 1);
                 assert_eq!(
-                    taken.resampled.outputs[0].timing.samples,
+                    prepared.resampled.outputs[0].timing.samples,
                     expected["messages"]["/imu"]
                 );
                 assert_eq!(
-                    taken.resampled.inputs[0].timing.samples,
+                    prepared.resampled.inputs[0].timing.samples,
                     expected["messages"]["/cmd"]
                 );
             }

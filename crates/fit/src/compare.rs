@@ -8,7 +8,7 @@ use planesman_identification::{Judgement, Reading, Uncertain};
 use planesman_linear::unwrapped_phases;
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
-use planesman_signals::Taken;
+use planesman_signals::PreparedRecord;
 
 use crate::data::DataOptions;
 use crate::error::FitError;
@@ -58,7 +58,7 @@ impl Default for CompareOptions {
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The record, and how it was made.
-    pub taken: Taken,
+    pub prepared: PreparedRecord,
     /// The models, in the order in which they were given.
     pub models: Vec<Compared>,
 }
@@ -102,14 +102,14 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
             source: Box::new(source),
         })
     };
-    let mut taken = read(&options.grid)?;
+    let mut prepared = read(&options.grid)?;
     // A model of decimated data is of means.
-    if let Some(averaged) = options.grid.averaged_where_decimated(&taken) {
-        taken = read(&averaged)?;
+    if let Some(averaged) = options.grid.averaged_where_decimated(&prepared) {
+        prepared = read(&averaged)?;
     }
     let judged = |(path, file): &(PathBuf, ModelFile)| {
         let model = model_file::given(file);
-        let judgement = model.on(&taken.resampled.record, &options.ahead);
+        let judgement = model.on(&prepared.resampled.record, &options.ahead);
         Ok(Compared {
             name: name(path, models),
             method: file.method.clone(),
@@ -123,7 +123,7 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
     let judged: Result<_, FitError> = models.iter().map(judged).collect();
     Ok(Comparison {
         models: judged?,
-        taken,
+        prepared,
     })
 }
 
@@ -160,7 +160,7 @@ impl Compared {
     /// Its numbers, with their standard errors.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
-        Reading::of(&self.judgement.estimate, self.judgement.longest)
+        Reading::new(&self.judgement.estimate, self.judgement.longest)
     }
 
     /// Its delay, samples.

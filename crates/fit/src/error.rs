@@ -11,6 +11,8 @@ use planesman_identification::IdentificationError;
 use planesman_identification::estimators::Method;
 use planesman_vehicle::vehicle_file::VehicleError;
 
+use crate::rules::RuleError;
+
 /// Why there is no model, or no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
@@ -21,14 +23,14 @@ pub enum FitError {
         option: &'static str,
         /// Its value.
         value: String,
-        /// What it takes.
-        rule: String,
+        /// Why.
+        rule: RuleError,
     },
     /// An option without another that it needs.
-    #[error("the following required arguments were not provided: --{}", dashed(.1))]
+    #[error("--{} needs --{}", dashed(.0), dashed(.1))]
     Needs(&'static str, &'static str),
     /// Two options that exclude each other.
-    #[error("the argument '--{}' cannot be used with '--{}'", dashed(.0), dashed(.1))]
+    #[error("--{} excludes --{}", dashed(.0), dashed(.1))]
     Excludes(&'static str, &'static str),
     /// A structure for a method whose structure is the vehicle's.
     #[error("--method {}: order, delay and zeros are given by the vehicle's equations", .0.name())]
@@ -74,7 +76,7 @@ pub enum FitError {
     #[error("no data")]
     NoData,
     /// No signal was named.
-    #[error("the following required arguments were not provided: --signal")]
+    #[error("no signal is named")]
     NoSignal,
     /// Data that cannot be read.
     #[error(transparent)]
@@ -128,7 +130,7 @@ pub enum FitError {
 }
 
 impl FitError {
-    pub(crate) fn value(option: &'static str, value: impl Display, rule: String) -> Self {
+    pub(crate) fn value(option: &'static str, value: impl Display, rule: RuleError) -> Self {
         Self::Value {
             option,
             value: value.to_string(),

@@ -8,7 +8,7 @@ use planesman_identification::estimators::Method;
 use planesman_identification::selection::Candidate;
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
-use planesman_signals::Taken;
+use planesman_signals::PreparedRecord;
 use serde_json::{Value, json};
 
 use crate::error::FitError;
@@ -21,9 +21,9 @@ use crate::trial::{Trial, ranked};
 #[derive(Debug)]
 pub struct FitResult {
     /// The record, and how it was made.
-    pub taken: Taken,
+    pub prepared: PreparedRecord,
     /// The record it was judged on, where one was given.
-    pub validation: Option<Taken>,
+    pub validation: Option<PreparedRecord>,
     /// The model with its uncertainty, tests and verdict.
     pub analysis: Analysis,
     /// All methods that were tried, where all were asked for.
@@ -41,8 +41,8 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
         MethodChoice::One(method) => Some(options.analysis(method)?),
         MethodChoice::All => None,
     };
-    let (taken, validation) = options.read(progress)?;
-    let record = &taken.resampled.record;
+    let (prepared, validation) = options.read(progress)?;
+    let record = &prepared.resampled.record;
     let analyse = |options: &Options| match &validation {
         None => analyse(record, options),
         Some(validation) => analyse_validated(record, options, &validation.resampled.record),
@@ -61,7 +61,7 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
         }
     };
     Ok(FitResult {
-        taken,
+        prepared,
         validation,
         analysis,
         tried,
@@ -70,7 +70,10 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
 
 impl FitOptions {
     /// The record to fit, and the one to judge the model on.
-    fn read(&self, progress: &dyn Progress) -> Result<(Taken, Option<Taken>), FitError> {
+    fn read(
+        &self,
+        progress: &dyn Progress,
+    ) -> Result<(PreparedRecord, Option<PreparedRecord>), FitError> {
         let signals = &self.signals;
         let ways = match self.validation {
             Some(Validation::Window(from, to)) => signals.grid.outside((from, to))?,
@@ -82,13 +85,13 @@ impl FitOptions {
         let decimate = [MethodChoice::All, automatic].contains(&self.method);
         let record = |grid| signals.record(&signals.data, grid, zeros, decimate, progress);
         let mut found = ways.iter().map(record);
-        let taken = match found.next().ok_or(FitError::NoData)? {
-            Ok(taken) => taken,
+        let prepared = match found.next().ok_or(FitError::NoData)? {
+            Ok(prepared) => prepared,
             Err(reason) => found.find_map(Result::ok).ok_or(reason)?,
         };
         let validation = self.validation.as_ref();
-        let validation = validation.map(|given| signals.validation(given, &taken, progress));
-        Ok((taken, validation.transpose()?))
+        let validation = validation.map(|given| signals.validation(given, &prepared, progress));
+        Ok((prepared, validation.transpose()?))
     }
 
     /// Every method.
@@ -123,12 +126,12 @@ impl FitResult {
     /// As [`FitResult::model_file`].
     pub fn as_json(&self) -> Result<Value, FitError> {
         let Self {
-            taken,
+            prepared,
             validation,
             analysis,
             tried,
         } = self;
-        let record = &taken.resampled.record;
+        let record = &prepared.resampled.record;
         let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
         let physical: Vec<Value> = analysis
             .physical()
@@ -159,11 +162,11 @@ impl FitResult {
                 "sample_time": record.sample_time,
                 "samples": record.samples(),
                 "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
-                "inputs": taken.resampled.inputs,
-                "outputs": taken.resampled.outputs,
+                "inputs": prepared.resampled.inputs,
+                "outputs": prepared.resampled.outputs,
             },
-            "reading": taken.reading,
-            "preparation": taken.steps,
+            "reading": prepared.reading,
+            "preparation": prepared.steps,
             "validation": validation.as_ref().map(|it| json!({
                 "samples": it.resampled.record.samples(),
                 "reading": it.reading,
@@ -179,8 +182,13 @@ impl FitResult {
     /// When poles or zeros cannot be found.
     pub fn model_file(&self) -> Result<ModelFile, FitError> {
         Ok(ModelFile {
-            preparation: self.taken.steps.iter().map(|it| it.text.clone()).collect(),
-            ..model_file::of(&self.analysis)?
+            preparation: self
+                .prepared
+                .steps
+                .iter()
+                .map(|it| it.text.clone())
+                .collect(),
+            ..model_file::from_analysis(&self.analysis)?
         })
     }
 
@@ -189,7 +197,10 @@ impl FitResult {
     /// # Errors
     /// None of a result of [`fit`].
     pub fn simulated(&self) -> Result<Simulated<'_>, FitError> {
-        Ok(Simulated::of(&self.analysis, &self.taken.resampled.record)?)
+        Ok(Simulated::new(
+            &self.analysis,
+            &self.prepared.resampled.record,
+        )?)
     }
 }
 
@@ -284,7 +295,7 @@ mod tests {
             );
             found
         });
-        let [columns, table] = found.map(|it| it.taken.resampled.record.segments);
+        let [columns, table] = found.map(|it| it.prepared.resampled.record.segments);
         assert_eq!(columns, table);
     }
 

@@ -10,7 +10,7 @@ use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as Phy
 ///
 /// # Errors
 /// When poles or zeros cannot be found.
-pub fn of(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
+pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
     let model = analysis.model();
     let reading = analysis.reading();
     let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
@@ -138,7 +138,7 @@ mod tests {
         let (inputs, outputs) = (vec![("u", inputs)], vec![("y", outputs)]);
         let record = Record::of_run(SAMPLE_TIME, inputs, outputs).unwrap();
         let analysis = analyse(&record, &options).unwrap();
-        let file = serde_json::to_value(of(&analysis).unwrap()).unwrap();
+        let file = serde_json::to_value(from_analysis(&analysis).unwrap()).unwrap();
         assert_eq!(file["den"].as_array().unwrap().len(), 3);
         assert_eq!(file["num"].as_array().unwrap().len(), 2);
         assert_eq!(file["sample_time"], SAMPLE_TIME);

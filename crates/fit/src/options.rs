@@ -17,11 +17,11 @@ use crate::data::DataOptions;
 use crate::error::FitError;
 use crate::rules::{
     ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
-    NUMERATOR, ORDER, RATE, SPEED, WINDOW, count, number, span, together,
+    NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
 };
 
 /// The largest order of a model with poles.
-const MOST: usize = 20;
+const MAX_ORDER: usize = 20;
 
 /// The options of [`fit`](crate::fit).
 ///
@@ -113,10 +113,10 @@ pub enum Validation {
 }
 
 impl FromStr for Validation {
-    type Err = String;
+    type Err = RuleError;
 
     /// A file or folder that is there, else a window.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, RuleError> {
         let path = PathBuf::from(text);
         if path.exists() {
             return Ok(Self::Data(path));
@@ -124,9 +124,7 @@ impl FromStr for Validation {
         match WINDOW.parse(text) {
             Ok((from, to)) => Ok(Self::Window(from, to)),
             Err(rule) if text.contains("..") && !text.contains('/') => Err(rule),
-            Err(_) => Err(format!(
-                "there is no file or folder '{text}', and it is no window FROM..TO either"
-            )),
+            Err(_) => Err(RuleError::NoValidation(text.to_owned())),
         }
     }
 }
@@ -179,7 +177,6 @@ impl MethodChoice {
         match method {
             Method::OutputError => &["oe"],
             Method::BoxJenkins => &["bj"],
-            Method::Instruments => &["iv"],
             Method::LeastSquares => &["arx"],
             Method::N4sid => &["subspace"],
             Method::RecursiveLeastSquares => &["rls", "rarx"],
@@ -432,8 +429,8 @@ impl FitOptions {
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
         }
-        if structure.order.is_some_and(|order| order > MOST) && !is_fir {
-            return Err(FitError::Order(MOST));
+        if structure.order.is_some_and(|order| order > MAX_ORDER) && !is_fir {
+            return Err(FitError::Order(MAX_ORDER));
         }
         let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
             to_pitch,
@@ -517,12 +514,15 @@ mod tests {
         let cases: [Case<'_>; 12] = [
             (
                 &|it| it.structure.numerator = Some(2),
-                "not provided: --order",
+                "--numerator needs --order",
             ),
-            (&|it| it.structure.prewindow = true, "not provided: --order"),
+            (
+                &|it| it.structure.prewindow = true,
+                "--prewindow needs --order",
+            ),
             (
                 &|it| it.vehicle.vehicle = Some("brunner".to_owned()),
-                "not provided: --speed",
+                "--vehicle needs --speed",
             ),
             (
                 &|it| {
@@ -530,7 +530,7 @@ mod tests {
                     it.vehicle.speed = Some(0.3);
                     it.vehicle.heave = Some([1.0; 4]);
                 },
-                "'--vehicle' cannot be used with '--heave'",
+                "--vehicle excludes --heave",
             ),
             (
                 &|it| it.vehicle.heave = Some([1.0; 4]),

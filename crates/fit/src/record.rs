@@ -2,7 +2,8 @@
 
 use planesman_parallel::Progress;
 use planesman_signals::{
-    DECIMATION, Method, Options, Preparation, Taken, take, unreachable, without_dynamics,
+    Method, Options, Preparation, PreparedRecord, StepName, read_record, unreachable,
+    without_dynamics,
 };
 
 use crate::data::{DataOptions, reading};
@@ -48,8 +49,11 @@ impl GridOptions {
     }
 
     /// The same with means of the outputs about each instant, if a record was decimated though no rate was asked for.
-    pub(crate) fn averaged_where_decimated(&self, record: &Taken) -> Option<Self> {
-        let decimated = record.steps.iter().any(|it| it.name == DECIMATION);
+    pub(crate) fn averaged_where_decimated(&self, record: &PreparedRecord) -> Option<Self> {
+        let decimated = record
+            .steps
+            .iter()
+            .any(|it| it.name == StepName::Decimation);
         let linear = self.rate.is_none() && self.output_method == Method::Linear;
         (decimated && linear).then(|| Self {
             output_method: Method::Centred,
@@ -83,9 +87,9 @@ impl SignalOptions {
     pub(crate) fn validation(
         &self,
         given: &Validation,
-        fitted: &Taken,
+        fitted: &PreparedRecord,
         progress: &dyn Progress,
-    ) -> Result<Taken, FitError> {
+    ) -> Result<PreparedRecord, FitError> {
         let own = match given {
             Validation::Window(..) => None,
             Validation::Data(path) => Some(DataOptions {
@@ -120,36 +124,36 @@ impl SignalOptions {
         prewindow: usize,
         decimate: bool,
         progress: &dyn Progress,
-    ) -> Result<Taken, FitError> {
+    ) -> Result<PreparedRecord, FitError> {
         let inputs: Vec<String> = std::iter::once(&self.input)
             .chain(&self.reference)
             .cloned()
             .collect();
         let outputs = [self.output.clone()];
-        let mut taken: Option<Taken> = None;
+        let mut prepared: Option<PreparedRecord> = None;
         for source in data.each() {
             let source = source?;
-            let rate = taken
+            let rate = prepared
                 .as_ref()
-                .map(|taken| 1.0 / taken.resampled.record.sample_time);
+                .map(|prepared| 1.0 / prepared.resampled.record.sample_time);
             let windows = grid.of_windows(rate.or(source.sample_time().map(f64::recip)));
             let next = reading(source.bytes(), progress, |told| {
-                take(&source, &inputs, &outputs, &windows, told)
+                read_record(&source, &inputs, &outputs, &windows, told)
             });
             let next = next.map_err(FitError::data)?;
-            taken = Some(match taken {
+            prepared = Some(match prepared {
                 None => next,
                 Some(before) => before.followed_by(next),
             });
         }
-        let taken = taken.ok_or(FitError::NoData)?;
-        let record = &taken.resampled.record;
+        let prepared = prepared.ok_or(FitError::NoData)?;
+        let record = &prepared.resampled.record;
         let preparation = &self.preparation;
         let unfit = (preparation.prefilter).and_then(|band| unreachable(record, band));
         if let Some(reason) = without_dynamics(record).or(unfit) {
             return Err(FitError::Record(reason));
         }
-        Ok(taken.prepared(&Preparation {
+        Ok(prepared.prepared(&Preparation {
             decimate: decimate && grid.rate.is_none(),
             outliers: preparation.outliers,
             band: preparation.prefilter,

@@ -4,6 +4,38 @@ use std::ops::RangeInclusive;
 
 use crate::error::FitError;
 
+/// Why an option does not take a value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RuleError {
+    /// No number.
+    #[error("'{0}' is not a number")]
+    NotANumber(String),
+    /// An infinite number, or NaN.
+    #[error("'{0}' is not finite")]
+    NotFinite(String),
+    /// A number out of range; what is in it.
+    #[error("{0}")]
+    Range(&'static str),
+    /// A count out of range.
+    #[error("{0} is not in {1:?}")]
+    Count(i128, RangeInclusive<i64>),
+    /// Another number of coefficients of heave.
+    #[error("expected four numbers: NU,ZETA,ETA,EPSILON")]
+    NotFour,
+    /// No pair of edges; what is one.
+    #[error("'{0}' {1}")]
+    NotASpan(String, &'static str),
+    /// The upper edge first.
+    #[error("'{0}' is reversed; write {2}..{1}")]
+    Reversed(String, f64, f64),
+    /// Neither data nor a window to validate on.
+    #[error("there is no file or folder '{0}', and it is no window FROM..TO either")]
+    NoValidation(String),
+    /// A rule of the one who reads the value.
+    #[error("{0}")]
+    Own(String),
+}
+
 /// Numbers that an option takes.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
@@ -25,29 +57,29 @@ impl Rule {
     /// The number, written so, if the rule lets it.
     ///
     /// # Errors
-    /// The rule in words.
-    pub fn check(&self, written: &str, value: f64) -> Result<f64, String> {
+    /// [`RuleError`].
+    pub fn check(&self, written: &str, value: f64) -> Result<f64, RuleError> {
         if (self.least..=self.most).contains(&value) {
             Ok(value)
         } else if self.most == f64::MAX && !value.is_finite() {
-            Err(format!("'{written}' is not finite"))
+            Err(RuleError::NotFinite(written.to_owned()))
         } else {
-            Err(self.text.to_owned())
+            Err(RuleError::Range(self.text))
         }
     }
 
     /// The number that is written so, if the rule lets it.
     ///
     /// # Errors
-    /// The rule in words.
-    pub fn parse(&self, text: &str) -> Result<f64, String> {
+    /// [`RuleError`].
+    pub fn parse(&self, text: &str) -> Result<f64, RuleError> {
         self.check(text, parsed(text.trim())?)
     }
 }
 
-fn parsed(text: &str) -> Result<f64, String> {
+fn parsed(text: &str) -> Result<f64, RuleError> {
     text.parse()
-        .map_err(|_| format!("'{text}' is not a number"))
+        .map_err(|_| RuleError::NotANumber(text.to_owned()))
 }
 
 /// The least number above 0.
@@ -74,8 +106,8 @@ pub const FINITE: Rule = Rule::new(f64::MIN, f64::MAX, "expected a finite number
 /// The four coefficients of heave that are written `NU,ZETA,ETA,EPSILON`.
 ///
 /// # Errors
-/// The rule in words.
-pub fn heave(text: &str) -> Result<[f64; 4], String> {
+/// [`RuleError`].
+pub fn heave(text: &str) -> Result<[f64; 4], RuleError> {
     let numbers = text.split(',').map(|it| FINITE.parse(it));
     four(&numbers.collect::<Result<Vec<_>, _>>()?)
 }
@@ -83,11 +115,9 @@ pub fn heave(text: &str) -> Result<[f64; 4], String> {
 /// The four coefficients of heave.
 ///
 /// # Errors
-/// The rule in words.
-pub fn four(numbers: &[f64]) -> Result<[f64; 4], String> {
-    numbers
-        .try_into()
-        .map_err(|_| "expected four numbers: NU,ZETA,ETA,EPSILON".to_owned())
+/// [`RuleError::NotFour`].
+pub fn four(numbers: &[f64]) -> Result<[f64; 4], RuleError> {
+    numbers.try_into().map_err(|_| RuleError::NotFour)
 }
 
 /// Pairs of edges that an option takes, the lower one first.
@@ -105,8 +135,8 @@ impl Span {
     /// The edges that are written `FROM..TO`, if the rule lets them; one that is not written is open.
     ///
     /// # Errors
-    /// The rule in words.
-    pub fn parse(&self, text: &str) -> Result<(f64, f64), String> {
+    /// [`RuleError`].
+    pub fn parse(&self, text: &str) -> Result<(f64, f64), RuleError> {
         let refusal = || self.refusal(text);
         let (from, to) = text.split_once("..").ok_or_else(refusal)?;
         let edge = |text: &str, open: f64| match text {
@@ -116,18 +146,18 @@ impl Span {
         self.check(text, (edge(from, self.open.0)?, edge(to, self.open.1)?))
     }
 
-    fn refusal(&self, written: &str) -> String {
-        format!("'{written}' {}", self.text)
+    fn refusal(&self, written: &str) -> RuleError {
+        RuleError::NotASpan(written.to_owned(), self.text)
     }
 
     /// The edges, written so, if the rule lets them.
     ///
     /// # Errors
-    /// The rule in words.
-    pub fn check(&self, written: &str, (from, to): (f64, f64)) -> Result<(f64, f64), String> {
+    /// [`RuleError`].
+    pub fn check(&self, written: &str, (from, to): (f64, f64)) -> Result<(f64, f64), RuleError> {
         let is_open = !self.may_be_open && (from, to) == self.open;
         if from > to {
-            Err(format!("'{written}' is reversed; write {to}..{from}"))
+            Err(RuleError::Reversed(written.to_owned(), from, to))
         } else if from < to && from >= self.open.0 && !is_open {
             Ok((from, to))
         } else {
@@ -198,7 +228,7 @@ pub(crate) fn count(
 ) -> Result<(), FitError> {
     match value {
         Some(value) if !i64::try_from(value).is_ok_and(|it| range.contains(&it)) => {
-            let rule = format!("{value} is not in {range:?}");
+            let rule = RuleError::Count(value as i128, range.clone());
             Err(FitError::value(option, value, rule))
         }
         _ => Ok(()),

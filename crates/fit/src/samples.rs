@@ -15,7 +15,7 @@ pub struct SamplesOptions {
     pub signals: Vec<String>,
 }
 
-/// Hands every sample of the signals to `take`. Of a field that is a list the first element is taken, unless one is named.
+/// Hands every sample of the signals to `take`. Of a field that is a list the first element is prepared, unless one is named.
 ///
 /// # Errors
 /// A signal that is not there, or data of which nothing can be read.

@@ -21,7 +21,7 @@ impl<'a> Simulated<'a> {
     ///
     /// # Errors
     /// When the record is another one.
-    pub fn of(analysis: &Analysis, record: &'a Record) -> Result<Self, IdentificationError> {
+    pub fn new(analysis: &Analysis, record: &'a Record) -> Result<Self, IdentificationError> {
         let refused = |reason: &str| IdentificationError::Record(reason.to_owned());
         let segment = analysis
             .segments

@@ -6,28 +6,29 @@ use std::sync::Arc;
 
 use planesman_bag::reader::TopicCount;
 use planesman_bag::{Order, Topic, TopicKind};
-use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Clock, Meter, Reading, Request, Source, Take, Timing, UlogSource,
+    self as signals, BagSource, Clock, Meter, Reading, Request, Source, SourceError, Take, Timing,
+    UlogSource,
 };
 use serde::Serialize;
 
 use crate::data::{DataOptions, reading};
 use crate::error::FitError;
 
-/// Fields of a topic that are looked at, and of all topics together.
+/// Fields of a topic that are read, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
 const FIELDS: usize = 20_000;
 
-/// Topics that are looked at.
+/// Topics that are read.
 const TOPICS: usize = 1000;
 
 /// Numbers of a time history at most.
 pub const SPARKS: usize = 24;
 
 /// The interval of progress reports, in messages.
-const TELL: u64 = 4096;
+const PROGRESS_INTERVAL: u64 = 4096;
 
 /// The topics of a bag or table.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -68,8 +69,8 @@ pub struct FieldSurvey {
     pub min: f64,
     /// The greatest; 0 without any.
     pub max: f64,
-    /// Its course: means over segments of equally many numbers.
-    pub course: Vec<f64>,
+    /// Its time history: means over segments of equally many numbers.
+    pub means: Vec<f64>,
 }
 
 /// Looks through the data: all topics, or those whose name contains `topic`.
@@ -102,13 +103,13 @@ pub fn survey(
     })
 }
 
-/// A field while it is looked at.
+/// A field while it is read.
 #[derive(Clone, Debug, Default)]
 struct Field {
     count: u64,
     not_finite: u64,
     range: Option<(f64, f64)>,
-    course: Course,
+    means: SegmentMeans,
 }
 
 impl Field {
@@ -120,7 +121,7 @@ impl Field {
         self.count += 1;
         let (min, max) = self.range.unwrap_or((value, value));
         self.range = Some((min.min(value), max.max(value)));
-        self.course.take(value);
+        self.means.take(value);
     }
 
     fn survey(&self, path: String) -> FieldSurvey {
@@ -131,14 +132,14 @@ impl Field {
             not_finite: self.not_finite,
             min,
             max,
-            course: self.course.means(),
+            means: self.means.means(),
         }
     }
 }
 
-/// A long course in few numbers: when there is no room, two neighbours become one.
+/// A time history of any length as few means: when there is no room, two neighbours become one.
 #[derive(Clone, Debug, Default)]
-struct Course {
+struct SegmentMeans {
     /// Means of equally many values, but for the last: it may be of fewer.
     means: Vec<f64>,
     /// Values in each mean, and in the last.
@@ -146,7 +147,7 @@ struct Course {
     in_last: u64,
 }
 
-impl Course {
+impl SegmentMeans {
     fn take(&mut self, value: f64) {
         if self.means.is_empty() || self.in_last == self.each {
             if self.means.len() == 2 * SPARKS {
@@ -174,6 +175,22 @@ impl Course {
     }
 }
 
+/// Why messages cannot be read.
+#[derive(Clone, Debug, thiserror::Error)]
+enum Unreadable {
+    /// No schema is known for them.
+    #[error(transparent)]
+    Schema(Arc<SourceError>),
+    /// The schema has no such fields.
+    #[error(transparent)]
+    Fields(#[from] CompileError),
+    /// A message does not fit its schema.
+    #[error(transparent)]
+    Message(#[from] DecodeError),
+    #[error("its stamp is out of range")]
+    Stamp,
+}
+
 /// How messages of one kind are read. Topics of a kind share it.
 struct Plan {
     decoder: Decoder,
@@ -185,8 +202,8 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, String> {
-        let types = signals::types(topic).map_err(|error| error.to_string())?;
+    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, Unreadable> {
+        let types = signals::types(topic).map_err(|error| Unreadable::Schema(error.into()))?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
@@ -200,7 +217,7 @@ impl Plan {
             paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
         }
         Ok(Self {
-            decoder: Decoder::compile(&types, &paths).map_err(|error| error.to_string())?,
+            decoder: Decoder::compile(&types, &paths)?,
             paths: catalogue.fields,
             has_stamp: stamp.is_some(),
             is_cut: catalogue.is_cut,
@@ -208,8 +225,8 @@ impl Plan {
     }
 }
 
-/// A topic while it is looked at.
-struct Look {
+/// A topic while it is read.
+struct TopicScan {
     topic: Arc<Topic>,
     /// None when its messages cannot be read.
     plan: Option<Rc<Plan>>,
@@ -221,10 +238,10 @@ struct Look {
     meter: Meter,
 }
 
-impl Look {
+impl TopicScan {
     /// A topic before its first message, and at most `room` of its fields.
-    fn at(topic: &Arc<Topic>, plan: Result<Rc<Plan>, String>, room: usize) -> Self {
-        let mut look = Self {
+    fn new(topic: &Arc<Topic>, plan: Result<Rc<Plan>, Unreadable>, room: usize) -> Self {
+        let mut scan = Self {
             topic: Arc::clone(topic),
             plan: None,
             fields: Vec::new(),
@@ -237,13 +254,13 @@ impl Look {
             Ok(plan) => {
                 let listed = plan.paths.len().min(room);
                 let is_cut = plan.is_cut || listed < plan.paths.len();
-                look.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
-                look.fields = vec![Field::default(); listed];
-                look.plan = Some(plan);
+                scan.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
+                scan.fields = vec![Field::default(); listed];
+                scan.plan = Some(plan);
             }
-            Err(reason) => look.note = Some(reason),
+            Err(reason) => scan.note = Some(reason.to_string()),
         }
-        look
+        scan
     }
 
     fn take(&mut self, payload: &[u8], log_time: i64, values: &mut Values) {
@@ -252,7 +269,7 @@ impl Look {
             Ok(stamp) => self.meter.take(stamp),
             Err(reason) => {
                 if self.refused == 0 {
-                    self.note = Some(reason);
+                    self.note = Some(reason.to_string());
                 }
                 self.refused += 1;
             }
@@ -260,13 +277,16 @@ impl Look {
     }
 
     /// Takes the numbers of a message; returns its stamp.
-    fn read(&mut self, payload: &[u8], log_time: i64, values: &mut Values) -> Result<i64, String> {
+    fn read(
+        &mut self,
+        payload: &[u8],
+        log_time: i64,
+        values: &mut Values,
+    ) -> Result<i64, Unreadable> {
         let Some(plan) = &self.plan else {
             return Ok(log_time);
         };
-        plan.decoder
-            .read(payload, values)
-            .map_err(|error| error.to_string())?;
+        plan.decoder.read(payload, values)?;
         for (index, field) in self.fields.iter_mut().enumerate() {
             if let Some(value) = values.number(index) {
                 field.take(value);
@@ -275,8 +295,7 @@ impl Look {
         if !plan.has_stamp {
             return Ok(log_time);
         }
-        signals::nanoseconds(values, plan.paths.len())
-            .ok_or_else(|| "its stamp is out of range".to_owned())
+        signals::nanoseconds(values, plan.paths.len()).ok_or(Unreadable::Stamp)
     }
 
     fn survey(self) -> TopicSurvey {
@@ -308,8 +327,8 @@ impl Look {
 fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Survey {
     let bag = source.bag();
     let mut survey = Survey::default();
-    let mut looks: Vec<Look> = Vec::new();
-    let mut plans: BTreeMap<*const TopicKind, Result<Rc<Plan>, String>> = BTreeMap::new();
+    let mut scans: Vec<TopicScan> = Vec::new();
+    let mut plans: BTreeMap<*const TopicKind, Result<Rc<Plan>, Unreadable>> = BTreeMap::new();
     // By name and type: the same topic in the next file of a split bag.
     let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     let mut room = FIELDS;
@@ -318,17 +337,17 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         if wanted.is_some_and(|text| !topic.name.contains(text)) {
             continue;
         }
-        if looks.len() == TOPICS || room == 0 {
+        if scans.len() == TOPICS || room == 0 {
             omitted += 1;
             continue;
         }
         let plan = plans
             .entry(Arc::as_ptr(&topic.kind))
             .or_insert_with(|| Plan::of(topic, source.clock()).map(Rc::new));
-        let look = Look::at(topic, plan.clone(), room);
-        room -= look.fields.len();
-        places.insert((&topic.name, &topic.kind.type_name), looks.len());
-        looks.push(look);
+        let scan = TopicScan::new(topic, plan.clone(), room);
+        room -= scan.fields.len();
+        places.insert((&topic.name, &topic.kind.type_name), scans.len());
+        scans.push(scan);
     }
     if omitted > 0 {
         survey.notes.push(format!(
@@ -357,11 +376,11 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             }
         };
         count += 1;
-        if count.is_multiple_of(TELL) {
+        if count.is_multiple_of(PROGRESS_INTERVAL) {
             progress(messages.bytes_read());
         }
-        if let Some(look) = place(&message.topic).and_then(|place| looks.get_mut(place)) {
-            look.take(&message.payload, message.log_time, &mut values);
+        if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {
+            scan.take(&message.payload, message.log_time, &mut values);
         }
     }
     if !bag.completeness().is_whole() {
@@ -369,7 +388,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             .notes
             .push(format!("the bag is {}", bag.completeness()));
     }
-    survey.topics = looks.into_iter().map(Look::survey).collect();
+    survey.topics = scans.into_iter().map(TopicScan::survey).collect();
     survey.topics.sort_by(|a, b| a.name.cmp(&b.name));
     survey
 }
@@ -384,7 +403,7 @@ fn of_log(
     let topics: Vec<(&String, Vec<Request>)> =
         names.map(|name| (name, log.requests(name))).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
-    let (fields, meters, reading) = looked_at(&requests, |requests, take| {
+    let (fields, meters, reading) = read_fields(&requests, |requests, take| {
         let reading = log.read(requests, take, progress);
         reading.map_err(FitError::data)
     })?;
@@ -415,7 +434,7 @@ fn of_log(
 }
 
 /// The fields and the stamps of each request.
-fn looked_at(
+fn read_fields(
     requests: &[Request],
     read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
 ) -> Result<(Vec<Field>, Vec<Meter>, Reading), FitError> {
@@ -439,7 +458,7 @@ fn of_table(
     requests: Vec<Request>,
     read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
 ) -> Result<Survey, FitError> {
-    let (fields, meters, reading) = looked_at(&requests, read)?;
+    let (fields, meters, reading) = read_fields(&requests, read)?;
     let fields = fields.iter().zip(requests);
     Ok(Survey {
         topics: vec![TopicSurvey {
@@ -461,18 +480,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_course_of_any_length_is_drawn_in_a_few_columns() {
+    fn a_time_history_of_any_length_is_drawn_in_a_few_columns() {
         for count in [1, 2, 24, 25, 48, 49, 1000, 100_000] {
             let values: Vec<f64> = (0..count).map(f64::from).collect();
             let mut field = Field::default();
             values.iter().for_each(|value| field.take(*value));
             let field = field.survey("x".to_owned());
-            let drawn = field.course.len();
+            let drawn = field.means.len();
             assert!(
                 drawn <= SPARKS && drawn >= (count as usize).min(SPARKS / 2),
                 "{count}: {drawn}"
             );
-            assert!(field.course.is_sorted(), "{count}");
+            assert!(field.means.is_sorted(), "{count}");
             assert_eq!((field.min, field.max), (0.0, f64::from(count - 1)));
         }
     }

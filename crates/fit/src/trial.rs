@@ -3,7 +3,7 @@
 use planesman_identification::GivenModel;
 use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::{Estimate, Method};
-use planesman_signals::Taken;
+use planesman_signals::PreparedRecord;
 use planesman_text::in_one_line;
 use serde_json::{Value, json};
 
@@ -75,12 +75,12 @@ pub fn ranked(tried: &[Trial]) -> Vec<&Trial> {
 ///
 /// # Errors
 /// When a model cannot be judged on the record.
-pub fn compared(tried: &[Trial], taken: &Taken) -> Result<Vec<Compared>, FitError> {
+pub fn compared(tried: &[Trial], prepared: &PreparedRecord) -> Result<Vec<Compared>, FitError> {
     let best = ranked(tried).into_iter().take(DRAWN);
     best.filter_map(|trial| Some((trial.method, trial.found()?)))
         .map(|(method, found)| {
-            let given = GivenModel::of(&found.estimate, found.longest);
-            let judgement = given.on(&taken.resampled.record, &[1, AHEAD])?;
+            let given = GivenModel::new(&found.estimate, found.longest);
+            let judgement = given.on(&prepared.resampled.record, &[1, AHEAD])?;
             Ok(Compared {
                 name: method.name().to_owned(),
                 method: found.method_name().to_owned(),

@@ -2,7 +2,7 @@
 //!
 //! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::RecursiveLeastSquares`]) with lambda = 1 and
 //! p0 without bound gives the same; this is its independent check and the tool for
-//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps and instruments too.
+//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps too.
 
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
@@ -30,7 +30,7 @@ impl Triangle {
     ///
     /// # Errors
     /// [`IdentificationError`], when there are fewer rows than parameters, or a number is not finite.
-    pub fn of(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self> {
+    pub fn new(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self> {
         let (rows, parameters) = phi.shape();
         if parameters == 0 || rows < parameters {
             return Err(IdentificationError::TooFewRows { rows, parameters });
@@ -163,7 +163,7 @@ pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>> {
     }
     let phi = DMatrix::from_fn(rows.len(), parameters, |i, j| rows[i].0[j]);
     let outputs = DVector::from_fn(rows.len(), |i, _| rows[i].1);
-    Triangle::of(&phi, &outputs)?.solution()
+    Triangle::new(&phi, &outputs)?.solution()
 }
 
 #[cfg(test)]
@@ -185,7 +185,7 @@ mod tests {
             ((i + 1) as f64).powi(j as i32) + 0.1 * j as f64
         });
         let y = DVector::from_fn(9, |i, _| (i as f64).sin());
-        let found = Triangle::of(&phi, &y).unwrap();
+        let found = Triangle::new(&phi, &y).unwrap();
         let theta = found.solution().unwrap();
         assert!(((&phi * theta - y).norm_squared() - found.cost).abs() < 1e-14);
         let inverse = (phi.transpose() * phi).try_inverse().unwrap();

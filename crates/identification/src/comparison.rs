@@ -65,7 +65,7 @@ pub struct Judgement {
 impl GivenModel {
     /// The model of record `run` of an estimate.
     #[must_use]
-    pub fn of(found: &Estimate, run: usize) -> Self {
+    pub fn new(found: &Estimate, run: usize) -> Self {
         let model = found.model(run);
         let structure = &found.layout.structure;
         let known = &structure.known_denominator;
@@ -138,7 +138,7 @@ impl GivenModel {
                     (*ahead, joined(&of))
                 })
                 .collect(),
-            residuals: ResidualTests::of(&estimate.residuals[longest], runs[longest].inputs),
+            residuals: ResidualTests::new(&estimate.residuals[longest], runs[longest].inputs),
             samples: runs.iter().map(|run| run.outputs.len()).sum(),
             simulated,
             estimate,

@@ -1,12 +1,12 @@
 #![doc = include_str!("../README.md")]
 //!
 //! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
-//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, recursions, a vehicle's own equations,
-//!   a Kalman filter, two stages in a closed loop: behind one trait.
+//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages
+//!   in a closed loop: behind one trait.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
-//! - [`selection`]: order, delay and kind of model by cross-validation.
-//! - [`validation`]: residual tests, order search, identifiability.
+//! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
+//! - [`validation`]: residual tests, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
 //! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
 //!

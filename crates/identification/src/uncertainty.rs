@@ -138,7 +138,7 @@ pub struct Reading<'a> {
 impl<'a> Reading<'a> {
     /// Of record `run`.
     #[must_use]
-    pub fn of(estimate: &'a Estimate, run: usize) -> Self {
+    pub fn new(estimate: &'a Estimate, run: usize) -> Self {
         Self { estimate, run }
     }
 

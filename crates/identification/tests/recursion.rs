@@ -143,7 +143,7 @@ fn after_a_million_nearly_dependent_rows_the_triangle_is_batch_and_the_textbook_
         phi.row_mut(k).copy_from_slice(&row);
         outputs[k] = output;
     }
-    let triangle = Triangle::of(&phi, &outputs).unwrap();
+    let triangle = Triangle::new(&phi, &outputs).unwrap();
     let singular = triangle.singular_values();
     let condition = singular.max() / singular.min();
     let batch = triangle.solution().unwrap();

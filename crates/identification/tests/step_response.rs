@@ -56,7 +56,7 @@ fn with_problem(samples: usize, test: impl FnOnce(&Problem<'_>)) {
 #[test]
 fn without_a_model_it_is_the_true_one_with_offset_delay_and_coloured_noise() {
     with_problem(1500, |problem| {
-        let found = StepResponse::of(problem, LENGTH).expect("a response");
+        let found = StepResponse::new(problem, LENGTH).expect("a response");
         let truth = truth();
         assert!(found.points.len() >= 40, "{}", found.points.len());
         let last = found.points.last().expect("points");
@@ -76,7 +76,7 @@ fn without_a_model_it_is_the_true_one_with_offset_delay_and_coloured_noise() {
 fn that_of_the_model_has_the_truth_within_its_band_and_the_slopes_of_differences() {
     with_problem(1500, |problem| {
         let estimate = OutputError.fit(problem).expect("an estimate");
-        let found = Reading::of(&estimate, 0).uncertain_step_response(LENGTH);
+        let found = Reading::new(&estimate, 0).uncertain_step_response(LENGTH);
         for (k, (truth, (value, deviation))) in truth().iter().zip(&found).enumerate() {
             let off = (value - truth).abs();
             assert!(
@@ -91,7 +91,7 @@ fn that_of_the_model_has_the_truth_within_its_band_and_the_slopes_of_differences
             .map(|i| {
                 let mut moved = estimate.clone();
                 moved.theta[i] += step;
-                (Reading::of(&moved, 0).step_response(LENGTH)[at] - found[at].0) / step
+                (Reading::new(&moved, 0).step_response(LENGTH)[at] - found[at].0) / step
             })
             .collect();
         let variance: f64 = (0..count)
@@ -109,7 +109,7 @@ fn that_of_the_model_has_the_truth_within_its_band_and_the_slopes_of_differences
 #[test]
 fn records_shorter_than_the_response_are_refused() {
     with_problem(150, |problem| {
-        let refusal = StepResponse::of(problem, LENGTH).expect_err("too short");
+        let refusal = StepResponse::new(problem, LENGTH).expect_err("too short");
         assert!(refusal.to_string().contains("200 samples"), "{refusal}");
     });
 }

@@ -289,7 +289,7 @@ impl Pair {
 
     fn offer_output(&mut self, stamp: i64, output: f64) {
         match self.aligner.offer_output(stamp, output) {
-            Offer::Taken => {}
+            Offer::Accepted => {}
             Offer::LeftOut => self.account.left_out += 1,
             Offer::WentBack => self.on_time_back(),
         }

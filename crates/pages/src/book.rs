@@ -52,7 +52,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Adds a report with its chapters of figures, account, numbers and errata.
+    /// Adds a report with its chapters of figures, procedure, numbers and errata.
     pub fn add(
         &mut self,
         report: &Report,
@@ -60,14 +60,14 @@ impl Page {
         names: &Names,
         comparison: &Comparison<'_>,
         chapters: &[Chapter],
-        account: Option<&str>,
+        procedure: Option<&str>,
     ) {
         let place = |part: &str| slug(&format!("{} {part}", report.name));
         let families = families(names, comparison);
         let contents = html! {
             ul {
                 @for chapter in chapters { li { a href=(format!("#{}", place(chapter.title))) { (chapter.title) } } }
-                @if account.is_some() { li { a href=(format!("#{}", place("procedure"))) { "The procedure step by step" } } }
+                @if procedure.is_some() { li { a href=(format!("#{}", place("procedure"))) { "The procedure step by step" } } }
                 li { a href=(format!("#{}", place("errata"))) { "Errata" } }
                 li { details { summary { "Numbers" }
                     ul { @for (family, _) in &families { li { a href=(format!("#{}", place(family))) { (family) } } } }
@@ -87,9 +87,9 @@ impl Page {
                 @if !note.is_empty() { p { (note) } }
                 (figures(plots))
             }
-            @if let Some(account) = account {
+            @if let Some(procedure) = procedure {
                 h2 id=(place("procedure")) { (report.name) ": the procedure step by step" }
-                details { summary { "Each step with its numbers" } pre { (account) } }
+                details { summary { "Each step with its numbers" } pre { (procedure) } }
             }
             h2 id=(place("errata")) { (report.name) ": errata" }
             div.scroll { table {

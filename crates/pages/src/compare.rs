@@ -9,11 +9,11 @@ use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
-use planesman_signals::Taken;
+use planesman_signals::PreparedRecord;
 
 use super::fit::{
-    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, SINCE_STEP, STEP, TIME, bound, is_near, line,
-    range, settling, timed, unit_circle,
+    DRAWN_WITHIN, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, SINCE_STEP, STEP, TIME, bound, is_near,
+    line, range, settling, timed, unit_circle,
 };
 use super::tables::fits;
 use crate::{document, figures, poles};
@@ -21,8 +21,8 @@ use planesman_flight::titles;
 
 /// A page with the models drawn over each other.
 #[must_use]
-pub fn page(models: &[Compared], taken: &Taken) -> String {
-    let record = &taken.resampled.record;
+pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
+    let record = &prepared.resampled.record;
     let first = |names: &[String]| {
         names
             .first()
@@ -50,19 +50,19 @@ pub fn page(models: &[Compared], taken: &Taken) -> String {
         h2 { "Poles" }
         (poles::table_with_note(&readings))
         h2 { "Plots" }
-        (figures(&plots(models, taken, &input, &output)))
-        details { summary { "The data" } pre { (taken.account()) } }
+        (figures(&plots(models, prepared, &input, &output)))
+        details { summary { "The data" } pre { (prepared.description()) } }
     };
     document(&title, "", &body, "")
 }
 
 fn plots<'a>(
     models: &'a [Compared],
-    taken: &'a Taken,
+    prepared: &'a PreparedRecord,
     input: &'a str,
     output: &'a str,
 ) -> Vec<Plot<'a>> {
-    let record = &taken.resampled.record;
+    let record = &prepared.resampled.record;
     let Some(longest) = models
         .first()
         .map(|it| it.judgement.segments[it.judgement.longest])
@@ -110,7 +110,7 @@ fn plots<'a>(
     let steps = models.iter().zip(&settling).map(|(model, settling)| {
         let of = &model.judgement;
         let points =
-            settling.map(|_| timed(&Reading::of(&of.estimate, of.longest).step_response(count)));
+            settling.map(|_| timed(&Reading::new(&of.estimate, of.longest).step_response(count)));
         line(&model.name, points.unwrap_or_default())
     });
     vec![
@@ -163,7 +163,7 @@ fn near_poles(model: &Compared, artefacts: bool) -> Vec<(f64, f64)> {
     let wanted = poles
         .iter()
         .map(|it| it.value)
-        .filter(|it| it.norm() < FAR && is_sampling_artefact(*it) == artefacts);
+        .filter(|it| it.norm() < DRAWN_WITHIN && is_sampling_artefact(*it) == artefacts);
     wanted.map(|it| (it.re, it.im)).collect()
 }
 

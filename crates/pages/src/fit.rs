@@ -23,8 +23,8 @@ type Result<T, E = IdentificationError> = std::result::Result<T, E>;
 
 /// Points of an ellipse.
 const ELLIPSE: usize = 60;
-/// Poles and zeros farther from 0 are not drawn.
-pub(crate) const FAR: f64 = 4.0;
+/// Poles and zeros are drawn within this distance of 0, values within this many widths of a range.
+pub(crate) const DRAWN_WITHIN: f64 = 4.0;
 /// Samples of a step response: at least, and at most.
 pub(crate) const STEP: (usize, usize) = (20, 2000);
 /// The share of its range that a step response may still be off where it counts as settled.
@@ -61,7 +61,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         (poles::table_with_note(&[("", analysis.reading())]))
         h2 { "Plots" }
         (figures(&plots))
-        details { summary { "All numbers" } pre { (analysis.findings()) } }
+        details { summary { "All numbers" } pre { (analysis.numbers()) } }
     };
     Ok(document(&title, "", &body, ""))
 }
@@ -100,9 +100,9 @@ pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     })
 }
 
-/// Whether a value lies no farther outside a range than [`FAR`] times its width.
+/// Whether a value lies no farther outside a range than [`DRAWN_WITHIN`] times its width.
 pub(crate) fn is_near(value: f64, low: f64, high: f64) -> bool {
-    (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9)
+    (value - low).abs().max((value - high).abs()) < DRAWN_WITHIN * (high - low).max(1e-9)
 }
 
 pub(crate) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
@@ -131,7 +131,7 @@ fn plots<'a>(
         measured,
         simulated,
         ..
-    } = Simulated::of(analysis, record)?;
+    } = Simulated::new(analysis, record)?;
     let timed = |values: &[f64]| timed(values, record.sample_time);
     let errors = measured.iter().zip(&simulated).map(|(y, model)| y - model);
     let errors: Vec<f64> = errors.collect();
@@ -213,7 +213,7 @@ pub(crate) fn unit_circle() -> Series<'static> {
 /// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
 /// whose response has none.
 pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
-    let reading = Reading::of(estimate, run);
+    let reading = Reading::new(estimate, run);
     let poles = reading.poles().ok()?;
     if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
         return None;
@@ -279,7 +279,7 @@ fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<Step
     let runs = segments.filter_map(|number| record.segments.get(*number)?.run());
     let runs = runs.collect();
     let problem = Problem::new(Structure::of_order(1), record.sample_time, runs)?;
-    StepResponse::of(&problem, length)
+    StepResponse::new(&problem, length)
 }
 
 fn map(analysis: &Analysis) -> Result<Plot<'static>> {
@@ -287,7 +287,9 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     let (poles, zeros) = (reading.poles()?, reading.zeros()?);
     let at = |found: &[Uncertain]| {
         let found = found.iter().map(|it| (it.value.re, it.value.im));
-        found.filter(|p| p.0.hypot(p.1) < FAR).collect::<Vec<_>>()
+        found
+            .filter(|p| p.0.hypot(p.1) < DRAWN_WITHIN)
+            .collect::<Vec<_>>()
     };
     let (artefacts, modes): (Vec<_>, Vec<_>) = poles
         .iter()
@@ -296,7 +298,7 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     // Ellipses as wide as the map would hide everything else.
     let is_shown = |it: &&Uncertain| {
         let deviation = it.magnitude_deviation();
-        deviation > 0.0 && deviation < 1.0 && it.value.norm() < FAR
+        deviation > 0.0 && deviation < 1.0 && it.value.norm() < DRAWN_WITHIN
     };
     let regions = |found: &[Uncertain], name: &'static str| {
         let found = found.iter().filter(is_shown).enumerate();
@@ -370,7 +372,8 @@ mod tests {
             let analysis = analyse(&record, &options).unwrap();
             let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
-            assert_eq!(page.matches(&analysis.reasons[0]).count(), 1, "{method:?}");
+            let reason = analysis.reasons[0].to_string();
+            assert_eq!(page.matches(&reason).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {
                 "a1"
             } else {

@@ -182,7 +182,7 @@ fn modes_table(flights: &[Flown]) -> Markup {
                     },
                     Some(found) => {
                         @let estimate = flown.flight.model.as_ref().and_then(planesman_identifier::estimate_of);
-                        @let found = estimate.map_or_else(|| found.modes(), |it| Reading::of(&it, 0).modes());
+                        @let found = estimate.map_or_else(|| found.modes(), |it| Reading::new(&it, 0).modes());
                         @for i in 0..found.len().max(truth.len()) {
                             tr {
                                 @if flights.len() > 1 { td { (flown.name) } }
@@ -215,7 +215,7 @@ fn poles_table(flown: &Flown) -> Markup {
         details {
             summary { "Poles and gains of plane angle to pitch rate" }
             @match &estimate {
-                Some(estimate) => (poles::table_with_note(&[("", Reading::of(estimate, 0))])),
+                Some(estimate) => (poles::table_with_note(&[("", Reading::new(estimate, 0))])),
                 None => p { "The model has no covariance: its poles have no intervals." },
             }
             p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }

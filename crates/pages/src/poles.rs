@@ -91,7 +91,7 @@ mod tests {
             model.covariance[5 * place] = 1e-6;
         }
         let estimate = planesman_identifier::estimate_of(&model).unwrap();
-        let text = table(&[("", Reading::of(&estimate, 0))]);
+        let text = table(&[("", Reading::new(&estimate, 0))]);
         let text = text.text(Format::Csv);
         let rows: Vec<&str> = text.lines().skip(1).collect();
         // dp/da1 = -p/(p - 0.01), dp/da2 = -1/(p - 0.01): 1.9600e-3 sqrt(0.9^2 + 1)/0.89 = 0.0030; of s the same over p T, 0.0329;

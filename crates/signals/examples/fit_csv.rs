@@ -10,7 +10,7 @@ use planesman_identification::{
     analysis::{self, analyse},
     filter, noise, with_noise,
 };
-use planesman_signals::{CsvSource, Options, Source, TableTime, take};
+use planesman_signals::{CsvSource, Options, Source, TableTime, read_record};
 
 /// Time between two rows, s.
 const SAMPLE_TIME: f64 = 0.05;
@@ -39,13 +39,13 @@ fn table() -> String {
 fn fit(path: &Path) -> Result<String, Box<dyn std::error::Error>> {
     let source = Source::Csv(CsvSource::open(path, &TableTime::default())?);
     let names = |name: &str| [name.to_owned()];
-    let taken = take(
+    let prepared = read_record(
         &source,
         &names("u"),
         &names("y"),
         &[Options::default()],
         &|_| {},
     )?;
-    let analysis = analyse(&taken.resampled.record, &analysis::Options::default())?;
+    let analysis = analyse(&prepared.resampled.record, &analysis::Options::default())?;
     Ok(analysis.text())
 }

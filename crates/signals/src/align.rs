@@ -48,7 +48,7 @@ pub struct Sample {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Offer {
     /// It was taken.
-    Taken,
+    Accepted,
     /// It was left out: known already, given up before it came, or off the grid.
     LeftOut,
     /// Time went back: everything before it was dropped, and it was taken.
@@ -137,7 +137,7 @@ impl Aligner {
             self.inputs.0.pop_front();
         }
         self.answer(k + 1);
-        Offer::Taken
+        Offer::Accepted
     }
 
     /// Offers the output at `stamp` (ns).
@@ -153,7 +153,7 @@ impl Aligner {
             return if went_back {
                 Offer::WentBack
             } else {
-                Offer::Taken
+                Offer::Accepted
             };
         };
         self.off_grid = 0;
@@ -179,7 +179,7 @@ impl Aligner {
             self.repeats = 1;
         }
         self.answer(k);
-        Offer::Taken
+        Offer::Accepted
     }
 
     /// Forgets everything but these outputs and the inputs that may belong to them.
@@ -457,7 +457,7 @@ mod tests {
             offer(&mut aligner, message);
             while aligner.take().is_some() {}
         }
-        assert_eq!(offer(&mut aligner, O(50)), Offer::Taken);
+        assert_eq!(offer(&mut aligner, O(50)), Offer::Accepted);
         assert_eq!(aligner.take().unwrap().stamp, stamp(50));
     }
 
@@ -480,14 +480,14 @@ mod tests {
     #[test]
     fn a_stamp_off_the_grid_is_left_out() {
         let mut aligner = Aligner::new(PERIOD);
-        assert_eq!(aligner.offer_output(stamp(0), 0.0), Offer::Taken);
+        assert_eq!(aligner.offer_output(stamp(0), 0.0), Offer::Accepted);
         assert_eq!(
             aligner.offer_output(stamp(1) + PERIOD / 3, 0.0),
             Offer::LeftOut
         );
         assert_eq!(
             aligner.offer_output(stamp(1) - PERIOD / 5, 0.0),
-            Offer::Taken
+            Offer::Accepted
         );
     }
 

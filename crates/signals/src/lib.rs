@@ -6,7 +6,7 @@
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
-//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_record`.
+//! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
@@ -25,11 +25,11 @@ mod gridder;
 mod live_grid;
 mod prefilter;
 mod preparation;
+mod prepared_record;
 mod request;
 mod resample;
 mod signal;
 mod source;
-mod taken;
 mod timing;
 mod ulog;
 mod ulog_source;
@@ -43,12 +43,12 @@ pub use error::SourceError;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
-    DECIMATION, Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
+    Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
+pub use prepared_record::{PreparedRecord, read_record};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
-pub use taken::{Taken, take};
 pub use timing::Meter;
 pub use ulog_source::UlogSource;

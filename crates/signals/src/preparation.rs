@@ -157,44 +157,74 @@ pub struct Preparation {
     pub prewindow: usize,
 }
 
-/// The name of the step that decimates a record.
-pub const DECIMATION: &str = "decimation";
+/// What a step does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepName {
+    /// Takes a coarser grid.
+    Decimation,
+    /// Finds or replaces outliers.
+    Outliers,
+    /// Passes a band of frequencies.
+    Prefilter,
+    /// Chooses a part.
+    Segment,
+    /// Subtracts a trend.
+    Detrend,
+    /// Puts zeros in front.
+    Prewindow,
+}
+
+impl StepName {
+    /// As it is printed.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Decimation => "decimation",
+            Self::Outliers => "outliers",
+            Self::Prefilter => "prefilter",
+            Self::Segment => "segment",
+            Self::Detrend => "detrend",
+            Self::Prewindow => "prewindow",
+        }
+    }
+}
 
 /// What was found and done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
-    /// Its name: [`DECIMATION`], `outliers`, `prefilter`, `segment`, `detrend`, `prewindow`.
-    pub name: &'static str,
+    /// What it does.
+    pub name: StepName,
     /// A sentence with its numbers.
     pub text: String,
 }
 
-/// Prepares a record as asked for. Where there is nothing to say, there is no step.
-pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
+/// Prepares a record. Where there is nothing to say, there is no step.
+pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
     let mut steps = Vec::new();
-    if asked.outliers != Outliers::Keep {
-        steps.extend(outliers(record, asked.outliers));
+    if preparation.outliers != Outliers::Keep {
+        steps.extend(outliers(record, preparation.outliers));
     }
-    if let Some(band) = asked.band {
+    if let Some(band) = preparation.band {
         steps.push(Step {
-            name: "prefilter",
+            name: StepName::Prefilter,
             text: prefilter(record, band),
         });
     }
-    if asked.decimate {
+    if preparation.decimate {
         steps.extend(decimate(record).map(|text| Step {
-            name: DECIMATION,
+            name: StepName::Decimation,
             text,
         }));
     }
-    if asked.segment == SegmentChoice::Auto {
+    if preparation.segment == SegmentChoice::Auto {
         steps.extend(excited_segment(record));
     }
-    if asked.trend != Trend::None {
-        steps.extend(detrend(record, asked.trend));
+    if preparation.trend != Trend::None {
+        steps.extend(detrend(record, preparation.trend));
     }
-    if asked.prewindow > 0 {
-        steps.push(prewindow(record, asked.prewindow));
+    if preparation.prewindow > 0 {
+        steps.push(prewindow(record, preparation.prewindow));
     }
     steps
 }
@@ -273,7 +303,7 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
             false => "used as they are (--outliers drop replaces them)",
         };
         steps.push(Step {
-            name: "outliers",
+            name: StepName::Outliers,
             text: format!(
                 "{name}: {count} sample{} far from those around, the first at {:.3} s{of_segment}: {:.4} where they are \
                  about {:.4}; {done}",
@@ -492,7 +522,7 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
     record.segments = kept;
     let input = record.inputs.first().map_or("", String::as_str);
     Some(Step {
-        name: "segment",
+        name: StepName::Segment,
         text: format!(
             "{input} moves longest from {}: {} of {samples} samples are used",
             parts.join(", "),
@@ -567,7 +597,7 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
                 _ => format!("{name}: its mean {mean:.4} is subtracted"),
             };
             steps.push(Step {
-                name: "detrend",
+                name: StepName::Detrend,
                 text,
             });
         }
@@ -585,7 +615,7 @@ fn prewindow(record: &mut Record, count: usize) -> Step {
         segment.start = segment.start.saturating_sub(time);
     }
     Step {
-        name: "prewindow",
+        name: StepName::Prewindow,
         text: format!("{count} zeros are put in front of each segment"),
     }
 }

@@ -27,13 +27,33 @@ pub enum BookError {
         id: String,
     },
     /// An entry breaks a rule.
-    #[error("entry '{id}': {reason}")]
+    #[error("entry '{id}': {rule}")]
     Refused {
         /// Its name.
         id: String,
         /// The rule.
-        reason: String,
+        rule: EntryRule,
     },
+}
+
+/// A rule of entries.
+#[derive(Debug, thiserror::Error)]
+pub enum EntryRule {
+    /// A number and its bound belong together.
+    #[error("{0} must stand together")]
+    Together(&'static str),
+    /// A bound is not below zero.
+    #[error("{0}: the second must not be below zero")]
+    Bound(&'static str),
+    /// An erratum is one of the book's.
+    #[error("erratum '{0}' is none of the errata")]
+    Erratum(String),
+    /// A contradiction is explained.
+    #[error("a contradiction must name the erratum that explains it")]
+    Unexplained,
+    /// A verdict is on a printed number.
+    #[error("a verdict needs a printed number")]
+    NotPrinted,
 }
 
 impl Book {
@@ -75,36 +95,32 @@ impl Book {
                     id: entry.id.clone(),
                 });
             }
-            self.check(entry).map_err(|reason| BookError::Refused {
+            self.check(entry).map_err(|rule| BookError::Refused {
                 id: entry.id.clone(),
-                reason,
+                rule,
             })?;
         }
         Ok(self)
     }
 
-    fn check(&self, entry: &Entry) -> Result<(), String> {
+    fn check(&self, entry: &Entry) -> Result<(), EntryRule> {
         for (value, bound, names) in [
             (entry.printed, entry.slack, "printed and slack"),
             (entry.reference, entry.tolerance, "recomputed and tolerance"),
         ] {
             if value.is_some() != bound.is_some() {
-                return Err(format!("{names} must stand together"));
+                return Err(EntryRule::Together(names));
             }
             if bound.is_some_and(|b| b < 0.0) {
-                return Err(format!("{names}: the second must not be below zero"));
+                return Err(EntryRule::Bound(names));
             }
         }
         match &entry.erratum {
             Some(number) if !self.errata.contains_key(number) => {
-                Err(format!("erratum '{number}' is none of the errata"))
+                Err(EntryRule::Erratum(number.clone()))
             }
-            None if entry.verdict == Some(Verdict::Contradicts) => {
-                Err("a contradiction must name the erratum that explains it".to_owned())
-            }
-            _ if entry.verdict.is_some() && entry.printed.is_none() => {
-                Err("a verdict needs a printed number".to_owned())
-            }
+            None if entry.verdict == Some(Verdict::Contradicts) => Err(EntryRule::Unexplained),
+            _ if entry.verdict.is_some() && entry.printed.is_none() => Err(EntryRule::NotPrinted),
             _ => Ok(()),
         }
     }

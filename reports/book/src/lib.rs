@@ -23,5 +23,5 @@ pub use book::{Book, BookError};
 pub use comparison::{Comparison, Line, Totals};
 pub use entry::Entry;
 pub use names::Names;
-pub use report::{Chapter, Recomputed, Report};
+pub use report::{Chapter, Recomputed, Report, ReportError};
 pub use verdict::Verdict;

@@ -1,8 +1,31 @@
 //! A report as `planesman reproduce` prints it.
 
+use std::error::Error;
+
 use planesman_plot::Plot;
 
 use crate::{Book, BookError, Names};
+
+/// Why a report's numbers or figures are not there.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// Its numbers.
+    #[error(transparent)]
+    Book(#[from] BookError),
+    /// Its names are not JSON of the right form.
+    #[error(transparent)]
+    Names(#[from] serde_json::Error),
+    /// What is computed anew.
+    #[error(transparent)]
+    Computed(Box<dyn Error + Send + Sync>),
+}
+
+impl ReportError {
+    /// Of what was computed.
+    pub fn computed(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Computed(error.into())
+    }
+}
 
 /// Recomputed numbers: name and value, in the unit of the book's entry.
 pub type Recomputed = Vec<(String, f64)>;
@@ -17,13 +40,13 @@ pub struct Report {
     /// Its numbers and errata.
     pub book: fn() -> Result<Book, BookError>,
     /// Plain names of its numbers.
-    pub names: fn() -> anyhow::Result<Names>,
+    pub names: fn() -> Result<Names, serde_json::Error>,
     /// Its numbers, computed again.
     pub recomputed: fn() -> Recomputed,
     /// A procedure of the report, done again, as text; `None` for none.
-    pub account: Option<fn() -> anyhow::Result<String>>,
+    pub procedure: Option<fn() -> Result<String, ReportError>>,
     /// Its lost figures.
-    pub figures: fn() -> anyhow::Result<Vec<Chapter>>,
+    pub figures: fn() -> Result<Vec<Chapter>, ReportError>,
 }
 
 /// Figures that belong together.

@@ -3,7 +3,7 @@
 use planesman_parallel::on_all_cores;
 use serde::Serialize;
 
-use crate::{Book, Comparison, Line, Names, Report};
+use crate::{Book, Comparison, Line, Names, Report, ReportError};
 
 /// One number.
 #[derive(Clone, Debug, Serialize)]
@@ -29,7 +29,7 @@ pub struct Row {
 ///
 /// # Errors
 /// None in practice: the books are built in.
-pub fn all(reports: &[Report]) -> anyhow::Result<Vec<Row>> {
+pub fn all(reports: &[Report]) -> Result<Vec<Row>, ReportError> {
     let recomputed = on_all_cores(reports, |report| (report.recomputed)());
     let mut rows = Vec::new();
     for (report, values) in reports.iter().zip(recomputed) {

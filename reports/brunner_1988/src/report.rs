@@ -1,7 +1,6 @@
 //! All numbers and figures of the report.
 
-use anyhow::Result;
-use planesman_book::{Book, BookError, Chapter, Names, Recomputed, Report};
+use planesman_book::{Book, BookError, Chapter, Names, Recomputed, Report, ReportError};
 
 use crate::{controllers, identification, program_figures, vehicle};
 
@@ -10,9 +9,9 @@ pub const REPORT: Report = Report {
     name: "Brunner 1988",
     citation: "G. M. Brunner, Experimental Verification of AUV Performance, Naval Postgraduate School, March 1988.",
     book,
-    names: || Ok(Names::parse(include_str!("../data/names.json"))?),
+    names: || Names::parse(include_str!("../data/names.json")),
     recomputed,
-    account: Some(identification::account),
+    procedure: Some(|| identification::procedure_text().map_err(ReportError::computed)),
     figures,
 };
 
@@ -34,7 +33,7 @@ fn recomputed() -> Recomputed {
         .collect()
 }
 
-fn figures() -> Result<Vec<Chapter>> {
+fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
             title: "Figures B1 to B10",
@@ -44,7 +43,7 @@ fn figures() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Root loci",
             note: "",
-            figures: controllers::root_loci::figures()?,
+            figures: controllers::root_loci::figures().map_err(ReportError::computed)?,
         },
         Chapter {
             title: "Time responses of the depth loop",
@@ -54,7 +53,7 @@ fn figures() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Identification: Figures 45 to 56",
             note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed; beside its fits, dashed, what Table 8 predicts, as printed too (E2). The text says so of Fig. 45 alone, and on p. 114 that the predictions of higher order were poorer than hoped.",
-            figures: identification::figures()?,
+            figures: identification::figures().map_err(ReportError::computed)?,
         },
     ])
 }

@@ -5,16 +5,14 @@
 
 use brunner_1988::identification::synthetic::{self, NOISE, SAMPLE_TIME};
 use nalgebra::{DMatrix, DVector};
-use planesman_identification::estimators::{
-    Armax, Estimate, Estimator, Instruments, LeastSquares, OutputError,
-};
+use planesman_identification::estimators::{Armax, Estimate, Estimator, LeastSquares, OutputError};
 use planesman_identification::{
     InitialState, Problem, Reading, Run, Structure, Uncertain, filter, with_noise,
 };
 use planesman_linear::{Complex, polynomial};
 
 /// The batch estimators of transfer functions.
-const ALL: [&dyn Estimator; 4] = [&LeastSquares, &Armax, &OutputError, &Instruments];
+const ALL: [&dyn Estimator; 3] = [&LeastSquares, &Armax, &OutputError];
 
 fn fit(
     estimator: &dyn Estimator,
@@ -79,31 +77,6 @@ fn second_order(inputs: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn instruments_and_output_error_reach_the_same_model_by_different_roads() {
-    for seed in 0..5 {
-        let planes = synthetic::Run::SevenFive.planes();
-        let record = [(
-            planes.clone(),
-            with_noise(&second_order(&planes), seed, NOISE),
-        )];
-        let structure = Structure::of_order(2).with_zero_at_one();
-        let search = fit(&OutputError, structure.clone(), &record);
-        let rounds = fit(&Instruments, structure, &record);
-        let off = distance(search.theta.as_slice(), rounds.theta.as_slice());
-        assert!(off < 1e-5, "seed {seed}: {off:e}");
-        for (pole, true_pole) in Reading::of(&search, 0)
-            .poles()
-            .unwrap()
-            .iter()
-            .zip([0.95, 0.8])
-        {
-            let off = (pole.value.re - true_pole).abs() / pole.real_deviation();
-            assert!(off < 4.0, "seed {seed}: {off} deviations");
-        }
-    }
-}
-
-#[test]
 fn a_record_that_begins_in_motion_is_no_obstacle_when_said_so() {
     let run = synthetic::Run::EightOne;
     let record = [(run.planes()[30..].to_vec(), run.clean()[30..].to_vec())];
@@ -111,13 +84,11 @@ fn a_record_that_begins_in_motion_is_no_obstacle_when_said_so() {
         start: InitialState::Estimated,
         ..Structure::of_order(3)
     };
-    for method in [&OutputError as &dyn Estimator, &Instruments] {
-        let found = fit(method, structure.clone(), &record);
-        // What the planes did before the record began is part of the motion: two samples of input
-        // enter rows that the motion's three numbers make up for.
-        let off = distance(&found.model(0).a, &run.plant().a);
-        assert!(off < 1e-4, "{method:?}: {off:e}");
-    }
+    let found = fit(&OutputError, structure, &record);
+    // What the planes did before the record began is part of the motion: two samples of input
+    // enter rows that the motion's three numbers make up for.
+    let off = distance(&found.model(0).a, &run.plant().a);
+    assert!(off < 1e-4, "{off:e}");
 }
 
 #[test]
@@ -169,7 +140,7 @@ fn a_known_integrator_and_a_delay_are_kept() {
             "{method:?}: {:?}",
             model.b
         );
-        let poles = Reading::of(&found, 0).poles().unwrap();
+        let poles = Reading::new(&found, 0).poles().unwrap();
         assert_eq!(poles[1].value, Complex::new(1.0, 0.0));
         assert_eq!(poles[1].real_deviation(), 0.0);
     }
@@ -184,7 +155,7 @@ fn second_pole(estimator: &dyn Estimator) -> (f64, f64) {
             let outputs = with_noise(&second_order(&planes), 7 + 1000 * seed, NOISE);
             let structure = Structure::of_order(2).without_offset();
             let found = fit(estimator, structure, &[(planes.clone(), outputs)]);
-            Reading::of(&found, 0).poles().unwrap()[1].value.re
+            Reading::new(&found, 0).poles().unwrap()[1].value.re
         })
         .collect();
     let mean = poles.iter().sum::<f64>() / f64::from(RECORDS);
@@ -217,7 +188,7 @@ fn noise_draws_least_squares_where_its_own_regressors_say_and_not_the_others() {
     };
     let found = second_pole(&LeastSquares);
     assert!(off(found, smoother) < 4.0, "{found:?}, {smoother} expected");
-    for estimator in [&Armax as &dyn Estimator, &OutputError, &Instruments] {
+    for estimator in [&Armax as &dyn Estimator, &OutputError] {
         let found = second_pole(estimator);
         assert!(off(found, 0.8) < 4.0, "{estimator:?}: {found:?}");
     }
@@ -271,13 +242,13 @@ fn the_covariance_is_carried_as_small_changes_are() {
     };
     type Read<'a> = (&'a str, &'a dyn Fn(&Estimate) -> Uncertain);
     let reads: [Read<'_>; 5] = [
-        ("pole", &|e| Reading::of(e, 0).poles().unwrap()[0]),
+        ("pole", &|e| Reading::new(e, 0).poles().unwrap()[0]),
         ("s pole", &|e| {
-            Reading::of(e, 0).continuous_poles().unwrap()[1]
+            Reading::new(e, 0).continuous_poles().unwrap()[1]
         }),
-        ("zero", &|e| Reading::of(e, 0).zeros().unwrap()[0]),
-        ("gain", &|e| Reading::of(e, 0).steady_state_gain().unwrap()),
-        ("response", &|e| Reading::of(e, 0).response(3.0).unwrap()),
+        ("zero", &|e| Reading::new(e, 0).zeros().unwrap()[0]),
+        ("gain", &|e| Reading::new(e, 0).steady_state_gain().unwrap()),
+        ("response", &|e| Reading::new(e, 0).response(3.0).unwrap()),
     ];
     for (name, read) in reads {
         let exact = read(&found).covariance;

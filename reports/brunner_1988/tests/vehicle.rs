@@ -44,7 +44,7 @@ fn filter(vehicle: Vehicle) -> VehicleFilter {
             bias_deviation,
         }),
         noise: Some(noise),
-        ..VehicleFilter::of(vehicle)
+        ..VehicleFilter::new(vehicle)
     }
 }
 
@@ -158,7 +158,7 @@ fn pole_uncertainty_is_the_parameters_carried_through() {
     let variance = slopes[0] * slopes[0] * p[(1, 1)]
         + 2.0 * slopes[0] * slopes[1] * p[(1, 2)]
         + slopes[1] * slopes[1] * p[(2, 2)];
-    let poles = Reading::of(&found, 0).continuous_poles().unwrap();
+    let poles = Reading::new(&found, 0).continuous_poles().unwrap();
     let fastest = poles
         .iter()
         .min_by(|p, q| p.value.re.total_cmp(&q.value.re));

@@ -39,7 +39,7 @@ pub struct Gains {
 impl Gains {
     /// Those that go with a surrogate, K as in the tables.
     #[must_use]
-    pub fn of(surrogate: Surrogate) -> Self {
+    pub fn new(surrogate: Surrogate) -> Self {
         Self {
             overall: 1.0,
             attitude: surrogate.attitude_gain(),
@@ -90,7 +90,7 @@ mod tests {
     fn the_inputs_add_up_to_attitude_rate_and_integral_feedback() {
         let gains = Gains {
             overall: 1.5,
-            ..Gains::of(Surrogate::Ps2)
+            ..Gains::new(Surrogate::Ps2)
         };
         let mut autopilot = DigitalAutopilot::new(gains);
         let (mut nozzle, mut integral) = (0.0, 0.0);

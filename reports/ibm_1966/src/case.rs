@@ -26,7 +26,7 @@ impl Case {
         Self {
             surrogate,
             set,
-            gains: Gains::of(surrogate),
+            gains: Gains::new(surrogate),
             options: Options::SINGLE_SPEED,
             condition: Condition::SOUND,
         }

@@ -13,13 +13,12 @@ use crate::digital_loop::Start;
 use crate::flight_control::{self, FlightControl};
 use crate::missile::Surrogate;
 use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
-use anyhow::Result;
 use planesman_hydraulics::frequency_response::Periods;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::{Condition, PulseTrain};
 use planesman_units::{DEGREE, INCH};
 
-use planesman_book::Chapter;
+use planesman_book::{Chapter, ReportError};
 use planesman_plot::{Plot, Style};
 
 /// The missile of all figures.
@@ -62,7 +61,7 @@ const RAM: [&str; 2] = ["time [s]", "X_1 [in]"];
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn figures() -> Result<Vec<Chapter>> {
+pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
             title: "Section III: mathematical model and hardware",
@@ -86,8 +85,8 @@ pub fn figures() -> Result<Vec<Chapter>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-fn section_3() -> Result<Vec<Plot<'static>>> {
-    let base = Case::table_3_1(SURROGATE)?;
+fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
+    let base = Case::table_3_1(SURROGATE).map_err(ReportError::computed)?;
     let row = |id: &str| changed(&TABLE_3_2, id, &base);
     let (supple, damped) = (row("C=6"), row("C=18"));
     let (soft, stiff) = (row("beta_V=13300"), row("beta_V=100000"));
@@ -168,8 +167,8 @@ fn section_3() -> Result<Vec<Plot<'static>>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-fn section_4() -> Result<Vec<Plot<'static>>> {
-    let base = Case::table_4_1(SURROGATE)?;
+fn section_4() -> Result<Vec<Plot<'static>>, ReportError> {
+    let base = Case::table_4_1(SURROGATE).map_err(ReportError::computed)?;
     let row = |id: &str| changed(&TABLE_4_2, id, &base);
     let of = |number, what, note: &'static str, case: &Case, input| {
         let [yaw, ram] = transients(number, what, case, input);
@@ -259,9 +258,10 @@ fn section_4() -> Result<Vec<Plot<'static>>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read or the model cannot be made.
-fn section_5() -> Result<Vec<Plot<'static>>> {
-    let base = Case::table_4_1(SURROGATE)?;
-    let linear = FlightControl::new(&SURROGATE.plant(), &base.gains, &base.set, Ram::Rigid)?;
+fn section_5() -> Result<Vec<Plot<'static>>, ReportError> {
+    let base = Case::table_4_1(SURROGATE).map_err(ReportError::computed)?;
+    let linear = FlightControl::new(&SURROGATE.plant(), &base.gains, &base.set, Ram::Rigid)
+        .map_err(ReportError::computed)?;
     let response = (1..=200)
         .map(|i| {
             let hertz = f64::from(i) * 0.01;
@@ -279,7 +279,7 @@ fn section_5() -> Result<Vec<Plot<'static>>> {
         .into_iter()
         .collect::<Vec<_>>();
     let dt = 0.01;
-    let steps = linear.step(dt, TRANSIENT)?;
+    let steps = linear.step(dt, TRANSIENT).map_err(ReportError::computed)?;
     let line = steps
         .iter()
         .enumerate()
@@ -368,7 +368,7 @@ fn ram(points: impl AsRef<[Point]>) -> Vec<(f64, f64)> {
 /// The analog flight control: a step, and half a degree to either side.
 fn analog() -> [Plot<'static>; 3] {
     let fly = |steering: f64, degrees: f64| {
-        let mut flight = AnalogLoop::new(SURROGATE, Gains::of(SURROGATE), degrees * DEGREE);
+        let mut flight = AnalogLoop::new(SURROGATE, Gains::new(SURROGATE), degrees * DEGREE);
         let (mut yaw, mut nozzle) = (Vec::new(), Vec::new());
         while flight.time() < TRANSIENT {
             yaw.push((flight.time(), flight.yaw().angle / DEGREE));

@@ -157,7 +157,7 @@ mod tests {
         let surrogate = Surrogate::Ps2;
         let gains = Gains {
             compensation: 0.5f64.powi(k),
-            ..Gains::of(surrogate)
+            ..Gains::new(surrogate)
         };
         let polaris = load("table_4_1").unwrap();
         FlightControl::new(&surrogate.plant(), &gains, &polaris, ram).unwrap()
@@ -263,7 +263,7 @@ mod tests {
     fn with_leakage_the_missiles_loop_toggles_ten_times_a_second_for_its_dead_time_alone() {
         let set = load("table_4_1").unwrap();
         let surrogate = Surrogate::Ps2;
-        let gains = Gains::of(surrogate);
+        let gains = Gains::new(surrogate);
         let control = FlightControl::new(&surrogate.plant(), &gains, &set, Ram::Rigid).unwrap();
         let quantum = set.quantum;
         let cycle = |delay: f64| {

@@ -30,12 +30,8 @@ pub const REPORT: planesman_book::Report = planesman_book::Report {
     name: "IBM 1966",
     citation: "G. W. Scott, Digital Hydraulic Actuator Study, Phase III Final Report, IBM 66-L03-005, November 1966.",
     book,
-    names: || {
-        Ok(planesman_book::Names::parse(include_str!(
-            "../data/names.json"
-        ))?)
-    },
+    names: || planesman_book::Names::parse(include_str!("../data/names.json")),
     recomputed,
-    account: None,
+    procedure: None,
     figures,
 };

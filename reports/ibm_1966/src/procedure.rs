@@ -185,7 +185,7 @@ impl Case {
 pub fn analog_is_stable(surrogate: Surrogate, overall: f64, steering: f64, yaw: f64) -> bool {
     let gains = Gains {
         overall,
-        ..Gains::of(surrogate)
+        ..Gains::new(surrogate)
     };
     let mut flight = AnalogLoop::new(surrogate, gains, yaw);
     let mut fastest: f64 = 0.0;

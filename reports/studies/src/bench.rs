@@ -3,13 +3,13 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
 use ibm_1966::procedure::{
     ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
 };
 use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
+use planesman_hydraulics::actuator_file::ActuatorFileError;
 use planesman_units::DEGREE;
 
 use planesman_text::number;
@@ -94,7 +94,7 @@ pub fn heading(surrogate: Surrogate) -> String {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
+pub fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown, ActuatorFileError> {
     let hardware = Case::table_3_1(surrogate)?;
     let polaris = Case::table_4_1(surrogate)?;
     Ok(match table {

@@ -14,7 +14,6 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use anyhow::Result;
 use brunner_1988::controllers::axis::DampedInertia;
 use brunner_1988::controllers::program_t6::{Motion, Plant};
 use planesman_control::{Controller, ControllerParameters};
@@ -43,6 +42,17 @@ const STEP_NANOS: i64 = 1_000_000;
 const SETPOINT: f64 = 3.0 * FOOT;
 /// When a dive is over, and when the observation ends, in ticks.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
+
+/// Why a dive is not flown.
+#[derive(Debug, thiserror::Error)]
+pub enum DiveError {
+    /// The actuator's file.
+    #[error(transparent)]
+    Actuator(#[from] ActuatorFileError),
+    /// The controller.
+    #[error(transparent)]
+    Controller(#[from] planesman_control::Error),
+}
 
 /// The leakage of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -248,8 +258,8 @@ impl Case {
     ///
     /// # Errors
     /// Those of the actuator's file and of [`Loop::dive`].
-    pub fn run(&self) -> Result<LimitCycle> {
-        self.around().dive(&self.set()?, |_| self.demand(0.0))
+    pub fn run(&self) -> Result<LimitCycle, DiveError> {
+        Ok(self.around().dive(&self.set()?, |_| self.demand(0.0))?)
     }
 
     /// The cycle that [`Loop::predict`] finds for the case.
@@ -286,7 +296,11 @@ impl Loop {
     ///
     /// # Errors
     /// A gain beyond the controller's range.
-    pub fn dive(&self, set: &ActuatorSet, demand: impl Fn(f64) -> Demand) -> Result<LimitCycle> {
+    pub fn dive(
+        &self,
+        set: &ActuatorSet,
+        demand: impl Fn(f64) -> Demand,
+    ) -> Result<LimitCycle, planesman_control::Error> {
         const H: f64 = TICK / STEPS as f64;
         let mut dha = Dha::new(set);
         let mut controller = self.controller()?;
@@ -379,7 +393,7 @@ impl Loop {
     }
 
     /// The depth controller at its defaults, with an integral that may take all of the planes' travel.
-    fn controller(&self) -> Result<Controller> {
+    fn controller(&self) -> Result<Controller, planesman_control::Error> {
         let gain = default_gains().pitch_p * self.integral;
         let mut parameters = ControllerParameters {
             depth_setpoint: SETPOINT,
@@ -387,7 +401,7 @@ impl Loop {
         };
         parameters.pitch.i = gain;
         parameters.pitch.i_limit = FRAC_PI_2;
-        Ok(Controller::new(&parameters)?)
+        Controller::new(&parameters)
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.

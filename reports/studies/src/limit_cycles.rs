@@ -1,13 +1,12 @@
 //! Limit cycles of the depth loop with the digital hydraulic actuator, predicted and simulated, in one table.
 
-use anyhow::Result;
 use maud::html;
 use planesman_console::{Format, Table, wrapped};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Style};
 use planesman_units::INCH;
 
-use crate::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction};
+use crate::depth_loop::{Case, DiveError, Figure, LimitCycle, MOST_RESIDUAL, Prediction};
 
 /// The page: predicted beside simulated, and the table.
 #[must_use]
@@ -77,7 +76,7 @@ impl Row {
     ///
     /// # Errors
     /// Those of the actuator's file and of [`Loop::dive`](crate::depth_loop::Loop::dive).
-    pub fn of(case: &Case, predicted: bool) -> Result<Self> {
+    pub fn of(case: &Case, predicted: bool) -> Result<Self, DiveError> {
         Ok(Self {
             case: case.clone(),
             cycle: case.run()?,

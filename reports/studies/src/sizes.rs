@@ -104,7 +104,7 @@ fn depth_cycle(set: &ActuatorSet) -> String {
 
 fn yaw_cycle(set: &ActuatorSet) -> String {
     let surrogate = Surrogate::Ps2;
-    let (plant, gains) = (surrogate.plant(), Gains::of(surrogate));
+    let (plant, gains) = (surrogate.plant(), Gains::new(surrogate));
     let Ok(control) = FlightControl::new(&plant, &gains, set, Ram::Rigid) else {
         return "none".to_owned();
     };

@@ -45,7 +45,7 @@ struct Values {
 
 impl Values {
     fn of(estimate: &Estimate, run: usize) -> Option<Self> {
-        let reading = Reading::of(estimate, run);
+        let reading = Reading::new(estimate, run);
         let poles = reading.continuous_poles().ok()?;
         Some(Self {
             poles: poles.iter().map(|it| (it.value.re, it.value.im)).collect(),
@@ -66,7 +66,7 @@ pub(super) fn bootstrap(
     run: usize,
     refits: usize,
 ) -> Result<Bootstrap> {
-    let simulated = Simulated::of(found, problem)?;
+    let simulated = Simulated::new(found, problem)?;
     let own = Values::of(found, run).ok_or(IdentificationError::Undetermined(
         "the model's poles cannot be found",
     ))?;
@@ -116,7 +116,7 @@ struct Simulated {
 }
 
 impl Simulated {
-    fn of(found: &Estimate, problem: &Problem<'_>) -> Result<Self> {
+    fn new(found: &Estimate, problem: &Problem<'_>) -> Result<Self> {
         let runs = || problem.runs.iter().enumerate();
         let mut residuals: Vec<Vec<f64>> = runs()
             .map(|(number, run)| prediction::residuals(found, number, *run))

@@ -5,21 +5,24 @@
 //! record of its own; the reported model is fitted to all of it. In a long record the order is searched in the part where the
 //! input varies most ([`Problem::part`]).
 //!
-//! - `verdict`: the plain words.
-//! - `account`: all of it for the terminal.
+//! - `verdict`: what the model is good for, and why; `reason`: each reason with its numbers; `sentences`: both in words.
+//! - `text`: the results for the terminal.
 //! - `lag`: the delay's interval.
 //! - `bootstrap`: intervals of poles and gain from refits.
 //! - `checks`: the figures that the verdict rests on.
 
-mod account;
 mod bootstrap;
 mod checks;
 mod lag;
+mod reason;
+mod sentences;
+mod text;
 mod verdict;
 
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
 pub use lag::Lag;
+pub use reason::{FitRemark, Reason, ResidualFinding};
 pub use verdict::Verdict;
 
 use std::borrow::Cow;
@@ -32,10 +35,10 @@ use crate::estimators::{
 };
 use crate::model::Model;
 use crate::prediction;
+use crate::selection::criteria::{Candidate, choice, first_part, search};
 use crate::selection::{self, Kind, select};
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
-use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
 use planesman_record::StraightLine;
 use planesman_record::{Record, Segment};
@@ -165,8 +168,8 @@ pub struct Analysis {
     pub longest: usize,
     /// What it is good for.
     pub verdict: Verdict,
-    /// The reasons, a sentence each.
-    pub reasons: Vec<String>,
+    /// Why.
+    pub reasons: Vec<Reason>,
     /// How the estimator's recursive form learnt.
     pub trajectory: Trajectory,
 }
@@ -279,7 +282,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let residuals = estimate
         .residuals
         .get(longest)
-        .and_then(|residuals| ResidualTests::of(residuals, tested_against));
+        .and_then(|residuals| ResidualTests::new(residuals, tested_against));
     let (held_out_fit, attainable_fit) = match validation {
         None => held_out_fits(estimator, &problem, longest),
         Some(_) => (None, None),
@@ -585,10 +588,10 @@ fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
 }
 
 impl Analysis {
-    /// Takes the fits of a record for validation; what it was, in a sentence.
-    fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<String> {
+    /// Takes the fits of a record for validation.
+    fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<Reason> {
         let validation = &*caused_by_reference(validation)?;
-        let judgement = GivenModel::of(&self.estimate, self.longest).on(validation, &[AHEAD])?;
+        let judgement = GivenModel::new(&self.estimate, self.longest).on(validation, &[AHEAD])?;
         let outputs = validation.segments[judgement.segments[judgement.longest]]
             .outputs
             .first();
@@ -598,21 +601,18 @@ impl Analysis {
             .is_none_or(|fit| fit > UNINFORMATIVE_FIT);
         self.held_out_fit = judgement.fit.filter(|_| moves);
         self.predicted_fit = judgement.predicted[0].1;
-        let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
-        Ok(format!(
-            "judged on the validation data, {} samples that were not fitted: simulated fit {}, predicted {AHEAD} samples \
-             ahead {}",
+        Ok(Reason::Validated(
             judgement.samples,
-            percent(judgement.fit),
-            percent(self.predicted_fit)
+            judgement.fit,
+            self.predicted_fit,
         ))
     }
 
     /// The reasons, then the verdict.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        let verdict = [self.verdict.to_string()];
-        self.reasons.iter().cloned().chain(verdict).collect()
+        let reasons = self.reasons.iter().map(Reason::to_string);
+        reasons.chain([self.verdict.to_string()]).collect()
     }
 
     /// The kind that was chosen by cross-validation.
@@ -636,7 +636,7 @@ impl Analysis {
     /// Poles, zeros, gain and response of that model.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
-        Reading::of(&self.estimate, self.longest)
+        Reading::new(&self.estimate, self.longest)
     }
 
     /// The vehicle's coefficients, where they were sought or follow: from second order with a zero at z = 1.

@@ -1,19 +1,18 @@
 //! The verdict on a model, and its reasons: conclusions from fit, residuals and uncertainty.
 
 use std::f64::consts::PI;
-use std::fmt;
 
 use nalgebra::Matrix2;
 
-use super::account::interval;
+use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{
-    AHEAD, Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
+    Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
-use crate::selection::Candidate;
+use crate::selection::criteria;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
-use crate::validation::order_search;
-use crate::validation::residuals::{Correlation, ResidualTests};
+use crate::validation::identifiability::Doubt;
+use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
@@ -27,6 +26,8 @@ const GOOD: f64 = 80.0;
 const USABLE: f64 = 50.0;
 /// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
 const AS_GOOD: f64 = 3.0;
+/// By how much a fit, %, on held-out data is below that on the whole record when the model is called overfitted.
+const OVERFITTED: f64 = 20.0;
 /// The share of the output's variation from which a straight line is called drift.
 const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
@@ -86,166 +87,64 @@ pub enum Verdict {
     Good,
 }
 
-impl Verdict {
-    /// In a word, and what to do next.
-    const fn words(self) -> (&'static str, &'static str) {
-        match self {
-            Self::NoEffect => (
-                "no model of what the input does",
-                "excite the system more: a PRBS or steps that move the output well beyond its noise",
-            ),
-            Self::Undetermined => (
-                "the record does not determine a model",
-                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
-            ),
-            Self::NotValidated => (
-                "not validated",
-                "record for longer, with the input moving to the end",
-            ),
-            Self::FewSamples => (
-                "usable with care: few samples for so many parameters",
-                "record for longer",
-            ),
-            Self::Drift { usable } => (
-                match usable {
-                    false => "not usable for simulation: the output drifts",
-                    true => "usable with care: the output drifts",
-                },
-                "subtract the drift: --detrend line",
-            ),
-            Self::ClosedLoop { usable } => (
-                match usable {
-                    false => "not usable for simulation: the data seems closed-loop",
-                    true => "usable with care: the data seems closed-loop",
-                },
-                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
-            ),
-            Self::NoiseLimited { good } => (
-                match good {
-                    false => "usable: the noise limits its fit",
-                    true => "good: the noise limits its fit",
-                },
-                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
-            ),
-            Self::Unusable => (
-                "not usable for simulation",
-                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
-            ),
-            Self::Unsteady => (
-                "usable with care: it does not hold all along the record",
-                "fit segments apart: --window FROM..TO, once for each",
-            ),
-            Self::Early => (
-                "usable with care: the output seems to come before its input",
-                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
-            ),
-            Self::GainUndetermined => (
-                "usable with care: the steady-state gain is not determined",
-                "record steps that are held until the output settles",
-            ),
-            Self::DynamicsMissing => (
-                "usable with care: dynamics are missing",
-                "let order, delay and method be chosen: --method automatic",
-            ),
-            Self::Usable => (
-                "usable",
-                "compare with another method: --method armax; page: --html model.html",
-            ),
-            Self::Good => (
-                "good",
-                "write it for the simulator and the controller: --model model.yaml",
-            ),
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (word, next) = self.words();
-        write!(f, "verdict: {word}. Next: {next}")
-    }
-}
-
 impl Analysis {
-    /// What speaks for the model and against it, a sentence each, behind the doubts whether the record determines one.
-    pub(super) fn reasons(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
-        let mut said = doubts;
-        said.extend(self.left_out(record));
-        said.extend(self.of_selection());
-        said.extend(order_search::verdict(&self.candidates));
-        said.extend(self.at_the_edge());
-        said.extend(self.of_two_stages());
-        said.extend(self.of_fit());
-        said.extend(self.of_cause());
-        said.extend(self.of_delay());
-        said.extend(self.of_residuals());
-        said.extend(self.suspicious_poles());
-        said.extend(self.of_samples());
-        said
+    /// What speaks for the model and against it, behind the doubts whether the record determines one.
+    pub(super) fn reasons(&self, doubts: Vec<Doubt>, record: &Record) -> Vec<Reason> {
+        let mut reasons: Vec<Reason> = doubts.into_iter().map(Reason::Doubt).collect();
+        reasons.extend(self.left_out(record));
+        reasons.extend(self.selection());
+        reasons.extend(self.order());
+        reasons.extend(self.limits_of_search());
+        reasons.extend(self.two_stages());
+        reasons.extend(self.fits());
+        reasons.extend(self.input_share());
+        reasons.extend(self.delay());
+        reasons.extend(self.residual_findings());
+        reasons.extend(self.suspicious_poles());
+        reasons.extend(self.few_samples());
+        reasons
     }
 
-    /// What was chosen, and beside what.
-    fn of_selection(&self) -> Option<String> {
+    /// The model chosen by cross-validation.
+    fn selection(&self) -> Option<Reason> {
         let chosen = self.selected.first()?;
-        let best = self
+        let largest = self
             .selected
             .iter()
-            .max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
-        let named = |of: &Candidate| {
-            let integrator = match of.integrators() {
-                0 => "",
-                _ => " with an integrator",
-            };
-            format!(
-                "{}, order {}{integrator}, delay {}",
-                of.kind.name(),
-                of.order(),
-                of.structure.delay
-            )
-        };
-        let mut text = format!(
-            "of {} models cross-validated: {}, fit {:.1} %",
+            .max_by(|p, q| p.fit().total_cmp(&q.fit()))
+            .filter(|it| it.fit() > chosen.fit() + 0.05);
+        Some(Reason::Selected(
             self.selected.len(),
-            named(chosen),
-            chosen.fit()
-        );
-        if best.fit() > chosen.fit() + 0.05 {
-            text += &format!(
-                "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
-                best.fit(),
-                named(best)
-            );
-        }
-        Some(text)
+            Box::new(chosen.clone()),
+            largest.cloned().map(Box::new),
+        ))
+    }
+
+    /// The order chosen by criteria.
+    fn order(&self) -> Option<Reason> {
+        let chosen = criteria::choice(&self.candidates)?;
+        let next = (self.candidates.iter())
+            .find(|it| it.delay == chosen.delay && it.order == chosen.order + 1);
+        Some(Reason::Order(chosen.clone(), next.cloned()))
     }
 
     /// A choice at the end of what was searched.
-    fn at_the_edge(&self) -> Vec<String> {
+    fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
         let (orders, delays) = match (self.selected.is_empty(), self.candidates.is_empty()) {
             (false, _) => (MAX_ORDER, MAX_DELAY),
             (true, false) => (METHOD_MAX_ORDER, METHOD_MAX_DELAY),
             _ => return Vec::new(),
         };
-        let mut said = Vec::new();
-        if self.options.order.is_none() && s.poles >= orders {
-            said.push(format!(
-                "order {} is the largest searched: a higher one may fit better (--order {})",
-                s.poles,
-                s.poles + 2
-            ));
-        }
         let delay = self
             .selected
             .first()
             .map_or(s.delay, |it| it.structure.delay);
-        if self.options.delay.is_none() && delay >= delays {
-            said.push(format!(
-                "delay {delay} is the longest searched: a longer one may fit better (--delay {})",
-                delay + 5
-            ));
-        }
-        said
+        let order = (self.options.order.is_none() && s.poles >= orders)
+            .then_some(Reason::LargestOrder(s.poles));
+        let delay = (self.options.delay.is_none() && delay >= delays)
+            .then_some(Reason::LongestDelay(delay));
+        order.into_iter().chain(delay).collect()
     }
 
     fn is_unstable(&self) -> bool {
@@ -255,105 +154,70 @@ impl Analysis {
             .any(|pole| pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 + 1e-9)
     }
 
-    fn of_fit(&self) -> Vec<String> {
-        let mut said = Vec::new();
+    fn fits(&self) -> Vec<Reason> {
         if self.is_unstable() {
-            if let Some(fit) = self.predicted_fit {
-                said.push(format!(
-                    "the model is unstable, and a simulation diverges whatever the model: predictions {AHEAD} samples \
-                     ahead fit {fit:.1} %"
-                ));
-            }
-            return said;
+            return self
+                .predicted_fit
+                .map(Reason::PredictedFit)
+                .into_iter()
+                .collect();
         }
-        said.push(match (self.held_out_fit, self.fit) {
-            (Some(held), _) if held < 0.0 => format!(
-                "simulated fit on held-out data {held:.1} %: worse than the mean of the output"
-            ),
-            (Some(held), _) if self.is_limited_by_noise() && held < GOOD => format!(
-                "simulated fit on held-out data {held:.1} %: as good as the noise lets a model be ({:.1} %)",
-                self.attainable_fit.unwrap_or(held)
-            ),
-            (Some(held), _) if held >= VERY_GOOD => {
-                format!("simulated fit on held-out data {held:.1} %: very good")
+        let fit = match self.held_out_fit {
+            Some(held_out) => Reason::HeldOutFit(held_out, self.fit_remark(held_out)),
+            None if self
+                .attainable_fit
+                .is_some_and(|fit| fit <= UNINFORMATIVE_FIT) =>
+            {
+                Reason::HeldOutIsNoise
             }
-            (Some(held), Some(fit)) if held < fit - 20.0 => format!(
-                "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
-            ),
-            (Some(held), _) => format!("simulated fit on held-out data {held:.1} %"),
-            (None, _) if self.attainable_fit.is_some_and(|fit| fit <= UNINFORMATIVE_FIT) => {
-                "not validated: in the held-out data the output stays within the noise".to_owned()
+            None => Reason::FirstPartUndetermined,
+        };
+        let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
+        std::iter::once(fit).chain(unsteady).collect()
+    }
+
+    fn fit_remark(&self, held_out: f64) -> FitRemark {
+        match self.fit {
+            _ if held_out < 0.0 => FitRemark::WorseThanMean,
+            _ if self.is_limited_by_noise() && held_out < GOOD => {
+                FitRemark::NoiseLimited(self.attainable_fit.unwrap_or(held_out))
             }
-            (None, _) => {
-                "not validated: the first seven tenths alone do not determine the model".to_owned()
-            }
-        });
-        if self.is_unsteady() {
-            said.push(
-                "fitted to one half of the record the model does not hold in the other: the system or its level \
-                 changes along the record, or the halves excite different dynamics"
-                    .to_owned(),
-            );
+            _ if held_out >= VERY_GOOD => FitRemark::VeryGood,
+            Some(fit) if held_out < fit - OVERFITTED => FitRemark::Overfitted(fit),
+            _ => FitRemark::None,
         }
-        said
     }
 
     /// A delay that no plant has, or another than the model's.
-    fn of_delay(&self) -> Option<String> {
+    fn delay(&self) -> Option<Reason> {
         let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
         if self.is_early() {
-            return Some(format!(
-                "the model fits better with the output {} sample{} before the input: the output is stamped too early, \
-                 the input moves between its samples (--input-method foh), the data is closed-loop, or the system is not \
-                 linear",
-                -lag.best,
-                if lag.best == -1 { "" } else { "s" }
-            ));
+            return Some(Reason::Early(-lag.best));
         }
         if lag.is_another {
-            return Some(format!(
-                "delay {0} fits better than {delay} (--delay {0})",
-                lag.best
-            ));
+            return Some(Reason::OtherDelay(lag.best, delay));
         }
-        (delay == 0 && lag.interval.1 == 0).then(|| {
-            "the output answers its input within one sample: direct feedthrough, or its stamps are too early".to_owned()
-        })
+        (delay == 0 && lag.interval.1 == 0).then_some(Reason::DirectFeedthrough)
     }
 
     /// How much of the output the input accounts for.
-    fn of_cause(&self) -> Vec<String> {
-        let mut said = Vec::new();
-        if let Some(share) = self.share.filter(|share| *share < 0.5) {
-            let rest = "the rest is free motion, drift or disturbance";
-            said.push(if share < CAUSED {
-                format!(
-                    "the input accounts for {:.1} % of the output's variation: {rest}; the gain is not to be trusted",
-                    100.0 * share.max(0.0)
-                )
-            } else {
-                format!("the input accounts for {:.0} % of the output's variation: {rest}", 100.0 * share)
-            });
-        }
-        if let Some(gain) = self.reading().steady_state_gain() {
-            let interval = SIGMAS_95 * gain.real_deviation();
-            if self.is_undetermined(&gain) {
-                said.push(format!(
-                    "the steady-state gain, {:.4} ± {interval:.4}, is not significantly different from 0",
-                    gain.value.re
-                ));
-            }
-        }
-        said
+    fn input_share(&self) -> Vec<Reason> {
+        let share = self.share.filter(|share| *share < 0.5);
+        let share = share.map(|share| Reason::InputShare(share, share < CAUSED));
+        let gain = self.reading().steady_state_gain();
+        let gain = gain.filter(|gain| self.is_undetermined(gain));
+        share
+            .into_iter()
+            .chain(gain.map(Reason::GainUndetermined))
+            .collect()
     }
 
     /// Whether the record is long enough.
-    fn of_samples(&self) -> Option<String> {
+    fn few_samples(&self) -> Option<Reason> {
         let parameters = self.estimate.theta.len();
         let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
-        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters).then(|| {
-            format!("{samples} samples for {parameters} parameters: part of the fit is memory; record for longer")
-        })
+        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
+            .then_some(Reason::FewSamples(samples, parameters))
     }
 
     /// What the model is good for; `undetermined` where the record does not determine one.
@@ -375,7 +239,7 @@ impl Analysis {
             _ if !self.is_caused() => Verdict::NoEffect,
             _ if undetermined => Verdict::Undetermined,
             None => Verdict::NotValidated,
-            Some(_) if self.of_samples().is_some() => Verdict::FewSamples,
+            Some(_) if self.few_samples().is_some() => Verdict::FewSamples,
             Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
                 usable: held >= USABLE,
             },
@@ -401,11 +265,8 @@ impl Analysis {
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
         let reading = self.reading();
-        let nyquist = PI / self.estimate.sample_time;
-        let largest = (0..=FREQUENCIES)
-            .filter_map(|i| {
-                reading.response(nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
-            })
+        let largest = (self.frequencies())
+            .filter_map(|omega| reading.response(omega))
             .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
         interval > gain.value.re.abs() && interval > SMALL * largest
     }
@@ -441,7 +302,7 @@ impl Analysis {
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
-    fn suspicious_poles(&self) -> Vec<String> {
+    fn suspicious_poles(&self) -> Vec<Reason> {
         let reading = self.reading();
         let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
             return Vec::new();
@@ -450,144 +311,88 @@ impl Analysis {
             // Its order is the equations', which cannot be lower.
             zeros.clear();
         }
-        let mut said = Vec::new();
-        for pole in poles.iter().filter(|pole| pole.value.im >= 0.0) {
-            let at = interval(pole);
+        let mut suspicious = Vec::new();
+        for pole in poles.into_iter().filter(|pole| pole.value.im >= 0.0) {
             let imprecise = SIGMAS_95 * pole.magnitude_deviation() > PRECISE;
             if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() && imprecise {
-                let kind = match pole.value.im {
-                    0.0 => "a negative real pole",
-                    _ => "a pole pair with negative real part",
-                };
-                said.push(format!("{kind}, z = {at}: probably an artefact of noise"));
+                suspicious.push(Reason::NegativePole(pole));
             } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
-                said.push(format!(
-                    "the pole at z = {at} is unstable, beyond its 95 % interval"
-                ));
+                suspicious.push(Reason::UnstablePole(pole));
             }
             let cancels = zeros.iter().any(|zero| {
                 let apart = (zero.value - pole.value).norm();
                 let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
                 joint > 0.0 && apart < SIGMAS_95 * joint && apart < 0.2
             });
-            if cancels {
-                said.push(format!(
-                    "a zero may cancel the pole at z = {at}: try a lower order"
-                ));
-            }
+            suspicious.extend(cancels.then_some(Reason::CancelledPole(pole)));
         }
-        said
+        suspicious
     }
 
     /// The parts of the record that were not used, or only for the fit.
-    fn left_out(&self, record: &Record) -> Vec<String> {
-        let mut said = Vec::new();
-        let all = record.segments.len();
-        if self.segments.len() < all {
+    fn left_out(&self, record: &Record) -> Vec<Reason> {
+        let (used, all) = (self.segments.len(), record.segments.len());
+        let segments = (used < all).then(|| {
             let kept = self.segments.iter().map(|it| record.segments[*it].len());
-            said.push(format!(
-                "of {all} segments the {} longest were used, {:.1} % of the samples",
-                self.segments.len(),
-                100.0 * kept.sum::<usize>() as f64 / record.samples().max(1) as f64
-            ));
-        }
-        if !self.candidates.is_empty() && self.searched < record.samples() {
-            said.push(format!(
-                "order and delay were searched on the {} of {} samples where the input varies most; the model was fitted to all",
-                self.searched,
-                record.samples()
-            ));
-        }
-        said
+            let share = 100.0 * kept.sum::<usize>() as f64 / record.samples().max(1) as f64;
+            Reason::SegmentsLeftOut(used, all, share)
+        });
+        let part = (!self.candidates.is_empty() && self.searched < record.samples())
+            .then(|| Reason::SearchedInPart(self.searched, record.samples()));
+        segments.into_iter().chain(part).collect()
     }
 
     /// The effect of the two stages: both magnitudes of the response, where they differ most.
-    fn of_two_stages(&self) -> Option<String> {
-        let (direct, reference) = (self.direct.as_ref()?, self.reference.as_ref()?);
-        let (staged, direct) = (self.reading(), Reading::of(direct, self.longest));
-        let nyquist = PI / self.estimate.sample_time;
-        let share = |i: usize| 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64);
-        let moved = (0..=FREQUENCIES).filter_map(|i| {
-            let omega = nyquist * share(i);
+    fn two_stages(&self) -> Option<Reason> {
+        let (direct, reference) = (self.direct.as_ref()?, self.reference.clone()?);
+        let (staged, direct) = (self.reading(), Reading::new(direct, self.longest));
+        let differences = self.frequencies().filter_map(|omega| {
             let pair = [staged.response(omega)?, direct.response(omega)?];
-            let [found, other] = pair.map(|it| (it.value.norm(), it.magnitude_deviation()));
-            let joint = found.1.hypot(other.1);
-            let apart = (found.0 - other.0).abs() / joint;
-            (joint > 0.0).then_some((apart, omega, found, other))
+            let [staged, direct] = pair.map(|it| (it.value.norm(), it.magnitude_deviation()));
+            let joint = staged.1.hypot(direct.1);
+            let apart = (staged.0 - direct.0).abs() / joint;
+            (joint > 0.0).then_some((apart, omega, staged, direct))
         });
-        let (apart, omega, found, other) = moved.max_by(|p, q| p.0.total_cmp(&q.0))?;
-        let size =
-            |(size, deviation): (f64, f64)| format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation);
-        let verdict = if apart > APART {
-            format!("{apart:.1} standard deviations away: feedback of noise biases the direct fit")
-        } else {
-            "no significant difference: feedback of noise does not bias the direct fit".to_owned()
-        };
-        Some(format!(
-            "magnitude of the response at {omega:.3} rad/s: {} in two stages from {reference}, {} by a direct fit; {verdict}",
-            size(found),
-            size(other)
-        ))
+        let (apart, frequency, staged, direct) = differences.max_by(|p, q| p.0.total_cmp(&q.0))?;
+        Some(Reason::TwoStages {
+            frequency,
+            reference,
+            staged,
+            direct,
+            apart: (apart > APART).then_some(apart),
+        })
+    }
+
+    /// Three decades up to half the sampling rate, rad/s, the highest first.
+    fn frequencies(&self) -> impl Iterator<Item = f64> + use<> {
+        let nyquist = PI / self.estimate.sample_time;
+        (0..=FREQUENCIES).map(move |i| nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
     }
 
     /// The results of the residual tests.
-    fn of_residuals(&self) -> Vec<String> {
+    fn residual_findings(&self) -> Vec<Reason> {
         let Some(tests) = &self.residuals else {
             return Vec::new();
         };
-        let against = match self.reference {
-            Some(_) => "the reference",
-            None => "the input",
-        };
-        let (earlier, later) = (tests.of_earlier_inputs(), tests.of_later_inputs());
-        let fits = self.is_caused()
-            && self
-                .held_out_fit
-                .or(self.fit)
-                .is_some_and(|fit| fit >= USABLE);
         if self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING) {
-            return vec!["the residuals are rounding: the data is free of noise".to_owned()];
+            return vec![Reason::NoNoise];
         }
-        let mut said = vec![match (earlier.passes(), tests.whiteness.passes()) {
-            (true, true) if fits => format!(
-                "residuals are white and uncorrelated with {against}: the model explains the data"
-            ),
-            (true, true) => format!("residuals are white and uncorrelated with {against}"),
-            (true, false) if self.allows_for_colour() => format!(
-                "residuals are uncorrelated with {against} but not white ({}): the standard deviations allow for it",
-                evidence(&tests.whiteness)
-            ),
-            (true, false) => format!(
-                "residuals are uncorrelated with {against} but not white ({}): the standard deviations are not reliable",
-                evidence(&tests.whiteness)
-            ),
-            (false, _) if earlier.largest() < MATTERS => format!(
-                "residuals correlate with {against} significantly, but little ({})",
-                evidence(&earlier)
-            ),
-            (false, _) => format!(
-                "residuals correlate with {against} ({}): dynamics are missing, or not linear; try a higher order or another delay",
-                evidence(&earlier)
-            ),
-        }];
-        if self.has_feedback(tests) {
-            said.push(format!(
-                "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased, or the \
-                 output is stamped too early; give the loop's reference (--reference) or use --method armax",
-                evidence(&later)
-            ));
-        }
-        said
+        let earlier = tests.of_earlier_inputs();
+        let fit = self.held_out_fit.or(self.fit);
+        let explains = self.is_caused() && fit.is_some_and(|fit| fit >= USABLE);
+        let finding = match (earlier.passes(), tests.whiteness.passes()) {
+            (true, true) => ResidualFinding::White(explains),
+            (true, false) => {
+                ResidualFinding::Coloured(tests.whiteness.clone(), self.allows_for_colour())
+            }
+            (false, _) if earlier.largest() < MATTERS => {
+                ResidualFinding::LittleCorrelation(earlier)
+            }
+            (false, _) => ResidualFinding::Correlated(earlier),
+        };
+        let feedback = self.has_feedback(tests).then(|| tests.of_later_inputs());
+        std::iter::once(Reason::Residuals(finding, self.reference.is_some()))
+            .chain(feedback.map(Reason::Feedback))
+            .collect()
     }
-}
-
-/// The result of a correlation test in numbers.
-fn evidence(found: &Correlation) -> String {
-    let largest = found.largest();
-    format!(
-        "max {largest:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
-        found.bound,
-        found.outside(),
-        found.values.len()
-    )
 }

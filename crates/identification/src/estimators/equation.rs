@@ -62,7 +62,7 @@ impl Equation {
     /// Where searches begin: least squares, and extended least squares.
     pub(super) fn starts(&self) -> Result<Vec<DVector<f64>>> {
         let plain = self.phi.ncols();
-        let first = Triangle::of(&self.phi, &self.outputs)?.solution()?;
+        let first = Triangle::new(&self.phi, &self.outputs)?.solution()?;
         let mut theta = first.clone().insert_rows(plain, self.n, 0.0);
         for _ in 0..ROUNDS {
             let errors = self.linearised(&theta).errors;
@@ -71,7 +71,7 @@ impl Equation {
             }
             let mut phi = self.phi.clone().insert_columns(plain, self.n, 0.0);
             self.shifted(errors.as_slice(), |row, i, e| phi[(row, plain + i - 1)] = e);
-            match Triangle::of(&phi, &self.outputs).and_then(|t| t.solution()) {
+            match Triangle::new(&phi, &self.outputs).and_then(|t| t.solution()) {
                 Ok(found) if self.cost(&found).is_finite() => theta = found,
                 _ => break,
             }

@@ -90,7 +90,7 @@ impl Estimator for Fir {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let problem = self.shaped(problem)?;
         let (phi, outputs) = regression(&problem);
-        let triangle = Triangle::of(&phi, &outputs)?;
+        let triangle = Triangle::new(&phi, &outputs)?;
         let theta = triangle.solution()?;
         let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
         let errors = outputs - &phi * &theta;

@@ -22,7 +22,7 @@ pub struct LeastSquares;
 impl Estimator for LeastSquares {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let (phi, outputs) = regression(problem);
-        let triangle = Triangle::of(&phi, &outputs)?;
+        let triangle = Triangle::new(&phi, &outputs)?;
         let theta = triangle.solution()?;
         let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
         let factor = triangle.unit_factor()? * noise_variance.sqrt();

@@ -5,8 +5,8 @@
 //! (psi'psi + mu diag(psi'psi)) step = psi'e
 //! ```
 //! (Levenberg 1944; Marquardt 1963, whose diagonal makes the step independent of the parameters'
-//! units.) Each step is a least-squares problem of its own, solved by QR, so nothing is squared.
-//! `NormalEquations` has a search of its own: it has the normal equations without the rows of psi, and holds poles within a radius.
+//! units.) Here each step is a least-squares problem of its own, solved by QR, so nothing is squared;
+//! [`super::normal_equations`] solves the equations as they stand, without the rows of psi. Both take their steps by [`descend`].
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,6 +21,55 @@ const TRIALS: usize = 25;
 /// A step that would lower the cost by less than this share of it is the last.
 const MIN_COST_DECREASE: f64 = 1e-12;
 
+/// What one damping leads to.
+pub(super) enum Trial<P> {
+    /// A lower cost at these parameters.
+    Lower(DVector<f64>, P),
+    /// No lower cost: more damping is needed.
+    NotLower,
+    /// No step is worth taking.
+    Done,
+}
+
+/// Damped steps from parameters and what is known there, at most so many, each with at most so many dampings, until none
+/// lowers the cost or the step to the next point `is_last`.
+///
+/// # Errors
+/// Those of a trial.
+pub(super) fn descend<P>(
+    (mut theta, mut here): (DVector<f64>, P),
+    (steps, trials): (usize, usize),
+    trial: impl Fn(&DVector<f64>, &P, f64) -> Result<Trial<P>>,
+    is_last: impl Fn(&P, &P) -> bool,
+) -> Result<(DVector<f64>, P)> {
+    let mut damping = 1e-3;
+    for _ in 0..steps {
+        stop_point();
+        let mut lower = None;
+        for _ in 0..trials {
+            match trial(&theta, &here, damping)? {
+                Trial::Lower(theta, there) => lower = Some((theta, there)),
+                Trial::NotLower => {
+                    damping = (damping * 4.0).max(1e-9);
+                    continue;
+                }
+                Trial::Done => {}
+            }
+            break;
+        }
+        let Some((next, there)) = lower else {
+            break;
+        };
+        let is_last = is_last(&here, &there);
+        (theta, here) = (next, there);
+        damping *= 0.1;
+        if is_last {
+            break;
+        }
+    }
+    Ok((theta, here))
+}
+
 /// Errors and their slopes at a point.
 #[derive(Clone, Debug)]
 pub(super) struct Linearised {
@@ -31,7 +80,8 @@ pub(super) struct Linearised {
 }
 
 impl Linearised {
-    fn cost(&self) -> f64 {
+    /// `V`; infinite where the model overflows.
+    pub(super) fn cost(&self) -> f64 {
         let cost = self.errors.norm_squared();
         if cost.is_finite() {
             cost
@@ -50,42 +100,32 @@ pub(super) fn minimise(
     start: DVector<f64>,
     linearise: impl Fn(&DVector<f64>) -> Linearised,
 ) -> Result<(DVector<f64>, Linearised)> {
-    let mut theta = start;
-    let mut here = linearise(&theta);
+    let here = linearise(&start);
     if here.cost().is_infinite() {
         return Err(IdentificationError::Search(
             "the search began where the model overflows",
         ));
     }
-    let mut damping = 1e-3;
-    for _ in 0..STEPS {
-        stop_point();
-        let Some(valley) = Valley::of(&here)? else {
-            break;
+    let valley = Valley::of(&here)?;
+    let trial = |theta: &DVector<f64>, (here, valley): &(Linearised, Option<Valley>), damping| {
+        let step = valley.as_ref().and_then(|it| it.step(damping));
+        let Some((step, _)) = step.filter(|it| it.1 > MIN_COST_DECREASE * here.cost()) else {
+            return Ok(Trial::Done);
         };
-        let mut better = None;
-        for _ in 0..TRIALS {
-            let Some((step, expected)) = valley.step(damping) else {
-                break;
-            };
-            if expected <= MIN_COST_DECREASE * here.cost() {
-                break;
+        let there = theta + &step;
+        let found = linearise(&there);
+        Ok(match found.cost() < here.cost() {
+            true => {
+                let valley = Valley::of(&found)?;
+                Trial::Lower(there, (found, valley))
             }
-            let there = &theta + &step;
-            let found = linearise(&there);
-            if found.cost() < here.cost() {
-                better = Some((there, found));
-                break;
-            }
-            damping = (damping * 4.0).max(1e-9);
-        }
-        let Some((there, found)) = better else {
-            break;
-        };
-        (theta, here) = (there, found);
-        damping *= 0.1;
-    }
-    Ok((theta, here))
+            false => Trial::NotLower,
+        })
+    };
+    let found = descend((start, (here, valley)), (STEPS, TRIALS), trial, |_, _| {
+        false
+    })?;
+    Ok((found.0, found.1.0))
 }
 
 /// The linear problem at a point, its columns of equal length.
@@ -112,7 +152,7 @@ impl Valley {
             *scale = largest;
         }
         Ok(Some(Self {
-            triangle: Triangle::of(&at.slopes, &at.errors)?.scaled(&scales),
+            triangle: Triangle::new(&at.slopes, &at.errors)?.scaled(&scales),
             cost: at.cost(),
             scales,
         }))
@@ -147,7 +187,7 @@ pub(super) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
         *scale = 1.0;
     }
-    let triangle = Triangle::of(&at.slopes, &at.errors)?.scaled(&scales);
+    let triangle = Triangle::new(&at.slopes, &at.errors)?.scaled(&scales);
     let mut factor = triangle.unit_factor()?;
     for (mut row, scale) in factor.row_iter_mut().zip(scales) {
         row /= scale;

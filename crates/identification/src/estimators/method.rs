@@ -3,7 +3,6 @@
 use super::armax::Armax;
 use super::estimator::Estimator;
 use super::fir::Fir;
-use super::instruments::Instruments;
 use super::least_squares::LeastSquares;
 use super::n4sid::N4sid;
 use super::output_error::OutputError;
@@ -23,8 +22,6 @@ pub enum Method {
     OutputError,
     /// The same, with a model of the noise.
     BoxJenkins,
-    /// The same point by rounds of instrumental variables.
-    Instruments,
     /// The least one-step error, with a model of the noise: for disturbances and feedback.
     Armax,
     /// The least equation error, as the thesis: for clean data.
@@ -66,11 +63,10 @@ pub struct Knowledge {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 13] = [
         Self::Automatic,
         Self::OutputError,
         Self::BoxJenkins,
-        Self::Instruments,
         Self::Armax,
         Self::LeastSquares,
         Self::N4sid,
@@ -98,10 +94,6 @@ impl Method {
             Self::OutputError => (
                 "output_error",
                 "Minimises the simulation error; no bias from noise of any colour",
-            ),
-            Self::Instruments => (
-                "instruments",
-                "Iterated instrumental variables; the same optimum without a search",
             ),
             Self::Armax => (
                 "armax",
@@ -178,7 +170,6 @@ impl Method {
                 poles: Vec::new(),
                 noise: true,
             }),
-            Self::Instruments => Box::new(Instruments),
             Self::Armax => Box::new(Armax),
             Self::LeastSquares => Box::new(LeastSquares),
             Self::N4sid => Box::new(N4sid),
@@ -196,7 +187,7 @@ impl Method {
                 noise: knowledge.noise,
                 bias_drift: knowledge.bias_drift,
                 disturbance: knowledge.disturbance,
-                ..VehicleFilter::of(knowledge.vehicle)
+                ..VehicleFilter::new(knowledge.vehicle)
             }),
         }
     }

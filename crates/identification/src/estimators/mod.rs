@@ -6,7 +6,6 @@
 //! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
 //! | [`WarmStarted`] | output error or Box-Jenkins, warm-started from poles that are known nearly | as output error |
 //! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
-//! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
 //! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
 //! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
@@ -23,7 +22,6 @@ mod equation;
 mod estimate;
 mod estimator;
 mod fir;
-mod instruments;
 pub mod kalman;
 mod least_squares;
 mod levenberg_marquardt;
@@ -50,7 +48,6 @@ pub(crate) use coloured::whitening;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;
-pub use instruments::Instruments;
 pub use least_squares::LeastSquares;
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
@@ -64,3 +61,8 @@ pub(crate) use stability::{held_within, lies_within, radius_of_memory};
 pub use step_response::StepResponse;
 pub use two_stages::TwoStages;
 pub use vehicle_fit::{Guess, VehicleFilter, VehicleSearch};
+
+#[cfg(test)]
+mod tests {
+    mod refined_iv;
+}

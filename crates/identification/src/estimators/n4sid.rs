@@ -105,7 +105,7 @@ fn high_order(
     };
     let (phi, outputs) = regression(&problem);
     // Without noise the rows do not determine more than the system has.
-    let triangle = Triangle::of(&phi, &outputs).ok()?;
+    let triangle = Triangle::new(&phi, &outputs).ok()?;
     let damping = RIDGE * triangle.singular_values().max();
     let triangle = triangle.damped(damping);
     let theta = triangle.solution().ok()?;
@@ -174,7 +174,7 @@ mod tests {
         let seeds = 40;
         let squares = (0..seeds).map(|seed| {
             let found = found(100 + 37 * seed, 0.3);
-            let pole = Reading::of(&found, 0).poles().unwrap()[0];
+            let pole = Reading::new(&found, 0).poles().unwrap()[0];
             let off = (pole.value.norm() - 0.7_f64.sqrt()) / pole.magnitude_deviation();
             off * off
         });

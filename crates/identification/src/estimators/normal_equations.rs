@@ -5,8 +5,7 @@
 //! (psi'psi + mu diag(psi'psi)) step = psi'e       summed over the parts that count
 //! ```
 //! The columns of `psi` are shifts of four signals, so `psi'psi` needs the correlations of those only: an entry
-//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored; therefore the
-//! search is not that of `levenberg_marquardt`, whose QR needs all rows of `psi`.
+//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored.
 //! `D = 1 + d1 q^-1 + ...` whitens the residual: with `v = e/D` the noise, the least error is that of a Box-Jenkins
 //! model whose noise is autoregressive (Ljung 1999, sec. 4.2 and 10.2).
 
@@ -15,10 +14,10 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::coloured::whitening;
+use super::levenberg_marquardt::{Trial, descend};
 use super::rows::impulse;
 use super::stability::held_within;
 use crate::structure::{Layout, Problem};
-use planesman_parallel::stop_point;
 use planesman_record::filter;
 
 /// Dampings tried within one step before the search ends.
@@ -254,41 +253,22 @@ impl NormalEquations {
         search: Search,
     ) -> Option<(DVector<f64>, f64)> {
         let n = self.layout.structure.poles;
-        let mut theta = start;
-        let mut here = self.total(&theta, parts)?;
-        let mut damping = 1e-3;
-        for _ in 0..search.steps {
-            stop_point();
-            let mut better = None;
-            for _ in 0..TRIALS {
-                let there = damped(&here.information, &here.gradient, damping)
-                    .map(|step| &theta + step)
-                    .and_then(
-                        |there| match held_within(&there.as_slice()[..n], search.radius)? {
-                            None => Some(there),
-                            Some(a) => self.completed(&a, parts),
-                        },
-                    );
-                let found = there.and_then(|there| Some((self.total(&there, parts)?, there)));
-                if let Some((found, there)) = found
-                    && found.cost < here.cost
-                {
-                    better = Some((there, found));
-                    break;
-                }
-                damping = (damping * 4.0).max(1e-9);
-            }
-            let Some((there, found)) = better else {
-                break;
+        let here = self.total(&start, parts)?;
+        let trial = |theta: &DVector<f64>, here: &Total, damping| {
+            let lower = || {
+                let there = theta + damped(&here.information, &here.gradient, damping)?;
+                let there = match held_within(&there.as_slice()[..n], search.radius)? {
+                    None => there,
+                    Some(a) => self.completed(&a, parts)?,
+                };
+                let found = self.total(&there, parts)?;
+                (found.cost < here.cost).then_some(Trial::Lower(there, found))
             };
-            let fall = here.cost - found.cost;
-            let settled = fall <= search.enough * here.cost;
-            (theta, here) = (there, found);
-            damping *= 0.1;
-            if settled {
-                break;
-            }
-        }
+            Ok(lower().unwrap_or(Trial::NotLower))
+        };
+        let settled =
+            |here: &Total, next: &Total| here.cost - next.cost <= search.enough * here.cost;
+        let (theta, here) = descend((start, here), (search.steps, TRIALS), trial, settled).ok()?;
         Some((theta, here.cost))
     }
 }

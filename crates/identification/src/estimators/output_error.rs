@@ -4,11 +4,9 @@
 //! noise it is the maximum likelihood estimate (Ljung 1999, sec. 7.3). The search begins at the best of several starts
 //! ([`super::starts`]), for the cost has other valleys.
 
-use nalgebra::DVector;
-
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
-use super::levenberg_marquardt::{Linearised, minimise};
+use super::levenberg_marquardt::minimise;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
 use super::starts::starts;
@@ -22,17 +20,11 @@ pub struct OutputError;
 impl Estimator for OutputError {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let simulator = Simulator::new(problem);
-        let mut best: Option<(DVector<f64>, Linearised)> = None;
-        for start in starts(self, problem, &simulator)? {
-            let Ok(found) = minimise(start, |theta| simulator.linearised(theta)) else {
-                continue;
-            };
-            let cost = |of: &(DVector<f64>, Linearised)| of.1.errors.norm_squared();
-            if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
-                best = Some(found);
-            }
-        }
-        let (theta, at) = best.ok_or(IdentificationError::Search(
+        let minima = starts(self, problem, &simulator)?
+            .into_iter()
+            .filter_map(|start| minimise(start, |theta| simulator.linearised(theta)).ok());
+        let least = minima.min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()));
+        let (theta, at) = least.ok_or(IdentificationError::Search(
             "the search for the least output error found no minimum",
         ))?;
         simulator.estimate(theta, &at)

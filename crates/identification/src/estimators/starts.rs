@@ -5,7 +5,6 @@ use planesman_linear::polynomial::{self, product};
 
 use super::estimator::Estimator;
 use super::least_squares::LeastSquares;
-use super::levenberg_marquardt::Linearised;
 use super::rows::regression;
 use super::simulator::Simulator;
 use crate::batch::Triangle;
@@ -49,7 +48,7 @@ pub(super) fn starts(
     let mut found: Vec<(f64, DVector<f64>)> = filtered
         .chain(real_poles(problem))
         .filter_map(|a| completed(problem, simulator, &a))
-        .map(|theta| (cost(&simulator.linearised(&theta)), theta))
+        .map(|theta| (simulator.linearised(&theta).cost(), theta))
         .filter(|(cost, _)| cost.is_finite())
         .collect();
     found.sort_by(|p, q| p.0.total_cmp(&q.0));
@@ -105,15 +104,6 @@ fn why_not(problem: &Problem<'_>) -> IdentificationError {
         ))
 }
 
-pub(super) fn cost(at: &Linearised) -> f64 {
-    let cost = at.errors.norm_squared();
-    if cost.is_finite() {
-        cost
-    } else {
-        f64::INFINITY
-    }
-}
-
 /// Least squares on rows each of which is a sum over the rows before it: as true as they are.
 fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<f64>> {
     let (mut phi, mut outputs) = regression(problem);
@@ -133,7 +123,7 @@ fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<
         }
         row += count;
     }
-    Triangle::of(&phi, &outputs).ok()?.solution().ok()
+    Triangle::new(&phi, &outputs).ok()?.solution().ok()
 }
 
 /// The poles given, everything else that comes nearest the output: it enters linearly.
@@ -143,7 +133,7 @@ fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Opt
     theta.rows_mut(0, a.len()).copy_from_slice(a);
     let at = simulator.linearised(&theta);
     let slopes = at.slopes.columns(a.len(), count - a.len()).into_owned();
-    let rest = Triangle::of(&slopes, &at.errors).ok()?.solution().ok()?;
+    let rest = Triangle::new(&slopes, &at.errors).ok()?.solution().ok()?;
     theta.rows_mut(a.len(), rest.len()).copy_from(&rest);
     Some(theta)
 }

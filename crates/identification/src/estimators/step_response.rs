@@ -35,7 +35,7 @@ impl StepResponse {
     ///
     /// # Errors
     /// [`IdentificationError`], when the runs are too short for the length, or do not determine the response.
-    pub fn of(problem: &Problem<'_>, length: usize) -> Result<Self> {
+    pub fn new(problem: &Problem<'_>, length: usize) -> Result<Self> {
         let part = problem.part();
         let runs = &part.as_ref().unwrap_or(problem).runs;
         let runs: Vec<&Run<'_>> = (runs.iter())
@@ -70,7 +70,7 @@ impl StepResponse {
                 row += 1;
             }
         }
-        let triangle = Triangle::of(&phi, &outputs)?;
+        let triangle = Triangle::new(&phi, &outputs)?;
         let theta = triangle.solution()?;
         let variance = triangle.cost / freedom(triangle.rows, theta.len())?;
         let errors = outputs - &phi * &theta;

@@ -247,8 +247,8 @@ fn fraction(
     (value, slope)
 }
 
-/// Everything found of a vehicle, with its covariance.
-pub(crate) struct Found {
+/// The estimates of a vehicle, with their covariance.
+pub(crate) struct Solution {
     /// All coefficients.
     pub(crate) coefficients: DVector<f64>,
     /// The bias in each record.
@@ -284,7 +284,7 @@ impl Vehicle {
     }
 
     /// The estimate as a transfer function.
-    pub(crate) fn estimate(&self, problem: &Problem<'_>, found: Found) -> Estimate {
+    pub(crate) fn estimate(&self, problem: &Problem<'_>, solution: Solution) -> Estimate {
         let n = self.states();
         let unknowns = self.unknowns();
         let structure = Structure {
@@ -297,18 +297,18 @@ impl Vehicle {
             runs: problem.runs.len(),
         };
         let dt = problem.sample_time;
-        let (coefficients, by) = self.sampled(&found.coefficients, dt);
+        let (coefficients, by) = self.sampled(&solution.coefficients, dt);
         let mut theta = DVector::zeros(layout.count());
-        let mut slopes = DMatrix::zeros(theta.len(), found.covariance.nrows());
+        let mut slopes = DMatrix::zeros(theta.len(), solution.covariance.nrows());
         theta.rows_mut(0, 2 * n).copy_from(&coefficients);
         slopes.view_mut((0, 0), (2 * n, unknowns)).copy_from(&by);
-        let (step, by) = self.step(&found.coefficients, dt);
+        let (step, by) = self.step(&solution.coefficients, dt);
         let f = step.columns(0, n).into_owned();
         let still = (DMatrix::zeros(n, n), DVector::zeros(n));
         for run in 0..layout.runs {
             let (bias, beginning) = self.columns(&layout.structure, run);
             if let (Some(at), Some(bias)) = (layout.offset(run), bias) {
-                theta[at] = found.biases[run];
+                theta[at] = solution.biases[run];
                 slopes[(at, bias)] = 1.0;
             }
             let motion = layout.motion(run);
@@ -316,7 +316,7 @@ impl Vehicle {
                 continue;
             }
             // A state x at the beginning does what the input x would do in one impulse.
-            let x = &found.motions[run];
+            let x = &solution.motions[run];
             let (value, _) = fraction((&f, x), (&still.0, &still.1));
             theta.rows_mut(motion.start, n).copy_from_slice(&value.num);
             for (i, by) in by.iter().enumerate() {
@@ -338,17 +338,17 @@ impl Vehicle {
             error: Error::Output,
             layout,
             sample_time: problem.sample_time,
-            covariance: &slopes * &found.covariance * slopes.transpose(),
+            covariance: &slopes * &solution.covariance * slopes.transpose(),
             theta,
-            noise_variance: found.noise_variance,
+            noise_variance: solution.noise_variance,
             noise_model: Vec::new(),
             factor: None,
             noise_denominator: Vec::new(),
             input_level: 0.0,
-            residuals: found.residuals,
+            residuals: solution.residuals,
             physical: Some(Physical {
-                values: found.coefficients.rows(0, unknowns).into_owned(),
-                covariance: found
+                values: solution.coefficients.rows(0, unknowns).into_owned(),
+                covariance: solution
                     .covariance
                     .view((0, 0), (unknowns, unknowns))
                     .into_owned(),

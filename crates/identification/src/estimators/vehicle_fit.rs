@@ -9,7 +9,7 @@ use super::kalman::{Filter, Settings};
 use super::levenberg_marquardt::{Linearised, minimise, unit_covariance};
 use super::physical::UNKNOWNS;
 use super::rows::{freedom, samples_by_run};
-use super::vehicle::{Found, Vehicle};
+use super::vehicle::{Solution, Vehicle};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::structure::{InitialState, Problem, variance};
@@ -65,7 +65,7 @@ impl Estimator for VehicleSearch {
         let at = self.linearised(problem, &theta, noise);
         let rows = at.errors.len() - prior.len();
         let (coefficients, biases, motions) = self.parts(problem, &theta);
-        let found = Found {
+        let solution = Solution {
             coefficients,
             biases,
             motions,
@@ -73,11 +73,11 @@ impl Estimator for VehicleSearch {
             noise_variance,
             residuals: samples_by_run(problem, &at.errors.as_slice()[..rows]),
         };
-        Ok(vehicle.estimate(problem, found))
+        Ok(vehicle.estimate(problem, solution))
     }
 
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
-        VehicleFilter::of(self.vehicle).learner(problem)
+        VehicleFilter::new(self.vehicle).learner(problem)
     }
 }
 
@@ -100,7 +100,7 @@ impl VehicleSearch {
             let rows = problem.runs.iter().map(|run| run.outputs.len()).sum();
             let slopes = at.slopes.rows(0, rows).select_columns(&columns);
             let errors = at.errors.rows(0, rows).into_owned();
-            let rest = Triangle::of(&slopes, &errors).ok()?.solution().ok()?;
+            let rest = Triangle::new(&slopes, &errors).ok()?.solution().ok()?;
             for (column, value) in columns.iter().zip(rest.iter()) {
                 theta[*column] = *value;
             }
@@ -239,7 +239,7 @@ pub struct VehicleFilter {
 impl VehicleFilter {
     /// Four passes from a guess, with a constant bias and no disturbance.
     #[must_use]
-    pub fn of(vehicle: Vehicle) -> Self {
+    pub fn new(vehicle: Vehicle) -> Self {
         Self {
             vehicle,
             guess: None,
@@ -317,7 +317,7 @@ impl VehicleFilter {
             .simulate(coefficients, rest.0.clone(), dt, run.inputs);
         let pairs = run.outputs.iter().zip(&rate);
         let errors = DVector::from_iterator(rate.len(), pairs.map(|(y, q)| y - q - bias));
-        let found = Triangle::of(&by.columns(unknowns, n).into_owned(), &errors)
+        let found = Triangle::new(&by.columns(unknowns, n).into_owned(), &errors)
             .and_then(|triangle| Ok((triangle.solution()?, triangle.unit_covariance()?)));
         found.unwrap_or(rest)
     }
@@ -382,7 +382,7 @@ impl Estimator for VehicleFilter {
                 .copy_from(&(unit.view((0, 0), (at.len(), at.len())) * noise_variance));
             motions.push(x);
         }
-        let found = Found {
+        let solution = Solution {
             coefficients,
             biases,
             motions,
@@ -390,7 +390,7 @@ impl Estimator for VehicleFilter {
             noise_variance,
             residuals,
         };
-        Ok(self.vehicle.estimate(problem, found))
+        Ok(self.vehicle.estimate(problem, solution))
     }
 
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {

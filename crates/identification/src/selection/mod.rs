@@ -1,4 +1,4 @@
-//! The choice of order, delay and kind of model by cross-validation.
+//! The choice of order, delay and kind of model: for a method that was named by [`criteria`], otherwise by cross-validation.
 //!
 //! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model
 //! (Box-Jenkins), and the difference equation by least squares (ARX). The searches begin at poles of a high-order
@@ -14,6 +14,7 @@
 //! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If the best
 //! stable model has one, models with an integrator are tried too, of which those remain that leave less in either half.
 
+pub mod criteria;
 mod folds;
 mod lagged;
 mod realisation;

@@ -20,10 +20,20 @@ const UNEXPLAINED: f64 = 1e-6;
 /// to rounding and the smallest noise.
 const SPREAD: f64 = 1e-8;
 
-/// Reasons to distrust any model from these records, each a sentence with its evidence; none when
-/// there is no reason.
+/// A reason to distrust any model from the records.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Doubt {
+    /// The input's order of persistent excitation, and the parameters sought.
+    Excitation(usize, usize),
+    /// A record whose input is feedback, counted from 1, where there are several; the share of the input's power that is not.
+    FeedbackAlone(Option<usize>, f64),
+    /// Parameters determined, of so many, and the ratio of the singular values.
+    Rank(usize, usize, f64),
+}
+
+/// Reasons to distrust any model from these records.
 #[must_use]
-pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
+pub fn doubts(problem: &Problem<'_>) -> Vec<Doubt> {
     let structure = &problem.structure;
     let mut doubts = of_inputs(problem, structure.poles + structure.numerator);
     doubts.extend(of_rows(problem));
@@ -32,37 +42,26 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
 
 /// Those that the inputs give, when so many parameters are sought.
 #[must_use]
-pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<String> {
+pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<Doubt> {
     let history = problem.structure.history();
+    let is_one = problem.runs.len() == 1;
     let mut doubts = Vec::new();
     for (r, run) in problem.runs.iter().enumerate() {
-        let record = if problem.runs.len() == 1 {
-            "the input".to_owned()
-        } else {
-            format!("the input of record {}", r + 1)
-        };
         let order = excitation_order(run.inputs, needed);
-        if order < needed && problem.runs.len() == 1 {
-            doubts.push(format!(
-                "{record} is persistently exciting of order {order} only, for {needed} parameters: the \
-                 model is not determined away from the frequencies of the input"
-            ));
+        if order < needed && is_one {
+            doubts.push(Doubt::Excitation(order, needed));
         }
-        if let Some(unexplained) = feedback_leaves(run.inputs, run.outputs, history)
-            && unexplained < UNEXPLAINED
-        {
-            doubts.push(format!(
-                "{record} is feedback of the output alone ({:.1e} of its power is not): \
-                 plant and controller cannot be distinguished",
-                unexplained
-            ));
+        let unexplained = feedback_leaves(run.inputs, run.outputs, history);
+        if let Some(unexplained) = unexplained.filter(|share| *share < UNEXPLAINED) {
+            let record = (!is_one).then_some(r + 1);
+            doubts.push(Doubt::FeedbackAlone(record, unexplained));
         }
     }
     doubts
 }
 
 /// That the rows of the regression depend on each other.
-fn of_rows(problem: &Problem<'_>) -> Option<String> {
+fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
     let (mut phi, _) = regression(problem);
     for mut column in phi.column_iter_mut() {
         let size = column.norm();
@@ -76,20 +75,13 @@ fn of_rows(problem: &Problem<'_>) -> Option<String> {
     let singular = singular_values(&phi);
     let (least, largest) = (singular.min(), singular.max());
     let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
-    (least <= SPREAD * largest).then(|| {
-        format!(
-            "rank deficiency: the record determines {known} of {} parameters (ratio of singular \
-             values {:.1e}): poles and zeros cancel, or the order is too high",
-            phi.ncols(),
-            least / largest
-        )
-    })
+    (least <= SPREAD * largest).then(|| Doubt::Rank(known, phi.ncols(), least / largest))
 }
 
 /// Those of the triangle, for the matrix may be long; none of one with numbers that are not finite.
 fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
     let nothing = DVector::zeros(matrix.nrows());
-    let triangle = Triangle::of(matrix, &nothing);
+    let triangle = Triangle::new(matrix, &nothing);
     triangle.map_or_else(
         |_| DVector::zeros(matrix.ncols()),
         |it| it.singular_values(),
@@ -138,7 +130,7 @@ fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f6
     let phi = DMatrix::from_fn(kept.len(), n + 1, |i, j| outputs[kept[i] - j]);
     let u = DVector::from_fn(kept.len(), |i, _| inputs[kept[i]]);
     let total = u.norm_squared();
-    let left = Triangle::of(&phi, &u).ok()?.cost;
+    let left = Triangle::new(&phi, &u).ok()?.cost;
     (total > 0.0).then_some(left / total)
 }
 
@@ -152,7 +144,7 @@ mod tests {
     use planesman_record::Run;
     use planesman_record::with_noise;
 
-    fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<String> {
+    fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<Doubt> {
         doubts(&Problem::new(structure, 0.05, vec![Run { inputs, outputs }]).unwrap())
     }
 
@@ -174,14 +166,10 @@ mod tests {
             inputs.push(-outputs[outputs.len() - 1]);
         }
         let found = doubts_of(Structure::of_order(3).without_offset(), &inputs, &outputs);
-        assert!(
-            found.iter().any(|doubt| doubt.contains("feedback")),
-            "{found:?}"
-        );
-        assert!(
-            found.iter().any(|doubt| doubt.contains("of 6 parameters")),
-            "{found:?}"
-        );
+        let is_feedback = |doubt: &Doubt| matches!(doubt, Doubt::FeedbackAlone(None, _));
+        assert!(found.iter().any(is_feedback), "{found:?}");
+        let lacks = |doubt: &Doubt| matches!(doubt, Doubt::Rank(_, 6, _));
+        assert!(found.iter().any(lacks), "{found:?}");
     }
 
     #[test]
@@ -199,9 +187,7 @@ mod tests {
     #[test]
     fn too_high_an_order_on_a_clean_record_is_found_out() {
         let found = doubts_of(Structure::of_order(4).without_offset(), &pulses(), &clean());
-        assert!(
-            found.iter().any(|doubt| doubt.contains("7 of 8")),
-            "{found:?}"
-        );
+        let lacks_one = |doubt: &Doubt| matches!(doubt, Doubt::Rank(7, 8, _));
+        assert!(found.iter().any(lacks_one), "{found:?}");
     }
 }

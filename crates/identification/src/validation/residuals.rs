@@ -82,7 +82,7 @@ impl ResidualTests {
     /// Of residuals and the inputs at the same samples; `None` for fewer than 3 lags' worth of
     /// samples or no residual at all.
     #[must_use]
-    pub fn of(residuals: &[f64], inputs: &[f64]) -> Option<Self> {
+    pub fn new(residuals: &[f64], inputs: &[f64]) -> Option<Self> {
         let n = residuals.len().min(inputs.len());
         let lags = LAGS.min(n / 4);
         if lags < 3 {
@@ -176,10 +176,15 @@ mod tests {
         let mut passed = 0;
         for seed in 0..100 {
             let (e, u) = (noise(seed, 400), noise(seed + 1000, 400));
-            let tests = ResidualTests::of(&e, &u).unwrap();
+            let tests = ResidualTests::new(&e, &u).unwrap();
             passed += usize::from(tests.whiteness.passes() && tests.input.passes());
             let coloured = filter(&[1.0], &[1.0, -0.6], &e);
-            assert!(!ResidualTests::of(&coloured, &u).unwrap().whiteness.passes());
+            assert!(
+                !ResidualTests::new(&coloured, &u)
+                    .unwrap()
+                    .whiteness
+                    .passes()
+            );
         }
         assert!(passed >= 90, "{passed}");
     }
@@ -191,21 +196,21 @@ mod tests {
         for k in 3..400 {
             left[k] += 0.4 * u[k - 3];
         }
-        let tests = ResidualTests::of(&left, &u).unwrap();
+        let tests = ResidualTests::new(&left, &u).unwrap();
         assert!(!tests.of_earlier_inputs().passes());
         assert!(tests.of_later_inputs().passes());
         let mut fed = u;
         for k in 1..400 {
             fed[k] += 0.5 * e[k - 1];
         }
-        let tests = ResidualTests::of(&e, &fed).unwrap();
+        let tests = ResidualTests::new(&e, &fed).unwrap();
         assert!(tests.of_earlier_inputs().passes());
         assert!(!tests.of_later_inputs().passes());
     }
 
     #[test]
     fn too_short_a_residual_is_not_judged() {
-        assert_eq!(ResidualTests::of(&[1.0; 8], &[1.0; 8]), None);
-        assert_eq!(ResidualTests::of(&[0.0; 80], &[1.0; 80]), None);
+        assert_eq!(ResidualTests::new(&[1.0; 8], &[1.0; 8]), None);
+        assert_eq!(ResidualTests::new(&[0.0; 80], &[1.0; 80]), None);
     }
 }

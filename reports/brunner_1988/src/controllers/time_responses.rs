@@ -5,7 +5,8 @@
 //! program T6's output for four derivative gains. That the four are 0.25, 0.5, 0.6 and 1.0 is a reading: the
 //! report names the first, the last and the best.
 
-use anyhow::Result;
+use planesman_book::ReportError;
+use planesman_control::LimitError;
 use planesman_control::design::step;
 use planesman_linear::Error;
 
@@ -58,7 +59,7 @@ const PROGRAMS: [(u8, f64); 4] = [(2, 0.25), (4, 0.5), (6, 0.6), (8, 1.0)];
 ///
 /// # Errors
 /// A response that overflows, or a program that cannot be flown.
-pub fn figures() -> Result<Vec<Plot<'static>>> {
+pub fn figures() -> Result<Vec<Plot<'static>>, ReportError> {
     let mut figures = Vec::new();
     for (number, derivative, speed, damping, note) in STEPS {
         let design = DepthDesign {
@@ -71,12 +72,12 @@ pub fn figures() -> Result<Vec<Plot<'static>>> {
             p: t6::DEPTH_GAIN,
             d: derivative,
         };
-        let depth = step_of(&design)?;
+        let depth = step_of(&design).map_err(ReportError::computed)?;
         let title = format!("Fig. {number}: Kdz = {derivative}, U = {speed} ft/s, B = {damping}");
         figures.push(depth_figure(title, STEP, depth).note(note));
     }
     for (number, derivative) in PROGRAMS {
-        figures.extend(program_t6(number, derivative)?);
+        figures.extend(program_t6(number, derivative).map_err(ReportError::computed)?);
     }
     Ok(figures)
 }
@@ -88,7 +89,7 @@ fn step_of(design: &DepthDesign) -> Result<Vec<(f64, f64)>, Error> {
 }
 
 /// Depth and angles of program T6: Fig. C`number` and the next.
-fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2]> {
+fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2], LimitError> {
     let program = Program::new(SETPOINT, derivative);
     let track = program.fly()?;
     let times: Vec<f64> = (0..=500).map(|k| f64::from(k) * INTERVAL).collect();

@@ -5,11 +5,11 @@
 //! depth as it follows the plane command. That the prediction of second order is drawn is said of Fig. 45; here
 //! Table 8 stands beside every fit.
 
-use anyhow::Result;
+use planesman_identification::IdentificationError;
 use planesman_plot::{Plot, Style};
 
-use super::account::{Relation, nearness, roots};
 use super::procedure::{Comparison, Detrend, Identification};
+use super::procedure_text::{Relation, nearness, roots};
 use super::synthetic::Run;
 
 /// A model that runs away is drawn to so many times the largest of the record.
@@ -19,7 +19,7 @@ const RUNS_AWAY: f64 = 3.0;
 ///
 /// # Errors
 /// When a fit cannot be made.
-pub fn figures() -> Result<Vec<Plot<'static>>> {
+pub fn figures() -> Result<Vec<Plot<'static>>, IdentificationError> {
     use Run::{EightOne, NineOne, NineTwo, SevenFive, SevenThree};
     Ok(vec![
         rate(45, SevenThree, "Four short pulses.")?,
@@ -62,21 +62,21 @@ fn planes(number: u8, run: Run, note: &str) -> Plot<'static> {
         .line("planes", by_sample(&command.values))
 }
 
-fn rate(number: u8, run: Run, note: &str) -> Result<Plot<'static>> {
+fn rate(number: u8, run: Run, note: &str) -> Result<Plot<'static>, IdentificationError> {
     let plot = figure(number, run, "pitch rate (synthetic)", "gyro [V]");
     let identified = Relation::PitchRate.identify(run)?;
     Drawing::of(plot, &identified).predictions(Relation::PitchRate, run, note)
 }
 
 /// Depth from pitch rate, and in Fig. 53 from the plane command too.
-fn depth(number: u8, run: Run) -> Result<Plot<'static>> {
+fn depth(number: u8, run: Run) -> Result<Plot<'static>, IdentificationError> {
     let plot = figure(number, run, "depth (synthetic)", "depth cell [V]");
     let mut identified = Relation::Depth.identify(run)?;
-    identified.found.truncate(2);
+    identified.models.truncate(2);
     let mut drawing = Drawing::of(plot, &identified);
     if run == Run::NineOne {
         let of_planes = Relation::DepthOfPlanes.identify(run)?;
-        let (_, found) = &of_planes.found[0];
+        let (_, found) = &of_planes.models[0];
         drawing.curve(
             "4: fourth order, from the plane command".to_owned(),
             found,
@@ -106,7 +106,7 @@ impl<'i> Drawing<'i> {
             plot,
             said: Vec::new(),
         };
-        for ((orders, found), number) in identified.found.iter().zip(2..) {
+        for ((orders, found), number) in identified.models.iter().zip(2..) {
             let order = ["", "first", "second", "third", "fourth"][orders.denominator];
             drawing.curve(format!("{number}: {order} order"), found, Style::Line);
             if let Some(said) = drawing.said.last_mut() {
@@ -128,7 +128,12 @@ impl<'i> Drawing<'i> {
     }
 
     /// With what Table 8 predicts: the finished figure.
-    fn predictions(mut self, relation: Relation, run: Run, note: &str) -> Result<Plot<'static>> {
+    fn predictions(
+        mut self,
+        relation: Relation,
+        run: Run,
+        note: &str,
+    ) -> Result<Plot<'static>, IdentificationError> {
         for (name, model) in relation.predicted(run.speed())? {
             let predicted = self.identified.compare(model);
             self.curve(name.to_owned(), &predicted, Style::Dashed);

@@ -1,18 +1,18 @@
 //! The identification of ch. V: the procedure on synthetic records, Tables 8 and 9, Figures 45 to 56.
 //!
 //! - [`synthetic`]: five runs in place of the lost records.
-//! - [`procedure`]: the steps of p. 94 f., as printed; [`account`] goes through them run by run.
+//! - [`procedure`]: the steps of p. 94 f., as printed; [`procedure_text`] goes through them run by run.
 //! - [`book`], [`recomputed`], [`table_9`]: the printed numbers of Table 9.
 //! - [`figures`]: Figures 45 to 56.
 //! - [`montecarlo`]: every estimator on those runs, over many noises.
 
-mod account;
 mod book;
 mod figures;
 pub mod montecarlo;
 pub mod procedure;
+mod procedure_text;
 pub mod synthetic;
 
-pub use account::account;
 pub use book::{book, recomputed, table_9};
 pub use figures::figures;
+pub use procedure_text::procedure_text;

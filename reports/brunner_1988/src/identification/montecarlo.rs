@@ -12,8 +12,8 @@ use std::fmt::Write as _;
 use planesman_identification::estimators::recursive::{Kind, Options};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{
-    Armax, Estimate, Estimator, Guess, Instruments, LeastSquares, OutputError, Recursively,
-    VehicleFilter, VehicleSearch,
+    Armax, Estimate, Estimator, Guess, LeastSquares, OutputError, Recursively, VehicleFilter,
+    VehicleSearch,
 };
 use planesman_identification::{
     Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise, on_all_cores,
@@ -138,12 +138,6 @@ pub fn contenders() -> Vec<Contender> {
             always(OutputError),
         ),
         of(
-            "instruments, order 3, zero at 1, offset",
-            zero(),
-            Records::One,
-            always(Instruments),
-        ),
-        of(
             "output error, order 3, zero at 1, runs of a speed pooled",
             zero(),
             Records::OfSpeed,
@@ -252,7 +246,7 @@ fn filter(vehicle: Vehicle, passes: usize) -> VehicleFilter {
         }),
         noise: Some(NOISE),
         passes,
-        ..VehicleFilter::of(vehicle)
+        ..VehicleFilter::new(vehicle)
     }
 }
 
@@ -430,7 +424,7 @@ fn nearest(poles: Vec<Uncertain>, pole: f64) -> Option<Uncertain> {
 }
 
 fn read(estimate: &Estimate, pole: f64) -> Option<(Uncertain, Uncertain)> {
-    let reading = Reading::of(estimate, 0);
+    let reading = Reading::new(estimate, 0);
     Some((
         nearest(reading.continuous_poles().ok()?, pole)?,
         reading.response(-pole)?,

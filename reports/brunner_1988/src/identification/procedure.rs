@@ -19,7 +19,7 @@ use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 /// Covariance before the first row: large, as such programs begin with.
 const INITIAL_COVARIANCE: f64 = 1e6;
 
-/// Step 2: what is taken away of a signal.
+/// Step 2: what is subtracted from a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detrend {
     /// Nothing.
@@ -53,17 +53,17 @@ impl Detrend {
     /// The signal without it.
     #[must_use]
     pub fn apply(self, mut values: Vec<f64>) -> Prepared {
-        let taken = match self {
+        let level = match self {
             Self::Nothing => 0.0,
             Self::Mean => values.iter().sum::<f64>() / values.len().max(1) as f64,
             Self::Beginning => values.first().copied().unwrap_or(0.0),
         };
         for value in &mut values {
-            *value -= taken;
+            *value -= level;
         }
         Prepared {
             detrend: self,
-            taken,
+            subtracted: level,
             values,
         }
     }
@@ -72,10 +72,10 @@ impl Detrend {
 /// A signal after step 2.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// The kind of trend taken away.
+    /// The kind of trend subtracted.
     pub detrend: Detrend,
-    /// The removed value, V.
-    pub taken: f64,
+    /// The value subtracted, V.
+    pub subtracted: f64,
     /// The signal without it, V.
     pub values: Vec<f64>,
 }
@@ -142,7 +142,7 @@ pub struct Identification {
     /// The output.
     pub output: Prepared,
     /// The fitted models, in the order asked for.
-    pub found: Vec<(Orders, Comparison)>,
+    pub models: Vec<(Orders, Comparison)>,
 }
 
 impl Identification {
@@ -158,13 +158,13 @@ impl Identification {
         let mut identification = Self {
             input,
             output,
-            found: Vec::new(),
+            models: Vec::new(),
         };
         let inputs = identification.inputs();
         for order in orders {
             let model = order.fit(&inputs, &identification.output.values)?;
             let comparison = identification.compare(model);
-            identification.found.push((*order, comparison));
+            identification.models.push((*order, comparison));
         }
         Ok(identification)
     }
@@ -254,7 +254,7 @@ mod tests {
     fn second_and_third_order_fit_alike_and_their_further_poles_are_a_smoothers() {
         // Brunner 1988, p. 95: "very little difference between second order and third order".
         for run in [Run::EightOne, Run::NineTwo, Run::SevenFive] {
-            let found = Identification::pitch_rate(run).unwrap().found;
+            let found = Identification::pitch_rate(run).unwrap().models;
             let fits: Vec<f64> = found.iter().map(|(_, it)| it.fit.unwrap()).collect();
             assert!((fits[0] - fits[1]).abs() < 10.0, "{}: {fits:?}", run.name());
             let poles = found[0].1.model.poles().unwrap();
@@ -266,9 +266,9 @@ mod tests {
     fn what_is_detrended_begins_or_averages_at_zero() {
         let values = vec![3.0, 4.0, 8.0];
         let from_zero = Detrend::Beginning.apply(values.clone());
-        assert_eq!((from_zero.taken, from_zero.values[0]), (3.0, 0.0));
+        assert_eq!((from_zero.subtracted, from_zero.values[0]), (3.0, 0.0));
         let about_zero = Detrend::Mean.apply(values.clone());
-        assert_eq!(about_zero.taken, 5.0);
+        assert_eq!(about_zero.subtracted, 5.0);
         assert_eq!(about_zero.values.iter().sum::<f64>(), 0.0);
         assert_eq!(Detrend::Nothing.apply(values.clone()).values, values);
     }
@@ -278,7 +278,7 @@ mod tests {
         // p. 100: "it lacks the two required integrations".
         let of_second_order = [Orders::of(2)];
         let found = Identification::depth(Run::EightOne, &of_second_order).unwrap();
-        let poles = found.found[0].1.model.poles().unwrap();
+        let poles = found.models[0].1.model.poles().unwrap();
         assert!(
             (poles[0].re - 1.0).abs() > 1e-3 || (poles[1].re - 1.0).abs() > 1e-3,
             "{poles:?}"
@@ -309,7 +309,7 @@ mod tests {
             &[orders],
         )
         .unwrap();
-        let found = &found.found[0].1;
+        let found = &found.models[0].1;
         assert_eq!(found.model.b[0], 0.0);
         for (it, is) in [
             (found.model.a[0], -1.2),

@@ -1,4 +1,5 @@
-//! The search of order and delay.
+//! Order and delay for any estimator, by information criteria and a held-out part. [`select`](super::select) needs a candidate's
+//! normal equations, which not every estimator has.
 //!
 //! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
 //! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)
@@ -116,37 +117,4 @@ pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
         .filter(simulates)
         .filter(|candidate| candidate.bic - best < AS_GOOD)
         .min_by_key(|candidate| candidate.parameters)
-}
-
-/// A verdict on the order, in a sentence.
-#[must_use]
-pub fn verdict(candidates: &[Candidate]) -> Option<String> {
-    let chosen = choice(candidates)?;
-    let next = candidates
-        .iter()
-        .find(|c| c.delay == chosen.delay && c.order == chosen.order + 1);
-    let fit = |c: &Candidate| {
-        c.held_out_fit.map_or_else(
-            || "not validated".to_owned(),
-            |fit| format!("{fit:.1} % on held-out data"),
-        )
-    };
-    Some(match next {
-        Some(next) => format!(
-            "order {} is no better than {}: {} against {}, BIC {:+.1}",
-            next.order,
-            chosen.order,
-            fit(next),
-            fit(chosen),
-            next.bic - chosen.bic
-        ),
-        // A finite impulse response.
-        None if chosen.order == 0 => format!("delay {}: {}", chosen.delay, fit(chosen)),
-        None => format!(
-            "order {}, delay {}: {}",
-            chosen.order,
-            chosen.delay,
-            fit(chosen)
-        ),
-    })
 }

@@ -1,4 +1,4 @@
-//! The analysis as text for the terminal.
+//! The results as text for the terminal.
 
 use std::fmt::Write as _;
 
@@ -9,19 +9,19 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 const SHOWN: usize = 8;
 
 impl Analysis {
-    /// The findings and the verdict.
+    /// Results, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = self.findings();
+        let mut text = self.numbers();
         for sentence in self.sentences() {
             let _ = writeln!(text, "- {sentence}");
         }
         text
     }
 
-    /// The findings in numbers.
+    /// The results in numbers.
     #[must_use]
-    pub fn findings(&self) -> String {
+    pub fn numbers(&self) -> String {
         let structure = &self.estimate.layout.structure;
         let mut text = format!(
             "{} -> {}, {}, {} poles{}, {} numerator coefficients, delay {}, {} s\n",
@@ -162,7 +162,7 @@ impl Analysis {
                 b.len() - 1
             );
             if own {
-                let gain = Reading::of(&self.estimate, run).steady_state_gain();
+                let gain = Reading::new(&self.estimate, run).steady_state_gain();
                 let _ = write!(text, ", segment {}", self.segments[run] + 1);
                 if let Some(gain) = gain {
                     let _ = write!(text, ", steady-state gain {}", interval(&gain));
@@ -192,23 +192,22 @@ impl Analysis {
     fn places(&self) -> String {
         let reading = self.reading();
         let mut text = String::new();
-        for (name, found) in [
-            ("z pole", reading.poles()),
-            ("s pole", reading.continuous_poles()),
-            ("z zero", reading.zeros()),
+        // The zeros of a finite impulse response are many, and say little.
+        let zeros = reading.zeros().ok().filter(|_| !self.is_finite());
+        let of_poles = self.bootstrap.as_ref().map_or(&[][..], |it| &it.poles);
+        for (name, places, bootstrap) in [
+            ("z pole", reading.poles().ok(), &[][..]),
+            ("s pole", reading.continuous_poles().ok(), of_poles),
+            ("z zero", zeros, &[]),
         ] {
-            let found = found.unwrap_or_default();
-            // The zeros of a finite impulse response are many, and say little.
-            if name == "z zero" && self.is_finite() {
-                continue;
-            }
-            for (at, it) in found.iter().enumerate() {
-                if it.value.im < 0.0 {
-                    continue;
-                }
+            let places = places.unwrap_or_default();
+            for (at, it) in places
+                .iter()
+                .enumerate()
+                .filter(|(_, it)| it.value.im >= 0.0)
+            {
                 let _ = writeln!(text, "{name:<12} {}", interval(it));
-                let bootstrap = self.bootstrap.as_ref().filter(|_| name == "s pole");
-                if let Some((re, im)) = bootstrap.and_then(|it| it.poles.get(at)) {
+                if let Some((re, im)) = bootstrap.get(at) {
                     let im = match it.value.im {
                         0.0 => String::new(),
                         _ => format!(", ± ({:.5} to {:.5}) i", im.0, im.1),

@@ -2,7 +2,7 @@
 
 use crate::channel::{Channel, Method};
 use crate::error::{Result, SourceError};
-use crate::preparation::{DECIMATION, Preparation, Step, prepare};
+use crate::preparation::{Preparation, Step, StepName, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
@@ -13,9 +13,9 @@ const MAX_RATE_FACTOR: f64 = 1.05;
 /// An output of so many times the grid's rate is decimated.
 const DECIMATED_RATE_FACTOR: f64 = 1.9;
 
-/// A record taken from data, and how it was made.
+/// A record, and how it was made from data.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Taken {
+pub struct PreparedRecord {
     /// The record, and how its signals came onto the grid.
     pub resampled: Resampled,
     /// How the data was read.
@@ -24,7 +24,7 @@ pub struct Taken {
     pub steps: Vec<Step>,
 }
 
-impl Taken {
+impl PreparedRecord {
     /// The same, followed by runs from another source.
     #[must_use]
     pub fn followed_by(mut self, next: Self) -> Self {
@@ -38,18 +38,18 @@ impl Taken {
         self
     }
 
-    /// The same, prepared as asked for.
+    /// The same, prepared further.
     #[must_use]
-    pub fn prepared(mut self, asked: &Preparation) -> Self {
+    pub fn prepared(mut self, preparation: &Preparation) -> Self {
         self.steps = decimation(&self.resampled);
         self.steps
-            .extend(prepare(&mut self.resampled.record, asked));
+            .extend(prepare(&mut self.resampled.record, preparation));
         self
     }
 
     /// How the record was made, as text.
     #[must_use]
-    pub fn account(&self) -> String {
+    pub fn description(&self) -> String {
         let Resampled {
             record,
             inputs,
@@ -66,14 +66,18 @@ impl Taken {
         );
         for (kind, channels) in [("input ", inputs), ("output", outputs)] {
             for channel in channels {
-                text += &format!("{kind}  {}: {}\n", channel.name, channel_account(channel));
+                text += &format!(
+                    "{kind}  {}: {}\n",
+                    channel.name,
+                    channel_description(channel)
+                );
             }
         }
         for note in &self.reading.notes {
             text += &format!("note    {note}\n");
         }
         for step in &self.steps {
-            text += &format!("{:<7} {}\n", step.name, step.text);
+            text += &format!("{:<7} {}\n", step.name.as_str(), step.text);
         }
         text
     }
@@ -84,13 +88,13 @@ impl Taken {
 ///
 /// # Errors
 /// One line: a signal that is not there, data of which nothing can be read, signals without an instant in common.
-pub fn take(
+pub fn read_record(
     source: &Source,
     inputs: &[String],
     outputs: &[String],
     windows: &[Options],
     progress: &dyn Fn(u64),
-) -> Result<Taken> {
+) -> Result<PreparedRecord> {
     let requests: Vec<Request> = [(inputs, Role::Input), (outputs, Role::Output)]
         .into_iter()
         .flat_map(|(names, role)| {
@@ -128,7 +132,7 @@ pub fn take(
             notes => SourceError::GridOf(reason, notes.join("; ")),
         })?;
     check_times(&resampled, windows)?;
-    Ok(Taken {
+    Ok(PreparedRecord {
         resampled,
         reading,
         steps: Vec::new(),
@@ -151,7 +155,7 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
             }
         };
         Step {
-            name: DECIMATION,
+            name: StepName::Decimation,
             text: format!(
                 "{}: {:.6} samples per second become {rate:.6}: {how}",
                 output.name,
@@ -200,7 +204,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
     Ok(())
 }
 
-fn channel_account(channel: &Channel) -> String {
+fn channel_description(channel: &Channel) -> String {
     let timing = &channel.timing;
     let mut text = format!(
         "{} samples at {:.3} Hz, jitter {:.3} ms, {}",

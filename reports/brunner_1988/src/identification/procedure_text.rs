@@ -3,8 +3,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Error, Result};
-use planesman_identification::Model;
+use planesman_identification::{IdentificationError, Model};
 use planesman_linear::{TransferFunction, pair_text};
 
 use super::book::table_9;
@@ -62,7 +61,7 @@ impl Relation {
     ///
     /// # Errors
     /// When a fit cannot be made.
-    pub(super) fn identify(self, run: Run) -> Result<Identification> {
+    pub(super) fn identify(self, run: Run) -> Result<Identification, IdentificationError> {
         match self {
             Self::PitchRate => Identification::pitch_rate(run),
             // Figure 53 shows the third order, Table 9 the fourth.
@@ -72,7 +71,6 @@ impl Relation {
             Self::Depth => Identification::depth(run, &[2, 4].map(Orders::of)),
             Self::DepthOfPlanes => Identification::depth_of_planes(run),
         }
-        .map_err(Error::from)
     }
 
     /// The predictions of Table 8 at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth
@@ -80,7 +78,10 @@ impl Relation {
     ///
     /// # Errors
     /// None for a finite speed.
-    pub(super) fn predicted(self, speed: f64) -> Result<Vec<(&'static str, Model)>> {
+    pub(super) fn predicted(
+        self,
+        speed: f64,
+    ) -> Result<Vec<(&'static str, Model)>, IdentificationError> {
         let models = match self {
             Self::PitchRate => vec![
                 (
@@ -139,7 +140,7 @@ fn model(g: &TransferFunction) -> Model {
 ///
 /// # Errors
 /// When a fit cannot be made.
-pub fn account() -> Result<String> {
+pub fn procedure_text() -> Result<String, IdentificationError> {
     let mut text = format!(
         "Identification, p. 94 f., step by step. The records are lost: these are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 stands with run 9/1's two misprints put right (E19).\n",
         1e3 * NOISE,
@@ -147,12 +148,12 @@ pub fn account() -> Result<String> {
     );
     for (run, relation) in FITTED {
         text.push('\n');
-        text.push_str(&account_of(run, relation)?);
+        text.push_str(&of_run(run, relation)?);
     }
     Ok(text)
 }
 
-fn account_of(run: Run, relation: Relation) -> Result<String> {
+fn of_run(run: Run, relation: Relation) -> Result<String, IdentificationError> {
     let identified = relation.identify(run)?;
     let [input, output] = relation.signals();
     let mut text = format!(
@@ -165,7 +166,11 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
         let _ = writeln!(text, "  {name:<12}{said}");
     };
     let loaded = |signal: &Prepared| {
-        let as_loaded: Vec<f64> = signal.values.iter().map(|v| v + signal.taken).collect();
+        let as_loaded: Vec<f64> = signal
+            .values
+            .iter()
+            .map(|v| v + signal.subtracted)
+            .collect();
         range(&as_loaded)
     };
     step(
@@ -181,12 +186,12 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
         "2) detrend",
         format!(
             "{input}: {}; {output}: {}",
-            taken(&identified.input),
-            taken(&identified.output)
+            subtracted(&identified.input),
+            subtracted(&identified.output)
         ),
     );
     let orders: Vec<String> = identified
-        .found
+        .models
         .iter()
         .map(|(orders, _)| format!("{} over {}", orders.numerator, orders.denominator))
         .collect();
@@ -194,14 +199,14 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
         "3) orders",
         format!("numerator over denominator: {}", orders.join(", ")),
     );
-    for (orders, found) in &identified.found {
+    for (orders, found) in &identified.models {
         step("4) RLS", described(&found.model));
         let name = format!("{}{}", relation.in_table_9(), orders.denominator);
         if let Some(printed) = table_9(run.name(), &name) {
             step("   Table 9", described(&printed));
         }
     }
-    for (orders, found) in &identified.found {
+    for (orders, found) in &identified.models {
         step(
             "5) simulate",
             format!(
@@ -211,7 +216,7 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
             ),
         );
     }
-    for (orders, found) in &identified.found {
+    for (orders, found) in &identified.models {
         step(
             "6) compare",
             format!("order {}: {}", orders.denominator, nearness(found)),
@@ -223,20 +228,20 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
             format!("{name}: {}", nearness(&identified.compare(model))),
         );
     }
-    if let Some(conclusion) = conclusion(&identified.found) {
+    if let Some(conclusion) = conclusion(&identified.models) {
         step("", conclusion);
     }
     Ok(text)
 }
 
-/// The trend taken away.
-fn taken(signal: &Prepared) -> String {
+/// The trend subtracted.
+fn subtracted(signal: &Prepared) -> String {
     // Zero has no sign.
-    let taken = signal.taken + 0.0;
+    let level = signal.subtracted + 0.0;
     match signal.detrend {
         Detrend::Nothing => "as it is".to_owned(),
-        Detrend::Mean => format!("its mean of {taken:.4} V taken away"),
-        Detrend::Beginning => format!("made to begin at zero, {taken:.4} V taken away"),
+        Detrend::Mean => format!("its mean of {level:.4} V taken away"),
+        Detrend::Beginning => format!("made to begin at zero, {level:.4} V taken away"),
     }
 }
 
@@ -348,7 +353,7 @@ mod tests {
 
     #[test]
     fn every_step_of_every_run_is_reported_with_its_numbers() {
-        let text = account().expect("identified");
+        let text = procedure_text().expect("identified");
         assert_eq!(text.matches("\nRun ").count(), FITTED.len());
         for step in [
             "1) load",

@@ -1,0 +1,102 @@
+//! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
+
+use crate::selection::{Candidate, criteria};
+use crate::uncertainty::Uncertain;
+use crate::validation::identifiability::Doubt;
+use crate::validation::residuals::Correlation;
+
+/// A finding on a model. Fits and shares of samples are in %.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// Samples of the validation data, the simulated fit on them, the fit of predictions.
+    Validated(usize, Option<f64>, Option<f64>),
+    /// The record may not determine the model.
+    Doubt(Doubt),
+    /// Segments used, of so many, with the share of the samples.
+    SegmentsLeftOut(usize, usize, f64),
+    /// Samples on which order and delay were searched, of so many.
+    SearchedInPart(usize, usize),
+    /// Models cross-validated, the one chosen, and the one of the largest fit if that is larger.
+    Selected(usize, Box<Candidate>, Option<Box<Candidate>>),
+    /// The order and delay chosen by criteria, and the next order.
+    Order(criteria::Candidate, Option<criteria::Candidate>),
+    /// The order is the largest searched.
+    LargestOrder(usize),
+    /// The delay is the longest searched.
+    LongestDelay(usize),
+    /// The response in two stages and by a direct fit, where they differ most.
+    TwoStages {
+        /// The frequency, rad/s.
+        frequency: f64,
+        /// The reference's name.
+        reference: String,
+        /// The magnitude in two stages and its standard deviation.
+        staged: (f64, f64),
+        /// The same by the direct fit.
+        direct: (f64, f64),
+        /// Standard deviations between them, where that is significant.
+        apart: Option<f64>,
+    },
+    /// The model is unstable; the fit of predictions.
+    PredictedFit(f64),
+    /// The simulated fit on held-out data.
+    HeldOutFit(f64, FitRemark),
+    /// Not validated: the output stays within the noise there.
+    HeldOutIsNoise,
+    /// Not validated: the first part alone does not determine the model.
+    FirstPartUndetermined,
+    /// The halves of the record do not agree.
+    Unsteady,
+    /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
+    InputShare(f64, bool),
+    /// The steady-state gain, which may be 0.
+    GainUndetermined(Uncertain),
+    /// Samples by which the output seems to come before the input.
+    Early(i64),
+    /// The delay that fits better, and the model's.
+    OtherDelay(i64, usize),
+    /// The output answers within a sample.
+    DirectFeedthrough,
+    /// The residuals are rounding.
+    NoNoise,
+    /// The result of the residual tests, against the reference where that is so.
+    Residuals(ResidualFinding, bool),
+    /// The residuals correlate with later inputs.
+    Feedback(Correlation),
+    /// A pole with a negative real part in z, known imprecisely.
+    NegativePole(Uncertain),
+    /// A pole beyond the unit circle.
+    UnstablePole(Uncertain),
+    /// A pole that a zero may cancel.
+    CancelledPole(Uncertain),
+    /// Samples, few for so many parameters.
+    FewSamples(usize, usize),
+}
+
+/// What there is to a fit on held-out data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FitRemark {
+    /// Nothing.
+    None,
+    /// The mean of the output would be better.
+    WorseThanMean,
+    /// As good as the noise lets a model be, %.
+    NoiseLimited(f64),
+    /// Very good.
+    VeryGood,
+    /// Far below the fit on the whole record, %.
+    Overfitted(f64),
+}
+
+/// The result of the residual tests.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ResidualFinding {
+    /// White and uncorrelated; whether the model explains the data.
+    White(bool),
+    /// Uncorrelated but not white; whether the standard deviations allow for it.
+    Coloured(Correlation, bool),
+    /// Correlated significantly, but little.
+    LittleCorrelation(Correlation),
+    /// Correlated.
+    Correlated(Correlation),
+}

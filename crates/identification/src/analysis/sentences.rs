@@ -1,0 +1,378 @@
+//! Verdict and reasons in words.
+
+use std::fmt;
+
+use super::reason::{FitRemark, Reason, ResidualFinding};
+use super::text::interval;
+use super::verdict::Verdict;
+use crate::prediction::AHEAD;
+use crate::selection::{Candidate, criteria};
+use crate::uncertainty::SIGMAS_95;
+use crate::validation::identifiability::Doubt;
+use crate::validation::residuals::Correlation;
+
+impl Verdict {
+    /// In a word, and what to do next.
+    const fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::NoEffect => (
+                "no model of what the input does",
+                "excite the system more: a PRBS or steps that move the output well beyond its noise",
+            ),
+            Self::Undetermined => (
+                "the record does not determine a model",
+                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
+            ),
+            Self::NotValidated => (
+                "not validated",
+                "record for longer, with the input moving to the end",
+            ),
+            Self::FewSamples => (
+                "usable with care: few samples for so many parameters",
+                "record for longer",
+            ),
+            Self::Drift { usable } => (
+                match usable {
+                    false => "not usable for simulation: the output drifts",
+                    true => "usable with care: the output drifts",
+                },
+                "subtract the drift: --detrend line",
+            ),
+            Self::ClosedLoop { usable } => (
+                match usable {
+                    false => "not usable for simulation: the data seems closed-loop",
+                    true => "usable with care: the data seems closed-loop",
+                },
+                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
+            ),
+            Self::NoiseLimited { good } => (
+                match good {
+                    false => "usable: the noise limits its fit",
+                    true => "good: the noise limits its fit",
+                },
+                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
+            ),
+            Self::Unusable => (
+                "not usable for simulation",
+                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
+            ),
+            Self::Unsteady => (
+                "usable with care: it does not hold all along the record",
+                "fit segments apart: --window FROM..TO, once for each",
+            ),
+            Self::Early => (
+                "usable with care: the output seems to come before its input",
+                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
+            ),
+            Self::GainUndetermined => (
+                "usable with care: the steady-state gain is not determined",
+                "record steps that are held until the output settles",
+            ),
+            Self::DynamicsMissing => (
+                "usable with care: dynamics are missing",
+                "let order, delay and method be chosen: --method automatic",
+            ),
+            Self::Usable => (
+                "usable",
+                "compare with another method: --method armax; page: --html model.html",
+            ),
+            Self::Good => (
+                "good",
+                "write it for the simulator and the controller: --model model.yaml",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, next) = self.words();
+        write!(f, "verdict: {word}. Next: {next}")
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Validated(samples, fit, predicted) => {
+                let percent =
+                    |fit: &Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
+                write!(
+                    f,
+                    "judged on the validation data, {samples} samples that were not fitted: simulated fit {}, predicted \
+                     {AHEAD} samples ahead {}",
+                    percent(fit),
+                    percent(predicted)
+                )
+            }
+            Self::Doubt(doubt) => doubt.fmt(f),
+            Self::SegmentsLeftOut(used, all, share) => write!(
+                f,
+                "of {all} segments the {used} longest were used, {share:.1} % of the samples"
+            ),
+            Self::SearchedInPart(searched, samples) => write!(
+                f,
+                "order and delay were searched on the {searched} of {samples} samples where the input varies most; the \
+                 model was fitted to all"
+            ),
+            Self::Selected(tried, chosen, largest) => {
+                let (chosen_name, fit) = (candidate(chosen), chosen.fit());
+                write!(
+                    f,
+                    "of {tried} models cross-validated: {chosen_name}, fit {fit:.1} %"
+                )?;
+                match largest {
+                    Some(largest) => write!(
+                        f,
+                        "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
+                        largest.fit(),
+                        candidate(largest)
+                    ),
+                    None => Ok(()),
+                }
+            }
+            Self::Order(chosen, next) => order(f, chosen, next.as_ref()),
+            Self::LargestOrder(order) => write!(
+                f,
+                "order {order} is the largest searched: a higher one may fit better (--order {})",
+                order + 2
+            ),
+            Self::LongestDelay(delay) => write!(
+                f,
+                "delay {delay} is the longest searched: a longer one may fit better (--delay {})",
+                delay + 5
+            ),
+            Self::TwoStages {
+                frequency,
+                reference,
+                staged,
+                direct,
+                apart,
+            } => {
+                let size = |(size, deviation): &(f64, f64)| {
+                    format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation)
+                };
+                let (staged, direct) = (size(staged), size(direct));
+                write!(
+                    f,
+                    "magnitude of the response at {frequency:.3} rad/s: {staged} in two stages from {reference}, {direct} \
+                     by a direct fit; "
+                )?;
+                match apart {
+                    Some(apart) => write!(
+                        f,
+                        "{apart:.1} standard deviations away: feedback of noise biases the direct fit"
+                    ),
+                    None => f.write_str(
+                        "no significant difference: feedback of noise does not bias the direct fit",
+                    ),
+                }
+            }
+            Self::PredictedFit(fit) => write!(
+                f,
+                "the model is unstable, and a simulation diverges whatever the model: predictions {AHEAD} samples ahead \
+                 fit {fit:.1} %"
+            ),
+            Self::HeldOutFit(fit, remark) => {
+                write!(f, "simulated fit on held-out data {fit:.1} %")?;
+                match remark {
+                    FitRemark::None => Ok(()),
+                    FitRemark::WorseThanMean => f.write_str(": worse than the mean of the output"),
+                    FitRemark::NoiseLimited(attainable) => write!(
+                        f,
+                        ": as good as the noise lets a model be ({attainable:.1} %)"
+                    ),
+                    FitRemark::VeryGood => f.write_str(": very good"),
+                    FitRemark::Overfitted(whole) => write!(
+                        f,
+                        ", on the whole record {whole:.1} %: the model is overfitted, or the system changed"
+                    ),
+                }
+            }
+            Self::HeldOutIsNoise => f.write_str(
+                "not validated: in the held-out data the output stays within the noise",
+            ),
+            Self::FirstPartUndetermined => f.write_str(
+                "not validated: the first seven tenths alone do not determine the model",
+            ),
+            Self::Unsteady => f.write_str(
+                "fitted to one half of the record the model does not hold in the other: the system or its level changes \
+                 along the record, or the halves excite different dynamics",
+            ),
+            Self::InputShare(share, is_too_little) => {
+                let percent = 100.0 * share.max(0.0);
+                let rest = "the rest is free motion, drift or disturbance";
+                match is_too_little {
+                    true => write!(
+                        f,
+                        "the input accounts for {percent:.1} % of the output's variation: {rest}; the gain is not to be trusted"
+                    ),
+                    false => write!(
+                        f,
+                        "the input accounts for {percent:.0} % of the output's variation: {rest}"
+                    ),
+                }
+            }
+            Self::GainUndetermined(gain) => write!(
+                f,
+                "the steady-state gain, {:.4} ± {:.4}, is not significantly different from 0",
+                gain.value.re,
+                SIGMAS_95 * gain.real_deviation()
+            ),
+            Self::Early(samples) => write!(
+                f,
+                "the model fits better with the output {samples} sample{} before the input: the output is stamped too \
+                 early, the input moves between its samples (--input-method foh), the data is closed-loop, or the system \
+                 is not linear",
+                if *samples == 1 { "" } else { "s" }
+            ),
+            Self::OtherDelay(better, delay) => {
+                write!(f, "delay {better} fits better than {delay} (--delay {better})")
+            }
+            Self::DirectFeedthrough => f.write_str(
+                "the output answers its input within one sample: direct feedthrough, or its stamps are too early",
+            ),
+            Self::NoNoise => {
+                f.write_str("the residuals are rounding: the data is free of noise")
+            }
+            Self::Residuals(finding, is_reference) => {
+                let against = match is_reference {
+                    true => "the reference",
+                    false => "the input",
+                };
+                residuals(f, finding, against)
+            }
+            Self::Feedback(later) => write!(
+                f,
+                "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased, or the \
+                 output is stamped too early; give the loop's reference (--reference) or use --method armax",
+                evidence(later)
+            ),
+            Self::NegativePole(pole) => {
+                let kind = match pole.value.im {
+                    0.0 => "a negative real pole",
+                    _ => "a pole pair with negative real part",
+                };
+                let at = interval(pole);
+                write!(f, "{kind}, z = {at}: probably an artefact of noise")
+            }
+            Self::UnstablePole(pole) => {
+                let at = interval(pole);
+                write!(f, "the pole at z = {at} is unstable, beyond its 95 % interval")
+            }
+            Self::CancelledPole(pole) => {
+                let at = interval(pole);
+                write!(f, "a zero may cancel the pole at z = {at}: try a lower order")
+            }
+            Self::FewSamples(samples, parameters) => write!(
+                f,
+                "{samples} samples for {parameters} parameters: part of the fit is memory; record for longer"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Excitation(order, needed) => write!(
+                f,
+                "the input is persistently exciting of order {order} only, for {needed} parameters: the model is not \
+                 determined away from the frequencies of the input"
+            ),
+            Self::FeedbackAlone(record, share) => {
+                f.write_str("the input ")?;
+                if let Some(record) = record {
+                    write!(f, "of record {record} ")?;
+                }
+                write!(
+                    f,
+                    "is feedback of the output alone ({share:.1e} of its power is not): plant and controller cannot be \
+                     distinguished"
+                )
+            }
+            Self::Rank(known, parameters, ratio) => write!(
+                f,
+                "rank deficiency: the record determines {known} of {parameters} parameters (ratio of singular values \
+                 {ratio:.1e}): poles and zeros cancel, or the order is too high"
+            ),
+        }
+    }
+}
+
+fn candidate(of: &Candidate) -> String {
+    let integrator = match of.integrators() {
+        0 => "",
+        _ => " with an integrator",
+    };
+    let (kind, delay) = (of.kind.name(), of.structure.delay);
+    format!("{kind}, order {}{integrator}, delay {delay}", of.order())
+}
+
+fn order(
+    f: &mut fmt::Formatter<'_>,
+    chosen: &criteria::Candidate,
+    next: Option<&criteria::Candidate>,
+) -> fmt::Result {
+    let fit = |of: &criteria::Candidate| match of.held_out_fit {
+        None => "not validated".to_owned(),
+        Some(fit) => format!("{fit:.1} % on held-out data"),
+    };
+    let (order, own) = (chosen.order, fit(chosen));
+    match next {
+        Some(next) => write!(
+            f,
+            "order {} is no better than {order}: {} against {own}, BIC {:+.1}",
+            next.order,
+            fit(next),
+            next.bic - chosen.bic
+        ),
+        // A finite impulse response.
+        None if order == 0 => write!(f, "delay {}: {own}", chosen.delay),
+        None => write!(f, "order {order}, delay {}: {own}", chosen.delay),
+    }
+}
+
+fn residuals(f: &mut fmt::Formatter<'_>, finding: &ResidualFinding, against: &str) -> fmt::Result {
+    match finding {
+        ResidualFinding::White(explains) => {
+            write!(f, "residuals are white and uncorrelated with {against}")?;
+            f.write_str(match explains {
+                true => ": the model explains the data",
+                false => "",
+            })
+        }
+        ResidualFinding::Coloured(whiteness, is_allowed_for) => {
+            let evidence = evidence(whiteness);
+            write!(
+                f,
+                "residuals are uncorrelated with {against} but not white ({evidence}): the standard deviations {}",
+                match is_allowed_for {
+                    true => "allow for it",
+                    false => "are not reliable",
+                }
+            )
+        }
+        ResidualFinding::LittleCorrelation(earlier) => write!(
+            f,
+            "residuals correlate with {against} significantly, but little ({})",
+            evidence(earlier)
+        ),
+        ResidualFinding::Correlated(earlier) => write!(
+            f,
+            "residuals correlate with {against} ({}): dynamics are missing, or not linear; try a higher order or another delay",
+            evidence(earlier)
+        ),
+    }
+}
+
+/// The result of a correlation test in numbers.
+fn evidence(of: &Correlation) -> String {
+    format!(
+        "max {:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
+        of.largest(),
+        of.bound,
+        of.outside(),
+        of.values.len()
+    )
+}
