@@ -42,9 +42,15 @@ fn every_node_reads_its_defaults_from_it_in_any_namespace() {
 /// The documents, the scenarios and what is tested, as one text.
 fn where_parameters_are_used() -> String {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders: Vec<_> = ["docs", "launch-scripts/scenarios", "tests", "crates", "nodes"]
-        .map(|it| root.join(it))
-        .into();
+    let mut folders: Vec<_> = [
+        "docs",
+        "launch-scripts/scenarios",
+        "tests",
+        "crates",
+        "nodes",
+    ]
+    .map(|it| root.join(it))
+    .into();
     let mut text = std::fs::read_to_string(root.join("README.md")).expect("README");
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).expect("readable") {
@@ -56,7 +62,9 @@ fn where_parameters_are_used() -> String {
                 let file = std::fs::read_to_string(&path).expect("text");
                 // Of a source file its own tests; a file of tests whole.
                 let source = path.components().any(|it| it.as_os_str() == "src");
-                let tests = file.split_once("#[cfg(test)]").map_or("", |(_, tests)| tests);
+                let tests = file
+                    .split_once("#[cfg(test)]")
+                    .map_or("", |(_, tests)| tests);
                 text.push_str(if source { tests } else { &file });
             }
         }

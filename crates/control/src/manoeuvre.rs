@@ -22,7 +22,7 @@
 //! Brunner's runs (NPS thesis, 1988, pp. 99-101) are pulses and square waves of 10° and
 //! 20° and a sinusoid.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Bits in the shift register.
 pub(crate) const REGISTER_LENGTH: u32 = 10;
@@ -57,22 +57,30 @@ impl Signal {
     }
 }
 
-/// A test signal with its numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Manoeuvre {
-    /// The shape.
+/// A test signal with its numbers: the parameters `identification.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct Manoeuvre {
+    /// Test signal added to the plane command for identification, in every mode but off.
+    #[parameter(default = Signal::None)]
     pub signal: Signal,
-    /// `A`, rad of plane, dive positive; may be negative.
+    /// Amplitude of the test signal, positive dive; within planes.limit.
+    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub amplitude: f64,
-    /// `P`, s.
+    /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
+    /// of a chirp.
+    #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
     pub period: f64,
-    /// `P'`, s, a chirp's last period.
+    /// Last period of a chirp; the first is identification.period.
+    #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
     pub period_end: f64,
-    /// When it begins, s since the run began.
+    /// Start time of the test signal since the first state.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub start: f64,
-    /// The duration, s; 0: no end.
+    /// Duration of the test signal; 0: no end. A chirp needs a duration.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub duration: f64,
-    /// Where in its cycle the pseudo-random sequence starts.
+    /// Start position of the prbs in its cycle of 1023 intervals.
+    #[parameter(default = 1)]
     pub seed: i64,
 }
 

@@ -13,9 +13,9 @@ use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
-use crate::estimator::{self, Calibration, DeadBand, Tuning};
+use crate::estimator::{self, Calibration, IntegratorRules, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
-use crate::integral::{AntiWindup, Strategy};
+use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
 use crate::pitch_loop::PitchLoop;
@@ -23,9 +23,6 @@ use crate::safety::Envelope;
 use crate::schedule::Schedule;
 use crate::setpoint::Bounds;
 use crate::speed_loop::SpeedLoop;
-
-/// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
-const DESIGN_SPEED: f64 = 5.0 * FOOT;
 
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -63,7 +60,7 @@ pub struct ControllerParameters {
     /// `pitch.*`.
     pub pitch: Pitch,
     /// `anti_windup.*`.
-    pub anti_windup: AntiWindupParameters,
+    pub anti_windup: AntiWindup,
     /// `planes.*`.
     pub planes: Planes,
     /// `transfer.*`.
@@ -73,17 +70,17 @@ pub struct ControllerParameters {
     /// `heading.*`.
     pub heading: Heading,
     /// `speed.*`.
-    pub speed: Speed,
+    pub speed: SpeedLoop,
     /// `safety.*`.
     pub safety: Envelope,
     /// `schedule.*`.
     pub schedule: ScheduleParameters,
     /// `identification.*`.
-    pub identification: Identification,
+    pub identification: Manoeuvre,
     /// `feedback.*`.
     pub feedback: Feedback,
     /// `integrator.*`.
-    pub integrator: Integrator,
+    pub integrator: IntegratorRules,
     /// `kalman.*`.
     pub kalman: Tuning,
     /// `gains.*`.
@@ -151,18 +148,6 @@ pub struct Pitch {
     pub setpoint_rate: f64,
 }
 
-/// The parameters `anti_windup.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct AntiWindupParameters {
-    /// Anti-windup strategy, as in control_toolbox: none, conditional_integration (an integral stops while its
-    /// output is saturated) or back_calculation.
-    #[parameter(default = Strategy::ConditionalIntegration)]
-    pub strategy: Strategy,
-    /// Tracking time constant of back_calculation, with which an integral leaves saturation.
-    #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
-    pub tracking_time_constant: f64,
-}
-
 /// The parameters `planes.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Planes {
@@ -227,28 +212,6 @@ pub struct Heading {
     pub setpoint_rate: f64,
 }
 
-/// The parameters `speed.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Speed {
-    /// Whether speed_setpoint is held by the thrust; a setpoint on the topic is always held.
-    #[parameter(default = false)]
-    pub active: bool,
-    /// Feed-forward gain of the speed loop: share of full thrust per speed setpoint; full thrust at 5 ft/s
-    /// (Brunner 1988, p. 57).
-    #[parameter(default = 1.0 / DESIGN_SPEED, unit = "s/m", range = 0.0..=1e3)]
-    pub feed_forward: f64,
-    /// Proportional gain of the speed loop: share of full thrust per speed error; assumed, the report's gain is
-    /// lost.
-    #[parameter(default = 2.0, unit = "s/m", range = 0.0..=1e3)]
-    pub p: f64,
-    /// Limit of the thrust command to either side, as a share of full thrust.
-    #[parameter(default = 1.0, range = 0.0..=1.0)]
-    pub limit: f64,
-    /// Rate limit of the speed setpoint; 0: none.
-    #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
-    pub setpoint_rate: f64,
-}
-
 /// The parameters `schedule.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ScheduleParameters {
@@ -262,33 +225,6 @@ pub struct ScheduleParameters {
     /// Scheduled depths, positive down, one per time or distance; a setpoint from the topic ends the schedule.
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e4)]
     pub depths: Vec<f64>,
-}
-
-/// The parameters `identification.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Identification {
-    /// Test signal added to the plane command for identification, in every mode but off.
-    #[parameter(default = Signal::None)]
-    pub signal: Signal,
-    /// Amplitude of the test signal, positive dive; within planes.limit.
-    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
-    pub amplitude: f64,
-    /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
-    /// of a chirp.
-    #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
-    pub period: f64,
-    /// Last period of a chirp; the first is identification.period.
-    #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
-    pub period_end: f64,
-    /// Start time of the test signal since the first state.
-    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
-    pub start: f64,
-    /// Duration of the test signal; 0: no end. A chirp needs a duration.
-    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
-    pub duration: f64,
-    /// Start position of the prbs in its cycle of 1023 intervals.
-    #[parameter(default = 1)]
-    pub seed: i64,
 }
 
 /// The parameters `feedback.*`.
@@ -319,22 +255,6 @@ pub struct Feedback {
     pub gravity: f64,
 }
 
-/// The parameters `integrator.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Integrator {
-    /// Dead band before the integrator: the report's relay comparator, which passes only bow-down rates, or a
-    /// two-sided band.
-    #[parameter(default = DeadBandKind::Comparator)]
-    pub dead_band: DeadBandKind,
-    /// Offset of the comparator, or half width of the band; 25 mV, the drift of the gyro's zero (Brunner 1988, p.
-    /// 90).
-    #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
-    pub width: f64,
-    /// Time constant of the depth derivative used with the integrator.
-    #[parameter(default = 0.5, unit = "s", range = 1e-3..=100.0)]
-    pub depth_lag: f64,
-}
-
 /// The parameters `gains.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GainsParameters {
@@ -355,7 +275,7 @@ pub struct GainsParameters {
     /// `gains.model.*`.
     pub model: ModelParameters,
     /// `gains.adaptive.*`.
-    pub adaptive: Adaptive,
+    pub adaptive: gains::Trust,
 }
 
 /// The parameters `gains.model.*`.
@@ -375,26 +295,6 @@ pub struct ModelParameters {
     pub damping_exponent: f64,
 }
 
-/// The parameters `gains.adaptive.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Adaptive {
-    /// Delay from the stamp of an identified model to its use, so that message latency has no effect.
-    #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
-    pub delay: f64,
-    /// Largest age of an identified model that is used.
-    #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
-    pub oldest: f64,
-    /// Largest relative standard deviation of K/J and B/J of a model that is used.
-    #[parameter(default = 0.25, range = 0.0..=10.0)]
-    pub uncertainty: f64,
-    /// Largest ratio between identified and scheduled K/J, B/J and gains.
-    #[parameter(default = 4.0, range = 1.0..=100.0)]
-    pub factor: f64,
-    /// Rate limit of a gain, in scheduled gains per second.
-    #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
-    pub rate: f64,
-}
-
 /// The source of the speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum SpeedSource {
@@ -402,15 +302,6 @@ pub enum SpeedSource {
     Nominal,
     /// The speed cell.
     Cell,
-}
-
-/// The dead band before the integrator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
-pub enum DeadBandKind {
-    /// The report's relay comparator.
-    Comparator,
-    /// A band to both sides.
-    TwoSided,
 }
 
 /// The source of the gains.
@@ -426,27 +317,11 @@ pub enum GainSource {
     File,
 }
 
-/// The parameters as the loops take them: checked each and together.
+/// The parameters, checked each and together, with what the loops derive from them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
-    /// What stands before the frames' names.
-    pub frame_prefix: String,
-    /// The control mode.
-    pub mode: Mode,
-    /// The standing depth setpoint, m.
-    pub depth_setpoint: f64,
-    /// The standing pitch setpoint, rad, bow up.
-    pub pitch_setpoint: f64,
-    /// The standing heading setpoint, rad.
-    pub heading_setpoint: f64,
-    /// The standing speed setpoint, m/s.
-    pub speed_setpoint: f64,
-    /// The lifetime of a setpoint from a topic, s; 0: no limit.
-    pub setpoint_timeout: f64,
-    /// Silence of the state after which the planes are put to neutral, s.
-    pub state_timeout: f64,
-    /// The limits of the vehicle.
-    pub envelope: Envelope,
+    /// The parameters.
+    pub parameters: ControllerParameters,
     /// The limits of the depth setpoint.
     pub depth_bounds: Bounds,
     /// The limits of the pitch setpoint.
@@ -457,22 +332,10 @@ pub(crate) struct Config {
     pub dive: DiveRules,
     /// Bow and stern planes.
     pub allocation: Allocation,
-    /// Whether roll is held level.
-    pub roll_active: bool,
     /// The roll regulator.
     pub roll: AngleLoop,
-    /// Whether the standing heading is held.
-    pub heading_active: bool,
     /// The heading regulator.
     pub heading: AngleLoop,
-    /// How fast the heading setpoint moves, rad/s; 0 at once.
-    pub heading_rate: f64,
-    /// Whether the standing speed is held.
-    pub speed_active: bool,
-    /// The speed regulator.
-    pub speed: SpeedLoop,
-    /// How fast the speed setpoint moves, m/s^2; 0 at once.
-    pub speed_rate: f64,
     /// Depth setpoints over time or distance.
     pub schedule: Schedule,
     /// The test signal.
@@ -516,15 +379,7 @@ impl Config {
             pitch_i: p.pitch.i,
         };
         Ok(Self {
-            frame_prefix: parameters.frame_prefix.clone(),
-            mode: p.mode,
-            depth_setpoint: p.depth_setpoint,
-            pitch_setpoint: p.pitch_setpoint,
-            heading_setpoint: p.heading_setpoint,
-            speed_setpoint: p.speed_setpoint,
-            setpoint_timeout: p.setpoint_timeout,
-            state_timeout: p.state_timeout,
-            envelope: p.safety,
+            parameters: p.clone(),
             depth_bounds,
             pitch_bounds: Bounds {
                 min: -pitch_limit.bound(),
@@ -533,26 +388,16 @@ impl Config {
             },
             gains,
             allocation: Allocation::new(p.planes.allocation, p.planes.bow_to_stern),
-            roll_active: p.roll.active,
             roll: AngleLoop {
                 p: p.roll.p,
                 rate: p.roll.rate,
                 limit: limit("roll.limit", p.roll.limit)?,
             },
-            heading_active: p.heading.active,
             heading: AngleLoop {
                 p: p.heading.p,
                 rate: p.heading.rate,
                 limit: limit("heading.limit", p.heading.limit)?,
             },
-            heading_rate: p.heading.setpoint_rate,
-            speed_active: p.speed.active,
-            speed: SpeedLoop {
-                feed_forward: p.speed.feed_forward,
-                p: p.speed.p,
-                limit: p.speed.limit,
-            },
-            speed_rate: p.speed.setpoint_rate,
             schedule,
             identification: test_signal(&p.identification, dive.planes_limit)?,
             feedback: estimator_rules(p),
@@ -572,7 +417,7 @@ fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
         derivative_filter: p.depth.derivative_filter,
         depth_i_limit: limit("depth.i_limit", p.depth.i_limit)?,
         pitch_i_limit: limit("pitch.i_limit", p.pitch.i_limit)?,
-        anti_windup: AntiWindup::new(p.anti_windup.strategy, p.anti_windup.tracking_time_constant)
+        anti_windup: (p.anti_windup.checked())
             .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
         planes_limit: limit("planes.limit", p.planes.limit)?,
         planes_rate_limit: p.planes.rate_limit,
@@ -581,7 +426,6 @@ fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
 }
 
 fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
-    let width = p.integrator.width;
     estimator::Rules {
         source: p.feedback.source,
         calibration: Calibration {
@@ -591,11 +435,7 @@ fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
             depth_range: p.feedback.depth_range,
             speed: (p.feedback.speed_source == SpeedSource::Nominal).then_some(p.feedback.speed),
         },
-        dead_band: match p.integrator.dead_band {
-            DeadBandKind::TwoSided => DeadBand::TwoSided(width),
-            DeadBandKind::Comparator => DeadBand::Comparator(width),
-        },
-        lag: p.integrator.depth_lag,
+        integrator: p.integrator,
         tuning: p.kalman,
     }
 }
@@ -622,14 +462,8 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
         },
         lowest_speed: p.lowest_speed,
     };
-    let trust = gains::Trust {
-        oldest: p.adaptive.oldest,
-        uncertainty: p.adaptive.uncertainty,
-        factor: p.adaptive.factor,
-        rate: p.adaptive.rate,
-    };
     let file = || {
-        gains::FromFile::read(&p.file, &schedule, &trust)
+        gains::FromFile::read(&p.file, &schedule, &p.adaptive)
             .map_err(|reason| format!("parameter 'gains.file': {reason}"))
     };
     Ok(gains::Rules {
@@ -640,8 +474,7 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
             GainSource::File => gains::Source::File(file()?),
         },
         schedule,
-        trust,
-        delay: p.adaptive.delay,
+        trust: p.adaptive,
     })
 }
 
@@ -718,16 +551,7 @@ fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
     Ok(())
 }
 
-fn test_signal(p: &Identification, planes_limit: Limit) -> Result<TestSignal, String> {
-    let manoeuvre = Manoeuvre {
-        signal: p.signal,
-        amplitude: p.amplitude,
-        period: p.period,
-        period_end: p.period_end,
-        start: p.start,
-        duration: p.duration,
-        seed: p.seed,
-    };
+fn test_signal(manoeuvre: &Manoeuvre, planes_limit: Limit) -> Result<TestSignal, String> {
     if manoeuvre.signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
         return Err(format!(
             "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
@@ -760,7 +584,7 @@ mod tests {
             assert!(!declaration.description.is_empty());
         }
         let config = with(&[]).unwrap();
-        assert_eq!(config.mode, Mode::Depth);
+        assert_eq!(config.parameters.mode, Mode::Depth);
         assert!((config.gains.depth.p * FOOT - 0.25).abs() < 1e-15);
     }
 

@@ -129,7 +129,7 @@ impl Output {
             joints.position.push(angle);
             joints.velocity.push(rate);
         };
-        let grouping = self.design.config.grouping;
+        let grouping = self.design.config.parameters.groups;
         if grouping == Grouping::Each {
             let mean = |of: fn(&Planes) -> f64| {
                 0.5 * (of(&self.groups[0].planes) + of(&self.groups[1].planes))
@@ -303,9 +303,15 @@ impl Asked {
 /// Whether the parameters fit the actuators.
 fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), Error> {
     if let Some(group) = config.faults.group
-        && !config.grouping.groups().contains(&group)
+        && !config.parameters.groups.groups().contains(&group)
     {
-        let groups: Vec<_> = config.grouping.groups().iter().map(|g| g.name()).collect();
+        let groups: Vec<_> = config
+            .parameters
+            .groups
+            .groups()
+            .iter()
+            .map(|g| g.name())
+            .collect();
         return Err(Error::NoActuator {
             group: group.name(),
             groups: groups.join(", "),
@@ -372,7 +378,7 @@ impl Actuator {
     /// The groups with an actuator, in the order of [`Output::states`].
     #[must_use]
     pub fn groups(&self) -> &'static [Group] {
-        self.config().grouping.groups()
+        self.config().parameters.groups.groups()
     }
 
     /// The faults of the actuators, a line for each group that has any.
@@ -414,7 +420,7 @@ impl Actuator {
             return Err(Error::Command(field));
         }
         let stamp = command.header.stamp.nanos();
-        let held = Held::new(command, self.config().command_limit);
+        let held = Held::new(command, self.config().parameters.command_limit);
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
@@ -469,7 +475,9 @@ impl Actuator {
             .members
             .iter()
             .zip(&self.design.sets)
-            .map(|(member, set)| ActuatorModel::new(member.model, set, self.config().lag))
+            .map(|(member, set)| {
+                ActuatorModel::new(member.model, set, self.config().parameters.first_order)
+            })
             .collect();
         self.run = None;
         self.answer(stamp, stamp, models, command, None)
@@ -585,7 +593,7 @@ impl Actuator {
         let mut motion = PlaneMotion {
             header: Header {
                 stamp: Time::from_nanos(stamp),
-                frame_id: [self.config().frame_prefix.as_str(), FRAME].concat(),
+                frame_id: [self.config().parameters.frame_prefix.as_str(), FRAME].concat(),
             },
             duration: Duration::from_nanos(self.tick),
             dive_planes: Vec::new(),
@@ -594,7 +602,7 @@ impl Actuator {
             rudder: through(|command| command.rudder),
             thrust: through(|command| command.thrust),
         };
-        self.config().grouping.fill(&mut motion, angles);
+        self.config().parameters.groups.fill(&mut motion, angles);
         motion
     }
 
@@ -609,15 +617,15 @@ impl Actuator {
             Some(held) => held.stamp.saturating_add(config.command_timeout),
             None => i64::MIN,
         };
-        let limit = config.command_limit;
+        let limit = config.parameters.command_limit;
         let request = |group: Group| Request {
             demand: Demand {
                 angle: command.map_or(0.0, |held| group.angle(&held.command).clamp(-limit, limit)),
-                position_loop: config.position_loop,
+                position_loop: config.parameters.position_loop,
                 logic: config.logic,
                 condition: config.condition(group),
             },
-            lag: config.lag,
+            lag: config.parameters.first_order,
         };
         Asked {
             requests: self.groups().iter().map(|group| request(*group)).collect(),

@@ -872,7 +872,7 @@ fn with_variable_forgetting_more_information_is_a_longer_memory() {
         let estimate = identifier.estimate(stamp(600));
         estimate.covariance[0] / estimate.noise_variance
     };
-    let (short, long) = (covariance(1e-9), covariance(1.0));
+    let (short, long) = (covariance(1e-14), covariance(1.0));
     assert!(long < 0.5 * short, "{long} {short}");
 }
 

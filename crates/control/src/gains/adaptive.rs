@@ -141,6 +141,7 @@ mod tests {
     use planesman_msgs::builtin_interfaces::msg::Time;
 
     const TRUST: Trust = Trust {
+        delay: 1.0,
         oldest: 5.0,
         uncertainty: 0.25,
         factor: 4.0,

@@ -84,6 +84,7 @@ mod tests {
     use crate::gains::schedule::tests::T6;
 
     const TRUST: Trust = Trust {
+        delay: 1.0,
         oldest: 5.0,
         uncertainty: 0.25,
         factor: 4.0,
