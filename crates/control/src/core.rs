@@ -85,7 +85,7 @@ impl Controller {
     /// [`Error::Parameters`].
     pub fn new(parameters: &ControllerParameters) -> Result<Self, Error> {
         Ok(Self {
-            config: Config::new(parameters).map_err(Error::Parameters)?,
+            config: Config::new(parameters)?,
             loops: Loops::default(),
             estimator: Estimator::default(),
             follower: Follower::default(),
@@ -104,7 +104,7 @@ impl Controller {
     /// # Errors
     /// [`Error::Parameters`]; the present parameters then stay.
     pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), Error> {
-        let new = Config::new(parameters).map_err(Error::Parameters)?;
+        let new = Config::new(parameters)?;
         let old = std::mem::replace(&mut self.config, new);
         let setpoints = &mut self.loops.setpoints;
         if self.config.schedule != old.schedule {
@@ -141,7 +141,7 @@ impl Controller {
             return Err(Error::FaultStands(fault));
         }
         let planes_limit = self.config.dive.planes_limit;
-        self.manoeuvre = Some(Underway::of(goal, planes_limit).map_err(Error::Manoeuvre)?);
+        self.manoeuvre = Some(Underway::new(goal, planes_limit)?);
         self.manoeuvre_end = None;
         Ok(())
     }
@@ -210,7 +210,10 @@ impl Controller {
             accepted.map_err(|refusal| Error::Setpoint(name, refusal.reason))?;
         }
         let elapsed = self.run.as_ref().map_or(0, |run| run.last - run.began);
-        self.loops.setpoints.of(quantity).command(value, elapsed);
+        self.loops
+            .setpoints
+            .get_mut(quantity)
+            .command(value, elapsed);
         Ok(match quantity {
             Quantity::Depth => self.config.depth_bounds.hold(value),
             Quantity::Pitch => self.config.pitch_bounds.hold(value),
@@ -456,7 +459,7 @@ impl Controller {
             if self
                 .loops
                 .setpoints
-                .of(quantity)
+                .get_mut(quantity)
                 .expire(timeout, tick.elapsed)
             {
                 let name = quantity.name();

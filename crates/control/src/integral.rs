@@ -11,6 +11,7 @@
 //! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
 //! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
 
+use crate::error::ParameterError;
 use crate::limits::{Limit, bounded};
 
 /// The anti-windup strategy of the integrals: the parameters `anti_windup.*`.
@@ -29,13 +30,11 @@ impl AntiWindup {
     /// The same, if its strategy has what it needs.
     ///
     /// # Errors
-    /// A sentence, when the time constant that it needs is not positive.
-    pub(crate) fn checked(self) -> Result<Self, String> {
+    /// [`ParameterError::TrackingTime`].
+    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
         let time = self.tracking_time_constant;
         if self.strategy == Strategy::BackCalculation && time <= 0.0 {
-            return Err(format!(
-                "a tracking time of {time} s refused: back-calculation needs a positive one"
-            ));
+            return Err(ParameterError::TrackingTime(time));
         }
         Ok(self)
     }

@@ -24,6 +24,8 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::error::ManoeuvreError;
+
 /// Bits in the shift register.
 pub(crate) const REGISTER_LENGTH: u32 = 10;
 
@@ -100,9 +102,9 @@ impl Manoeuvre {
     /// The signal as a function of time.
     ///
     /// # Errors
-    /// A sentence naming the number at fault: one that is not finite, a negative start or
-    /// duration, a period below 2 ns for a signal that has one, or a chirp without end.
-    pub(crate) fn build(&self) -> Result<TestSignal, String> {
+    /// [`ManoeuvreError`]: a number that is not finite, a negative start or duration, a period below 2 ns for a signal
+    /// that has one, or a chirp without end.
+    pub(crate) fn build(&self) -> Result<TestSignal, ManoeuvreError> {
         for (name, number) in [
             ("amplitude", self.amplitude),
             ("period", self.period),
@@ -111,27 +113,22 @@ impl Manoeuvre {
             ("duration", self.duration),
         ] {
             if !number.is_finite() {
-                return Err(format!("{name} {number} refused: it must be finite"));
+                return Err(ManoeuvreError::NotFinite(name, number));
             }
             if name != "amplitude" && number < 0.0 {
-                return Err(format!(
-                    "{name} {number} s refused: it must not be negative"
-                ));
+                return Err(ManoeuvreError::Negative(name, number));
             }
         }
         let period = nanoseconds(self.period);
         if self.signal.is_timed_by_its_period() && period < 2 {
-            return Err(format!(
-                "period {} s refused: this test signal needs a positive one",
-                self.period
-            ));
+            return Err(ManoeuvreError::Period(self.period));
         }
         let period_end = nanoseconds(self.period_end);
         if self.signal == Signal::Chirp && (period_end < 2 || self.duration == 0.0) {
-            return Err(format!(
-                "period_end {} s, duration {} s refused: a chirp needs both positive",
-                self.period_end, self.duration
-            ));
+            return Err(ManoeuvreError::Chirp {
+                period_end: self.period_end,
+                duration: self.duration,
+            });
         }
         let start = nanoseconds(self.start);
         let end = if self.duration == 0.0 {

@@ -13,6 +13,7 @@ use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
+use crate::error::ParameterError;
 use crate::estimator::{self, Calibration, IntegratorRules, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
 use crate::integral::AntiWindup;
@@ -350,10 +351,8 @@ impl Config {
     /// The loops that the parameters describe.
     ///
     /// # Errors
-    /// A sentence naming the parameter, when values that are each in range do not go
-    /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
-    /// increase, a test signal beyond the plane limit.
-    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, String> {
+    /// [`ParameterError`], when values that are each in range do not go together.
+    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, ParameterError> {
         let p = parameters;
         let dive = dive_rules(p)?;
         let depth_bounds = Bounds {
@@ -407,18 +406,17 @@ impl Config {
     }
 }
 
-fn limit(name: &str, bound: f64) -> Result<Limit, String> {
-    Limit::new(bound).map_err(|reason| format!("parameter '{name}': {reason}"))
+fn limit(name: &'static str, bound: f64) -> Result<Limit, ParameterError> {
+    Limit::new(bound).map_err(|reason| ParameterError::Limit(name, reason))
 }
 
-fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
+fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, ParameterError> {
     Ok(DiveRules {
         derivative: p.depth.derivative,
         derivative_filter: p.depth.derivative_filter,
         depth_i_limit: limit("depth.i_limit", p.depth.i_limit)?,
         pitch_i_limit: limit("pitch.i_limit", p.pitch.i_limit)?,
-        anti_windup: (p.anti_windup.checked())
-            .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
+        anti_windup: p.anti_windup.checked()?,
         planes_limit: limit("planes.limit", p.planes.limit)?,
         planes_rate_limit: p.planes.rate_limit,
         transfer_time: p.transfer.time,
@@ -441,7 +439,7 @@ fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
 }
 
 /// How gains follow the vehicle, from the `fixed` ones at the reference speed.
-fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String> {
+fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, ParameterError> {
     let schedule = gains::Schedule {
         reference: LoopGains {
             depth_p: fixed.depth.p,
@@ -463,8 +461,7 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
         lowest_speed: p.lowest_speed,
     };
     let file = || {
-        gains::FromFile::read(&p.file, &schedule, &p.adaptive)
-            .map_err(|reason| format!("parameter 'gains.file': {reason}"))
+        gains::FromFile::read(&p.file, &schedule, &p.adaptive).map_err(ParameterError::GainsFile)
     };
     Ok(gains::Rules {
         source: match p.source {
@@ -478,24 +475,20 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
     })
 }
 
-fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, String> {
+fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, ParameterError> {
     let ScheduleParameters {
         times,
         distances,
         depths,
     } = schedule;
     if !times.is_empty() && !distances.is_empty() {
-        return Err(
-            "parameters 'schedule.times', 'schedule.distances': refused: a schedule is over time or \
-             over distance, not both"
-                .to_owned(),
-        );
+        return Err(ParameterError::TwoSchedules);
     }
     let (list, schedule) = match distances.as_slice() {
         [] => ("times", Schedule::over_time(times, depths)),
         _ => ("distances", Schedule::over_distance(distances, depths)),
     };
-    schedule.map_err(|reason| format!("parameters 'schedule.{list}', 'schedule.depths': {reason}"))
+    schedule.map_err(|reason| ParameterError::Schedule { list, reason })
 }
 
 /// Refuses depths that could not be held.
@@ -503,36 +496,36 @@ fn check_depths(
     p: &ControllerParameters,
     schedule: &Schedule,
     bounds: Bounds,
-) -> Result<(), String> {
+) -> Result<(), ParameterError> {
     let Bounds { min, max, .. } = bounds;
     if min > max {
-        return Err(format!(
-            "parameters 'depth.min', 'depth.max': {min} m refused: it lies below {max} m"
-        ));
+        return Err(ParameterError::DepthBounds { min, max });
     }
     let standing = ("depth_setpoint", p.depth_setpoint);
     let depths = schedule.depths().into_iter();
     let scheduled = depths.map(|depth| ("schedule.depths", depth));
     for (name, depth) in std::iter::once(standing).chain(scheduled) {
         if !(min..=max).contains(&depth) {
-            return Err(format!(
-                "parameter '{name}': {depth} m refused: only depths from depth.min ({min} m) to \
-                 depth.max ({max} m) are held"
-            ));
+            return Err(ParameterError::Depth {
+                name,
+                depth,
+                min,
+                max,
+            });
         }
     }
     Ok(())
 }
 
 /// Rejects an envelope narrower than what the loops are allowed.
-fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
+fn check_envelope(p: &ControllerParameters) -> Result<(), ParameterError> {
     let Envelope {
         ceiling,
         floor,
         pitch,
         ..
     } = p.safety;
-    for (name, inner, outer_name, outer) in [
+    for (name, value, other, bound) in [
         ("safety.ceiling", ceiling, "depth.min", p.depth.min),
         ("depth.max", p.depth.max, "safety.floor", floor),
         (
@@ -542,27 +535,26 @@ fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
             pitch,
         ),
     ] {
-        if inner > outer {
-            return Err(format!(
-                "parameter '{name}': {inner} refused: at most {outer_name}, {outer}"
-            ));
+        if value > bound {
+            return Err(ParameterError::Envelope {
+                name,
+                value,
+                other,
+                bound,
+            });
         }
     }
     Ok(())
 }
 
-fn test_signal(manoeuvre: &Manoeuvre, planes_limit: Limit) -> Result<TestSignal, String> {
+fn test_signal(manoeuvre: &Manoeuvre, planes_limit: Limit) -> Result<TestSignal, ParameterError> {
     if manoeuvre.signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
-        return Err(format!(
-            "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
-             would clip the signal",
-            manoeuvre.amplitude,
-            planes_limit.bound()
-        ));
+        return Err(ParameterError::Clipped {
+            amplitude: manoeuvre.amplitude,
+            limit: planes_limit.bound(),
+        });
     }
-    manoeuvre
-        .build()
-        .map_err(|reason| format!("parameters 'identification.*': {reason}"))
+    manoeuvre.build().map_err(ParameterError::TestSignal)
 }
 
 #[cfg(test)]
@@ -574,7 +566,7 @@ mod tests {
         let parameters = ControllerParameters::default()
             .with(changes)
             .map_err(|refusal| refusal.to_string())?;
-        Config::new(&parameters)
+        Config::new(&parameters).map_err(|refusal| refusal.to_string())
     }
 
     #[test]

@@ -40,7 +40,7 @@ impl Received {
     fn vehicle(&self) -> &Result<Identified, Distrust> {
         self.vehicle.get_or_init(|| {
             if self.estimate.valid {
-                Identified::of(&self.estimate)
+                Identified::from_estimate(&self.estimate)
             } else {
                 Err(Distrust::Invalid(self.estimate.reason.clone()))
             }
