@@ -230,9 +230,9 @@ struct Run {
     /// The actuators at the last tick's end.
     ahead: Vec<ActuatorModel>,
     /// The demands that the last tick was computed with.
-    acting: Asked,
+    acting: Demands,
     /// The last command, clipped.
-    command: Option<Held>,
+    command: Option<ClippedCommand>,
     output: Arc<Output>,
     /// The answer to the tick before.
     before: Option<Arc<Output>>,
@@ -240,12 +240,12 @@ struct Run {
 
 /// A command as far as it is obeyed, and its stamp, ns.
 #[derive(Clone, Debug)]
-struct Held {
+struct ClippedCommand {
     command: PlaneCommand,
     stamp: i64,
 }
 
-impl Held {
+impl ClippedCommand {
     /// The command with its angles clipped to `limit`, rad.
     fn new(command: &PlaneCommand, limit: f64) -> Self {
         Self {
@@ -273,12 +273,12 @@ fn held_samples(value: f64) -> Vec<f64> {
 
 /// The demands: a request to each group until a deadline, ns, then neutral planes.
 #[derive(Clone, Debug)]
-struct Asked {
+struct Demands {
     requests: Vec<Request>,
     deadline: i64,
 }
 
-impl Asked {
+impl Demands {
     /// The request to the group `index` that is in force at `stamp`.
     fn at(&self, index: usize, stamp: i64) -> Request {
         let mut request = self.requests[index];
@@ -420,7 +420,7 @@ impl Actuator {
             return Err(Error::Command(field));
         }
         let stamp = command.header.stamp.nanos();
-        let held = Held::new(command, self.config().parameters.command_limit);
+        let held = ClippedCommand::new(command, self.config().parameters.command_limit);
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
@@ -469,7 +469,7 @@ impl Actuator {
     }
 
     /// Starts a new run and answers its first tick.
-    fn begin(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
+    fn begin(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
         let models = self
             .config()
             .members
@@ -484,7 +484,7 @@ impl Actuator {
     }
 
     /// Brings the run to `stamp` under the last demands, and answers the tick from there.
-    fn go_on(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
+    fn go_on(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
         let Some(run) = self.run.take() else {
             return self.begin(stamp, command);
         };
@@ -506,7 +506,7 @@ impl Actuator {
         began: i64,
         stamp: i64,
         mut now: Vec<ActuatorModel>,
-        command: Option<Held>,
+        command: Option<ClippedCommand>,
         before: Option<Arc<Output>>,
     ) -> Arc<Output> {
         let acting = self.asked(stamp, command.as_ref());
@@ -558,7 +558,7 @@ impl Actuator {
     /// Runs the group `index` over the tick from `stamp`, and returns its angle at the samples.
     fn angles(
         &self,
-        acting: &Asked,
+        acting: &Demands,
         index: usize,
         model: &mut ActuatorModel,
         began: i64,
@@ -586,7 +586,12 @@ impl Actuator {
     }
 
     /// The tick's motion: of the actuators, and of the commands that pass through.
-    fn motion(&self, stamp: i64, obeyed: Option<&Held>, angles: Vec<Vec<f64>>) -> PlaneMotion {
+    fn motion(
+        &self,
+        stamp: i64,
+        obeyed: Option<&ClippedCommand>,
+        angles: Vec<Vec<f64>>,
+    ) -> PlaneMotion {
         let through = |of: fn(&PlaneCommand) -> f64| {
             obeyed.map_or_else(Vec::new, |held| held_samples(of(&held.command)))
         };
@@ -607,7 +612,7 @@ impl Actuator {
     }
 
     /// The demands of a command, or of none, from `stamp` on.
-    fn asked(&self, stamp: i64, command: Option<&Held>) -> Asked {
+    fn asked(&self, stamp: i64, command: Option<&ClippedCommand>) -> Demands {
         let config = self.config();
         let deadline = match command {
             // At its own stamp a command is never stale.
@@ -627,7 +632,7 @@ impl Actuator {
             },
             lag: config.parameters.first_order,
         };
-        Asked {
+        Demands {
             requests: self.groups().iter().map(|group| request(*group)).collect(),
             deadline,
         }

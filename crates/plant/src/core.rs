@@ -209,7 +209,7 @@ impl Plant {
         let frames = self.frames(stamp);
         Observation {
             state: self.state_message(&frames),
-            instruments: Instruments::of(&frames, &readings, &self.settings.sensors),
+            instruments: Instruments::new(&frames, &readings, &self.settings.sensors),
             pose: Pose {
                 odometry: frames.odometry(&odometry),
                 transforms: frames.transforms(&odometry, &self.parts()),
@@ -227,7 +227,7 @@ impl Plant {
     #[must_use]
     pub fn instruments(&mut self, stamp: Time) -> Instruments {
         let readings = self.readings();
-        Instruments::of(&self.frames(stamp), &readings, &self.settings.sensors)
+        Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
     fn frames(&self, stamp: Time) -> Frames<'_> {
@@ -244,7 +244,7 @@ impl Plant {
         StaticMessages {
             transforms: frames.fixed_transforms(),
             description: Text {
-                data: description::of(&self.vehicle),
+                data: description::robot_description(&self.vehicle),
             },
         }
     }
