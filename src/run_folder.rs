@@ -149,7 +149,7 @@ impl RunFolder {
     pub fn flown(&self) -> Result<Flown> {
         let scenario = self.scenario()?;
         let flight = Flight::read(&self.bag())?;
-        let summary = Summary::of(&flight, &scenario)?;
+        let summary = Summary::new(&flight, &scenario)?;
         let counts = self.counts(&flight.counts, &scenario)?;
         let name = self.path.file_name().unwrap_or(self.path.as_os_str());
         Ok(Flown {

@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use planesman_flight::flight::Flight;
-use planesman_pages::flights::{Flown, page};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::Summary;
 use planesman_fuzz::InMemory;
+use planesman_pages::flights::{Flown, page};
 
 static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| Scenario::load("dive").expect("built in"));
 
@@ -18,7 +18,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     // A bag without a state has nothing to tell; any other has a page.
-    if let Ok(summary) = Summary::of(&flight, &SCENARIO) {
+    if let Ok(summary) = Summary::new(&flight, &SCENARIO) {
         let flown = Flown {
             name: "flight".to_owned(),
             flight,

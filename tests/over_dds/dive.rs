@@ -29,7 +29,7 @@ fn the_main_job_dives_three_feet_and_identifies_the_vehicle() {
     let scenario = Scenario::load("dive").unwrap();
     let run = RunFolder::open(Path::new(&out)).unwrap();
     let flight = Flight::read(&run.bag()).unwrap();
-    let summary = Summary::of(&flight, &scenario).unwrap();
+    let summary = Summary::new(&flight, &scenario).unwrap();
 
     the_vehicle_reaches_its_depth(&summary);
     the_dominant_pole_is_identified(&summary);
@@ -118,7 +118,7 @@ fn a_flight_with_a_ram_for_each_pair_of_planes_tells_of_every_ram() {
     let groups: Vec<_> = flight.actuators.keys().map(String::as_str).collect();
     assert_eq!(groups, ["bow", "roll", "rudder", "stern"]);
     assert!(flight.actuators.values().all(|it| it.pressure.len() == 60));
-    let summary = Summary::of(&flight, &Scenario::load(&file).unwrap()).unwrap();
+    let summary = Summary::new(&flight, &Scenario::load(&file).unwrap()).unwrap();
     let pulses = |group: &str| flight.actuators[group].pulses;
     assert!(pulses("bow") > 0 && pulses("stern") > 0);
     let all = groups.iter().map(|group| pulses(group)).sum::<u64>();

@@ -39,6 +39,58 @@ fn every_node_reads_its_defaults_from_it_in_any_namespace() {
     }
 }
 
+/// The documents, the scenarios and what is tested, as one text.
+fn where_parameters_are_used() -> String {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders: Vec<_> = [
+        "docs",
+        "launch-scripts/scenarios",
+        "tests",
+        "crates",
+        "nodes",
+    ]
+    .map(|it| root.join(it))
+    .into();
+    let mut text = std::fs::read_to_string(root.join("README.md")).expect("README");
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("readable") {
+            let path = entry.expect("readable").path();
+            let extension = path.extension().and_then(|it| it.to_str());
+            if path.is_dir() {
+                folders.push(path);
+            } else if let Some("md" | "yaml" | "py" | "rs") = extension {
+                let file = std::fs::read_to_string(&path).expect("text");
+                // Of a source file its own tests; a file of tests whole.
+                let source = path.components().any(|it| it.as_os_str() == "src");
+                let tests = file
+                    .split_once("#[cfg(test)]")
+                    .map_or("", |(_, tests)| tests);
+                text.push_str(if source { tests } else { &file });
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn every_parameter_stands_in_a_document_a_scenario_or_a_test() {
+    let text = where_parameters_are_used();
+    // Names as they are written: `tick` is not found in `ticks`, nor in `core.tick`.
+    let words: std::collections::HashSet<&str> = text
+        .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.'))
+        .map(|word| word.trim_matches('.'))
+        .collect();
+    let mut unused = Vec::new();
+    for node in NODES {
+        for declaration in declarations(node).expect(node) {
+            if !words.contains(&*declaration.name) {
+                unused.push(format!("{node} {}", declaration.name));
+            }
+        }
+    }
+    assert!(unused.is_empty(), "{unused:#?}");
+}
+
 #[test]
 fn a_scenario_as_a_parameter_file_has_the_scenarios_values() {
     let scenario = Scenario::load("dive").expect("scenario");

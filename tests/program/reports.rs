@@ -53,7 +53,7 @@ impl Rewritten {
     }
 
     fn summary(&self) -> Summary {
-        Summary::of(&Flight::read(&self.bag()).unwrap(), &scenario()).unwrap()
+        Summary::new(&Flight::read(&self.bag()).unwrap(), &scenario()).unwrap()
     }
 
     /// The output of `planesman report`, and the page.

@@ -12,6 +12,7 @@ mod margins;
 mod model_files;
 #[path = "../recorded/mod.rs"]
 mod recorded;
+mod regulator;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_foreign_bags;

@@ -85,7 +85,7 @@ impl Controller {
     /// [`Error::Parameters`].
     pub fn new(parameters: &ControllerParameters) -> Result<Self, Error> {
         Ok(Self {
-            config: Config::new(parameters).map_err(Error::Parameters)?,
+            config: Config::new(parameters)?,
             loops: Loops::default(),
             estimator: Estimator::default(),
             follower: Follower::default(),
@@ -104,26 +104,26 @@ impl Controller {
     /// # Errors
     /// [`Error::Parameters`]; the present parameters then stay.
     pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), Error> {
-        let new = Config::new(parameters).map_err(Error::Parameters)?;
+        let new = Config::new(parameters)?;
         let old = std::mem::replace(&mut self.config, new);
-        let new = &self.config;
-        if new.schedule != old.schedule {
-            self.loops.setpoints.depth.forget();
-        } else if new.depth_setpoint != old.depth_setpoint {
-            self.loops.setpoints.depth.change(new.depth_setpoint);
+        let setpoints = &mut self.loops.setpoints;
+        if self.config.schedule != old.schedule {
+            setpoints.depth.forget();
+        } else if parameters.depth_setpoint != old.parameters.depth_setpoint {
+            setpoints.depth.change(parameters.depth_setpoint);
         }
-        let switched_off = new.mode == Mode::Off && old.mode != Mode::Off;
+        let (new, old) = (parameters, &old.parameters);
         if new.pitch_setpoint != old.pitch_setpoint {
-            self.loops.setpoints.pitch.forget();
+            setpoints.pitch.forget();
         }
-        if new.heading_setpoint != old.heading_setpoint || new.heading_active != old.heading_active
+        if (new.heading_setpoint, new.heading.active) != (old.heading_setpoint, old.heading.active)
         {
-            self.loops.setpoints.heading.forget();
+            setpoints.heading.forget();
         }
-        if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
-            self.loops.setpoints.speed.forget();
+        if (new.speed_setpoint, new.speed.active) != (old.speed_setpoint, old.speed.active) {
+            setpoints.speed.forget();
         }
-        if switched_off {
+        if new.mode == Mode::Off && old.mode != Mode::Off {
             self.break_off("the controller is off");
         }
         Ok(())
@@ -134,14 +134,14 @@ impl Controller {
     /// # Errors
     /// [`Error::SwitchedOff`], [`Error::FaultStands`], [`Error::Manoeuvre`]; one under way then goes on.
     pub fn begin_manoeuvre(&mut self, goal: &ManoeuvreGoal) -> Result<(), Error> {
-        if self.config.mode == Mode::Off {
+        if self.config.parameters.mode == Mode::Off {
             return Err(Error::SwitchedOff);
         }
         if let Some(fault) = self.fault() {
             return Err(Error::FaultStands(fault));
         }
         let planes_limit = self.config.dive.planes_limit;
-        self.manoeuvre = Some(Underway::of(goal, planes_limit).map_err(Error::Manoeuvre)?);
+        self.manoeuvre = Some(Underway::new(goal, planes_limit)?);
         self.manoeuvre_end = None;
         Ok(())
     }
@@ -161,7 +161,7 @@ impl Controller {
             return Err(Error::StillSilent);
         }
         self.safety
-            .reset(&self.config.envelope, self.feedback.as_ref())
+            .reset(&self.config.parameters.safety, self.feedback.as_ref())
     }
 
     /// Takes note of a fault.
@@ -210,7 +210,10 @@ impl Controller {
             accepted.map_err(|refusal| Error::Setpoint(name, refusal.reason))?;
         }
         let elapsed = self.run.as_ref().map_or(0, |run| run.last - run.began);
-        self.loops.setpoints.of(quantity).command(value, elapsed);
+        self.loops
+            .setpoints
+            .get_mut(quantity)
+            .command(value, elapsed);
         Ok(match quantity {
             Quantity::Depth => self.config.depth_bounds.hold(value),
             Quantity::Pitch => self.config.pitch_bounds.hold(value),
@@ -221,7 +224,7 @@ impl Controller {
     /// The silence of the state, s, after which the node calls [`Controller::on_silence`].
     #[must_use]
     pub fn state_timeout(&self) -> f64 {
-        self.config.state_timeout
+        self.config.parameters.state_timeout
     }
 
     /// The lines for the log since the last call.
@@ -288,7 +291,7 @@ impl Controller {
             }
             None => now,
         };
-        if self.config.envelope.latch_silence {
+        if self.config.parameters.safety.latch_silence {
             self.fail(Fault::Silence);
         }
         self.neutral(stamp)
@@ -304,7 +307,7 @@ impl Controller {
         };
         let control = ControlState {
             header,
-            mode: self.config.mode.constant(),
+            mode: self.config.parameters.mode.constant(),
             feedback_stale: true,
             fault: self.fault_constant(),
             ..ControlState::default()
@@ -376,7 +379,7 @@ impl Controller {
     fn header(&self, stamp: Time) -> Header {
         Header {
             stamp,
-            frame_id: [self.config.frame_prefix.as_str(), FRAME].concat(),
+            frame_id: [self.config.parameters.frame_prefix.as_str(), FRAME].concat(),
         }
     }
 
@@ -386,7 +389,7 @@ impl Controller {
         MotionEstimate {
             header: Header {
                 stamp,
-                frame_id: [self.config.frame_prefix.as_str(), ESTIMATE_FRAME].concat(),
+                frame_id: [self.config.parameters.frame_prefix.as_str(), ESTIMATE_FRAME].concat(),
             },
             source: feedback_constant(self.config.feedback.source),
             pitch: estimate.pitch,
@@ -417,7 +420,7 @@ impl Controller {
         }
         self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));
         self.feedback = Some(feedback);
-        if let Some(fault) = self.config.envelope.violated(&feedback) {
+        if let Some(fault) = self.config.parameters.safety.violated(&feedback) {
             self.fail(fault);
         }
         let (gains, adapted) = self.gains(&feedback, stamp.nanos(), tick.dt);
@@ -426,7 +429,7 @@ impl Controller {
         let control = ControlState {
             header: self.header(stamp.clone()),
             fault: self.fault_constant(),
-            mode: self.config.mode.constant(),
+            mode: self.config.parameters.mode.constant(),
             depth_rate: feedback.depth_rate,
             feedback_source: feedback_constant(self.config.feedback.source),
             instruments_missing: estimated.is_some_and(|estimated| estimated.missing),
@@ -437,11 +440,11 @@ impl Controller {
             gain_pitch_rate: gains.pitch.rate,
             ..ControlState::default()
         };
-        let envelope = self.config.envelope;
+        let envelope = self.config.parameters.safety;
         if let Some(reaction) = self.safety.react(&envelope, &feedback, tick.dt) {
             return self.loops.emergency(&self.config, reaction, control);
         }
-        let manoeuvre = match self.config.mode {
+        let manoeuvre = match self.config.parameters.mode {
             Mode::Off => 0.0,
             _ => self.manoeuvre_offset(tick.elapsed),
         };
@@ -451,12 +454,12 @@ impl Controller {
 
     /// Forgets setpoints from the topics that are too old.
     fn expire_setpoints(&mut self, tick: Tick) {
-        let timeout = self.config.setpoint_timeout;
+        let timeout = self.config.parameters.setpoint_timeout;
         for quantity in Quantity::ALL {
             if self
                 .loops
                 .setpoints
-                .of(quantity)
+                .get_mut(quantity)
                 .expire(timeout, tick.elapsed)
             {
                 let name = quantity.name();

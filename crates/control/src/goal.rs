@@ -3,6 +3,7 @@
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
 use planesman_parameters::Choice as _;
 
+use crate::error::ManoeuvreError;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal, nanoseconds};
 use crate::runs::{RUNS, Run};
@@ -40,8 +41,8 @@ impl Underway {
     /// The manoeuvre of a goal, within the planes' limit.
     ///
     /// # Errors
-    /// A sentence with the value and the rule it breaks.
-    pub(crate) fn of(goal: &ManoeuvreGoal, planes_limit: Limit) -> Result<Self, String> {
+    /// [`ManoeuvreError`].
+    pub(crate) fn new(goal: &ManoeuvreGoal, planes_limit: Limit) -> Result<Self, ManoeuvreError> {
         let waveform = match Run::named(&goal.name) {
             Some(run) if goal.amplitude == 0.0 => Waveform::Run(run, 1.0),
             Some(run) => Waveform::Run(run, goal.amplitude / run.amplitude()),
@@ -53,15 +54,12 @@ impl Underway {
         };
         // No range holds NaN.
         if !(0.0..=planes_limit.bound()).contains(&largest.abs()) {
-            return Err(format!(
-                "amplitude {largest} rad refused: planes.limit ({} rad) would clip it",
-                planes_limit.bound()
-            ));
+            return Err(ManoeuvreError::Clipped(largest, planes_limit.bound()));
         }
         let duration = match goal.duration {
             0.0 => whole,
             duration if duration > 0.0 && duration <= 1e6 => duration,
-            duration => return Err(format!("duration {duration} s refused: 0 to 1e6 s")),
+            duration => return Err(ManoeuvreError::Duration(duration)),
         };
         Ok(Self {
             waveform,
@@ -90,25 +88,21 @@ impl Underway {
     }
 }
 
-fn signal(goal: &ManoeuvreGoal) -> Result<TestSignal, String> {
+fn signal(goal: &ManoeuvreGoal) -> Result<TestSignal, ManoeuvreError> {
     let signal = match Signal::named(&goal.name) {
         Some(signal) if signal != Signal::None => signal,
         _ => {
             let names = Signal::NAMES[1..].iter().copied();
             let names: Vec<&str> = names.chain(RUNS.map(|run| run.name)).collect();
-            return Err(format!(
-                "manoeuvre '{}' refused: it must be one of {}",
-                goal.name,
-                names.join(", ")
-            ));
+            return Err(ManoeuvreError::Unknown {
+                name: goal.name.clone(),
+                known: names.join(", "),
+            });
         }
     };
     let ends_itself = matches!(signal, Signal::Pulse | Signal::Doublet);
     if goal.duration == 0.0 && !ends_itself {
-        return Err(format!(
-            "duration 0 s refused: a {} needs one to end",
-            goal.name
-        ));
+        return Err(ManoeuvreError::Endless(goal.name.clone()));
     }
     Manoeuvre {
         signal,
@@ -139,8 +133,8 @@ mod tests {
         }
     }
 
-    fn underway(goal: &ManoeuvreGoal) -> Result<Underway, String> {
-        Underway::of(goal, Limit::new(0.5).unwrap())
+    fn underway(goal: &ManoeuvreGoal) -> Result<Underway, ManoeuvreError> {
+        Underway::new(goal, Limit::new(0.5).unwrap())
     }
 
     #[test]
@@ -188,7 +182,7 @@ mod tests {
         let changed = |change: fn(&mut ManoeuvreGoal), name: &str| {
             let mut goal = goal(name);
             change(&mut goal);
-            underway(&goal).unwrap_err()
+            underway(&goal).unwrap_err().to_string()
         };
         for (refusal, reason) in [
             (changed(|_| (), "loop"), "run_7_3"),

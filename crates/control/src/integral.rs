@@ -11,40 +11,32 @@
 //! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
 //! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
 
+use crate::error::ParameterError;
 use crate::limits::{Limit, bounded};
 
-/// The anti-windup strategy of an integral.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum AntiWindup {
-    /// Only the share's own limit.
-    None,
-    /// No integration further into saturation.
-    ConditionalIntegration,
-    /// The saturation's cut is fed back.
-    BackCalculation {
-        /// `T_t`, s, positive.
-        tracking_time_constant: f64,
-    },
+/// The anti-windup strategy of the integrals: the parameters `anti_windup.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct AntiWindup {
+    /// Anti-windup strategy, as in control_toolbox: none, conditional_integration (an integral stops while its
+    /// output is saturated) or back_calculation.
+    #[parameter(default = Strategy::ConditionalIntegration)]
+    pub strategy: Strategy,
+    /// Tracking time constant of back_calculation, with which an integral leaves saturation.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
+    pub tracking_time_constant: f64,
 }
 
 impl AntiWindup {
-    /// The strategy with its tracking time constant (s).
+    /// The same, if its strategy has what it needs.
     ///
     /// # Errors
-    /// A sentence, when the time constant that it needs is not positive.
-    pub(crate) fn new(strategy: Strategy, tracking_time_constant: f64) -> Result<Self, String> {
-        match strategy {
-            Strategy::None => Ok(Self::None),
-            Strategy::ConditionalIntegration => Ok(Self::ConditionalIntegration),
-            Strategy::BackCalculation if tracking_time_constant > 0.0 => {
-                Ok(Self::BackCalculation {
-                    tracking_time_constant,
-                })
-            }
-            Strategy::BackCalculation => Err(format!(
-                "a tracking time of {tracking_time_constant} s refused: back-calculation needs a positive one"
-            )),
+    /// [`ParameterError::TrackingTime`].
+    pub(crate) fn checked(self) -> Result<Self, ParameterError> {
+        let time = self.tracking_time_constant;
+        if self.strategy == Strategy::BackCalculation && time <= 0.0 {
+            return Err(ParameterError::TrackingTime(time));
         }
+        Ok(self)
     }
 }
 
@@ -76,13 +68,13 @@ impl Integral {
     /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
     /// `u - u_lim`, both with the share's sign.
     pub(crate) fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
-        self.slope = match anti_windup {
-            AntiWindup::None => drive,
-            AntiWindup::ConditionalIntegration if drive * excess > 0.0 => 0.0,
-            AntiWindup::ConditionalIntegration => drive,
-            AntiWindup::BackCalculation {
-                tracking_time_constant,
-            } => bounded(drive - excess / tracking_time_constant),
+        self.slope = match anti_windup.strategy {
+            Strategy::None => drive,
+            Strategy::ConditionalIntegration if drive * excess > 0.0 => 0.0,
+            Strategy::ConditionalIntegration => drive,
+            Strategy::BackCalculation => {
+                bounded(drive - excess / anti_windup.tracking_time_constant)
+            }
         };
     }
 }
@@ -90,6 +82,13 @@ impl Integral {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn anti_windup(strategy: Strategy, tracking_time_constant: f64) -> AntiWindup {
+        AntiWindup {
+            strategy,
+            tracking_time_constant,
+        }
+    }
 
     /// The share after 10 s at an error that asks for 1/s, and the time until `u = error + i` leaves the limit 1
     /// after the error has turned to -0.5.
@@ -111,20 +110,15 @@ mod tests {
 
     #[test]
     fn without_a_strategy_the_share_winds_up_and_holds_the_output_at_its_limit() {
-        let (share, stuck) = wound_up(AntiWindup::None);
+        let (share, stuck) = wound_up(anti_windup(Strategy::None, 0.0));
         assert!(share > 9.9);
         assert!(stuck > 15.0);
     }
 
     #[test]
     fn each_strategy_frees_the_output_when_the_error_turns() {
-        for strategy in [
-            AntiWindup::ConditionalIntegration,
-            AntiWindup::BackCalculation {
-                tracking_time_constant: 0.5,
-            },
-        ] {
-            let (share, stuck) = wound_up(strategy);
+        for strategy in [Strategy::ConditionalIntegration, Strategy::BackCalculation] {
+            let (share, stuck) = wound_up(anti_windup(strategy, 0.5));
             assert!(share < 1.0, "{strategy:?}: {share}");
             assert_eq!(stuck, 0.0, "{strategy:?}");
         }
@@ -133,13 +127,14 @@ mod tests {
     #[test]
     fn the_share_stays_within_its_own_limit() {
         let mut integral = Integral::default();
-        integral.lead(f64::MAX, 0.0, AntiWindup::None);
+        integral.lead(f64::MAX, 0.0, anti_windup(Strategy::None, 0.0));
         assert_eq!(integral.after(1e9, Limit::new(0.2).unwrap()), 0.2);
     }
 
     #[test]
     fn back_calculation_needs_a_tracking_time_constant() {
-        assert!(AntiWindup::new(Strategy::BackCalculation, 0.0).is_err());
-        assert!(AntiWindup::new(Strategy::ConditionalIntegration, 0.0).is_ok());
+        let checked = |strategy| anti_windup(strategy, 0.0).checked();
+        assert!(checked(Strategy::BackCalculation).is_err());
+        assert!(checked(Strategy::ConditionalIntegration).is_ok());
     }
 }

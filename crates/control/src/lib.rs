@@ -40,7 +40,7 @@ mod speed_loop;
 pub use crate::core::Controller;
 pub use autopilot::Mode;
 pub use depth_loop::DepthLoop;
-pub use error::Error;
+pub use error::{Error, ManoeuvreError, ParameterError, ScheduleError};
 pub use estimator::Source;
 pub use fault::Fault;
 pub use limits::{Limit, LimitError};

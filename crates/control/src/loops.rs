@@ -68,7 +68,7 @@ impl Loops {
         let control = self.dive((config, gains), feedback, tick, manoeuvre, control);
         let planes = config.allocation.share(control.dive_planes);
         let (mut roll, mut heading, mut speed) = (None, None, None);
-        if config.mode == Mode::Off {
+        if config.parameters.mode == Mode::Off {
             self.setpoints.heading.release();
             self.setpoints.speed.release();
         } else {
@@ -118,7 +118,7 @@ impl Loops {
         self.setpoints.speed.release();
         let climbing = reaction == Reaction::Climb;
         let planes = if climbing {
-            let climb = -config.envelope.climb_planes;
+            let climb = -config.parameters.safety.climb_planes;
             let limited = config.dive.planes_limit.apply(climb).value;
             config.allocation.share(limited)
         } else {
@@ -148,7 +148,7 @@ impl Loops {
         manoeuvre: f64,
         mut control: ControlState,
     ) -> ControlState {
-        let mode = config.mode;
+        let mode = config.parameters.mode;
         if self.autopilot.changes_to(mode) {
             self.setpoints.depth.release();
             self.setpoints.pitch.release();
@@ -165,7 +165,7 @@ impl Loops {
         }
         if mode == Mode::Pitch {
             let commanded = self.setpoints.pitch.commanded();
-            let target = commanded.unwrap_or(config.pitch_setpoint);
+            let target = commanded.unwrap_or(config.parameters.pitch_setpoint);
             pitch =
                 self.setpoints
                     .pitch
@@ -193,21 +193,26 @@ impl Loops {
             (Some(value), _) if depth.is_from_the_topic() => (value, ControlState::SETPOINT_TOPIC),
             (Some(value), _) => (value, ControlState::SETPOINT_PARAMETER),
             (None, Some(value)) => (value, ControlState::SETPOINT_SCHEDULE),
-            (None, None) => (config.depth_setpoint, ControlState::SETPOINT_PARAMETER),
+            (None, None) => (
+                config.parameters.depth_setpoint,
+                ControlState::SETPOINT_PARAMETER,
+            ),
         }
     }
 
     /// Heading, by the rudder; `None` while it is not held.
     fn heading(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let heading = &mut self.setpoints.heading;
-        if !config.heading_active && heading.commanded().is_none() {
+        if !config.parameters.heading.active && heading.commanded().is_none() {
             heading.release();
             return None;
         }
-        let target = heading.commanded().unwrap_or(config.heading_setpoint);
+        let target = heading
+            .commanded()
+            .unwrap_or(config.parameters.heading_setpoint);
         let from = heading.stands().unwrap_or(feedback.yaw);
         let bounds = Bounds {
-            rate: config.heading_rate,
+            rate: config.parameters.heading.setpoint_rate,
             ..Bounds::NONE
         };
         let to = bounded(from + short_way(from, target));
@@ -223,20 +228,22 @@ impl Loops {
     /// Speed, by the thrust; `None` while it is not held.
     fn speed(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
         let speed = &mut self.setpoints.speed;
-        if !config.speed_active && speed.commanded().is_none() {
+        if !config.parameters.speed.active && speed.commanded().is_none() {
             speed.release();
             return None;
         }
-        let target = speed.commanded().unwrap_or(config.speed_setpoint);
+        let target = speed
+            .commanded()
+            .unwrap_or(config.parameters.speed_setpoint);
         let bounds = Bounds {
-            rate: config.speed_rate,
+            rate: config.parameters.speed.setpoint_rate,
             ..Bounds::NONE
         };
         let setpoint = speed.follow(target, feedback.speed, bounds, tick.dt);
         Some(Regulated {
             setpoint,
             error: bounded(setpoint - feedback.speed),
-            command: config.speed.evaluate(setpoint, feedback.speed),
+            command: config.parameters.speed.evaluate(setpoint, feedback.speed),
         })
     }
 }
@@ -247,7 +254,7 @@ fn hold_level(config: &Config, feedback: &Feedback, bow: f64) -> Option<Regulate
     let error = bounded(0.0 - feedback.roll);
     let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);
     let asked = config.roll.evaluate(error, feedback.roll_rate);
-    config.roll_active.then(|| Regulated {
+    config.parameters.roll.active.then(|| Regulated {
         setpoint: 0.0,
         error,
         command: asked.clamp(-room, room),

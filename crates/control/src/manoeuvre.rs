@@ -22,7 +22,9 @@
 //! Brunner's runs (NPS thesis, 1988, pp. 99-101) are pulses and square waves of 10° and
 //! 20° and a sinusoid.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::error::ManoeuvreError;
 
 /// Bits in the shift register.
 pub(crate) const REGISTER_LENGTH: u32 = 10;
@@ -57,22 +59,30 @@ impl Signal {
     }
 }
 
-/// A test signal with its numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Manoeuvre {
-    /// The shape.
+/// A test signal with its numbers: the parameters `identification.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct Manoeuvre {
+    /// Test signal added to the plane command for identification, in every mode but off.
+    #[parameter(default = Signal::None)]
     pub signal: Signal,
-    /// `A`, rad of plane, dive positive; may be negative.
+    /// Amplitude of the test signal, positive dive; within planes.limit.
+    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub amplitude: f64,
-    /// `P`, s.
+    /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
+    /// of a chirp.
+    #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
     pub period: f64,
-    /// `P'`, s, a chirp's last period.
+    /// Last period of a chirp; the first is identification.period.
+    #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
     pub period_end: f64,
-    /// When it begins, s since the run began.
+    /// Start time of the test signal since the first state.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub start: f64,
-    /// The duration, s; 0: no end.
+    /// Duration of the test signal; 0: no end. A chirp needs a duration.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub duration: f64,
-    /// Where in its cycle the pseudo-random sequence starts.
+    /// Start position of the prbs in its cycle of 1023 intervals.
+    #[parameter(default = 1)]
     pub seed: i64,
 }
 
@@ -92,9 +102,9 @@ impl Manoeuvre {
     /// The signal as a function of time.
     ///
     /// # Errors
-    /// A sentence naming the number at fault: one that is not finite, a negative start or
-    /// duration, a period below 2 ns for a signal that has one, or a chirp without end.
-    pub(crate) fn build(&self) -> Result<TestSignal, String> {
+    /// [`ManoeuvreError`]: a number that is not finite, a negative start or duration, a period below 2 ns for a signal
+    /// that has one, or a chirp without end.
+    pub(crate) fn build(&self) -> Result<TestSignal, ManoeuvreError> {
         for (name, number) in [
             ("amplitude", self.amplitude),
             ("period", self.period),
@@ -103,27 +113,22 @@ impl Manoeuvre {
             ("duration", self.duration),
         ] {
             if !number.is_finite() {
-                return Err(format!("{name} {number} refused: it must be finite"));
+                return Err(ManoeuvreError::NotFinite(name, number));
             }
             if name != "amplitude" && number < 0.0 {
-                return Err(format!(
-                    "{name} {number} s refused: it must not be negative"
-                ));
+                return Err(ManoeuvreError::Negative(name, number));
             }
         }
         let period = nanoseconds(self.period);
         if self.signal.is_timed_by_its_period() && period < 2 {
-            return Err(format!(
-                "period {} s refused: this test signal needs a positive one",
-                self.period
-            ));
+            return Err(ManoeuvreError::Period(self.period));
         }
         let period_end = nanoseconds(self.period_end);
         if self.signal == Signal::Chirp && (period_end < 2 || self.duration == 0.0) {
-            return Err(format!(
-                "period_end {} s, duration {} s refused: a chirp needs both positive",
-                self.period_end, self.duration
-            ));
+            return Err(ManoeuvreError::Chirp {
+                period_end: self.period_end,
+                duration: self.duration,
+            });
         }
         let start = nanoseconds(self.start);
         let end = if self.duration == 0.0 {

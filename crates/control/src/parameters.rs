@@ -13,9 +13,10 @@ use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
-use crate::estimator::{self, Calibration, DeadBand, Tuning};
+use crate::error::ParameterError;
+use crate::estimator::{self, Calibration, IntegratorRules, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
-use crate::integral::{AntiWindup, Strategy};
+use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
 use crate::pitch_loop::PitchLoop;
@@ -23,9 +24,6 @@ use crate::safety::Envelope;
 use crate::schedule::Schedule;
 use crate::setpoint::Bounds;
 use crate::speed_loop::SpeedLoop;
-
-/// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
-const DESIGN_SPEED: f64 = 5.0 * FOOT;
 
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -63,7 +61,7 @@ pub struct ControllerParameters {
     /// `pitch.*`.
     pub pitch: Pitch,
     /// `anti_windup.*`.
-    pub anti_windup: AntiWindupParameters,
+    pub anti_windup: AntiWindup,
     /// `planes.*`.
     pub planes: Planes,
     /// `transfer.*`.
@@ -73,17 +71,17 @@ pub struct ControllerParameters {
     /// `heading.*`.
     pub heading: Heading,
     /// `speed.*`.
-    pub speed: Speed,
+    pub speed: SpeedLoop,
     /// `safety.*`.
     pub safety: Envelope,
     /// `schedule.*`.
     pub schedule: ScheduleParameters,
     /// `identification.*`.
-    pub identification: Identification,
+    pub identification: Manoeuvre,
     /// `feedback.*`.
     pub feedback: Feedback,
     /// `integrator.*`.
-    pub integrator: Integrator,
+    pub integrator: IntegratorRules,
     /// `kalman.*`.
     pub kalman: Tuning,
     /// `gains.*`.
@@ -151,18 +149,6 @@ pub struct Pitch {
     pub setpoint_rate: f64,
 }
 
-/// The parameters `anti_windup.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct AntiWindupParameters {
-    /// Anti-windup strategy, as in control_toolbox: none, conditional_integration (an integral stops while its
-    /// output is saturated) or back_calculation.
-    #[parameter(default = Strategy::ConditionalIntegration)]
-    pub strategy: Strategy,
-    /// Tracking time constant of back_calculation, with which an integral leaves saturation.
-    #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
-    pub tracking_time_constant: f64,
-}
-
 /// The parameters `planes.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Planes {
@@ -227,28 +213,6 @@ pub struct Heading {
     pub setpoint_rate: f64,
 }
 
-/// The parameters `speed.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Speed {
-    /// Whether speed_setpoint is held by the thrust; a setpoint on the topic is always held.
-    #[parameter(default = false)]
-    pub active: bool,
-    /// Feed-forward gain of the speed loop: share of full thrust per speed setpoint; full thrust at 5 ft/s
-    /// (Brunner 1988, p. 57).
-    #[parameter(default = 1.0 / DESIGN_SPEED, unit = "s/m", range = 0.0..=1e3)]
-    pub feed_forward: f64,
-    /// Proportional gain of the speed loop: share of full thrust per speed error; assumed, the report's gain is
-    /// lost.
-    #[parameter(default = 2.0, unit = "s/m", range = 0.0..=1e3)]
-    pub p: f64,
-    /// Limit of the thrust command to either side, as a share of full thrust.
-    #[parameter(default = 1.0, range = 0.0..=1.0)]
-    pub limit: f64,
-    /// Rate limit of the speed setpoint; 0: none.
-    #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
-    pub setpoint_rate: f64,
-}
-
 /// The parameters `schedule.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ScheduleParameters {
@@ -262,33 +226,6 @@ pub struct ScheduleParameters {
     /// Scheduled depths, positive down, one per time or distance; a setpoint from the topic ends the schedule.
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e4)]
     pub depths: Vec<f64>,
-}
-
-/// The parameters `identification.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Identification {
-    /// Test signal added to the plane command for identification, in every mode but off.
-    #[parameter(default = Signal::None)]
-    pub signal: Signal,
-    /// Amplitude of the test signal, positive dive; within planes.limit.
-    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
-    pub amplitude: f64,
-    /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
-    /// of a chirp.
-    #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
-    pub period: f64,
-    /// Last period of a chirp; the first is identification.period.
-    #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
-    pub period_end: f64,
-    /// Start time of the test signal since the first state.
-    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
-    pub start: f64,
-    /// Duration of the test signal; 0: no end. A chirp needs a duration.
-    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
-    pub duration: f64,
-    /// Start position of the prbs in its cycle of 1023 intervals.
-    #[parameter(default = 1)]
-    pub seed: i64,
 }
 
 /// The parameters `feedback.*`.
@@ -319,22 +256,6 @@ pub struct Feedback {
     pub gravity: f64,
 }
 
-/// The parameters `integrator.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Integrator {
-    /// Dead band before the integrator: the report's relay comparator, which passes only bow-down rates, or a
-    /// two-sided band.
-    #[parameter(default = DeadBandKind::Comparator)]
-    pub dead_band: DeadBandKind,
-    /// Offset of the comparator, or half width of the band; 25 mV, the drift of the gyro's zero (Brunner 1988, p.
-    /// 90).
-    #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
-    pub width: f64,
-    /// Time constant of the depth derivative used with the integrator.
-    #[parameter(default = 0.5, unit = "s", range = 1e-3..=100.0)]
-    pub depth_lag: f64,
-}
-
 /// The parameters `gains.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GainsParameters {
@@ -355,7 +276,7 @@ pub struct GainsParameters {
     /// `gains.model.*`.
     pub model: ModelParameters,
     /// `gains.adaptive.*`.
-    pub adaptive: Adaptive,
+    pub adaptive: gains::Trust,
 }
 
 /// The parameters `gains.model.*`.
@@ -375,26 +296,6 @@ pub struct ModelParameters {
     pub damping_exponent: f64,
 }
 
-/// The parameters `gains.adaptive.*`.
-#[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Adaptive {
-    /// Delay from the stamp of an identified model to its use, so that message latency has no effect.
-    #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
-    pub delay: f64,
-    /// Largest age of an identified model that is used.
-    #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
-    pub oldest: f64,
-    /// Largest relative standard deviation of K/J and B/J of a model that is used.
-    #[parameter(default = 0.25, range = 0.0..=10.0)]
-    pub uncertainty: f64,
-    /// Largest ratio between identified and scheduled K/J, B/J and gains.
-    #[parameter(default = 4.0, range = 1.0..=100.0)]
-    pub factor: f64,
-    /// Rate limit of a gain, in scheduled gains per second.
-    #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
-    pub rate: f64,
-}
-
 /// The source of the speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum SpeedSource {
@@ -402,15 +303,6 @@ pub enum SpeedSource {
     Nominal,
     /// The speed cell.
     Cell,
-}
-
-/// The dead band before the integrator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
-pub enum DeadBandKind {
-    /// The report's relay comparator.
-    Comparator,
-    /// A band to both sides.
-    TwoSided,
 }
 
 /// The source of the gains.
@@ -426,27 +318,11 @@ pub enum GainSource {
     File,
 }
 
-/// The parameters as the loops take them: checked each and together.
+/// The parameters, checked each and together, with what the loops derive from them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
-    /// What stands before the frames' names.
-    pub frame_prefix: String,
-    /// The control mode.
-    pub mode: Mode,
-    /// The standing depth setpoint, m.
-    pub depth_setpoint: f64,
-    /// The standing pitch setpoint, rad, bow up.
-    pub pitch_setpoint: f64,
-    /// The standing heading setpoint, rad.
-    pub heading_setpoint: f64,
-    /// The standing speed setpoint, m/s.
-    pub speed_setpoint: f64,
-    /// The lifetime of a setpoint from a topic, s; 0: no limit.
-    pub setpoint_timeout: f64,
-    /// Silence of the state after which the planes are put to neutral, s.
-    pub state_timeout: f64,
-    /// The limits of the vehicle.
-    pub envelope: Envelope,
+    /// The parameters.
+    pub parameters: ControllerParameters,
     /// The limits of the depth setpoint.
     pub depth_bounds: Bounds,
     /// The limits of the pitch setpoint.
@@ -457,22 +333,10 @@ pub(crate) struct Config {
     pub dive: DiveRules,
     /// Bow and stern planes.
     pub allocation: Allocation,
-    /// Whether roll is held level.
-    pub roll_active: bool,
     /// The roll regulator.
     pub roll: AngleLoop,
-    /// Whether the standing heading is held.
-    pub heading_active: bool,
     /// The heading regulator.
     pub heading: AngleLoop,
-    /// How fast the heading setpoint moves, rad/s; 0 at once.
-    pub heading_rate: f64,
-    /// Whether the standing speed is held.
-    pub speed_active: bool,
-    /// The speed regulator.
-    pub speed: SpeedLoop,
-    /// How fast the speed setpoint moves, m/s^2; 0 at once.
-    pub speed_rate: f64,
     /// Depth setpoints over time or distance.
     pub schedule: Schedule,
     /// The test signal.
@@ -487,10 +351,8 @@ impl Config {
     /// The loops that the parameters describe.
     ///
     /// # Errors
-    /// A sentence naming the parameter, when values that are each in range do not go
-    /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
-    /// increase, a test signal beyond the plane limit.
-    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, String> {
+    /// [`ParameterError`], when values that are each in range do not go together.
+    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, ParameterError> {
         let p = parameters;
         let dive = dive_rules(p)?;
         let depth_bounds = Bounds {
@@ -516,15 +378,7 @@ impl Config {
             pitch_i: p.pitch.i,
         };
         Ok(Self {
-            frame_prefix: parameters.frame_prefix.clone(),
-            mode: p.mode,
-            depth_setpoint: p.depth_setpoint,
-            pitch_setpoint: p.pitch_setpoint,
-            heading_setpoint: p.heading_setpoint,
-            speed_setpoint: p.speed_setpoint,
-            setpoint_timeout: p.setpoint_timeout,
-            state_timeout: p.state_timeout,
-            envelope: p.safety,
+            parameters: p.clone(),
             depth_bounds,
             pitch_bounds: Bounds {
                 min: -pitch_limit.bound(),
@@ -533,26 +387,16 @@ impl Config {
             },
             gains,
             allocation: Allocation::new(p.planes.allocation, p.planes.bow_to_stern),
-            roll_active: p.roll.active,
             roll: AngleLoop {
                 p: p.roll.p,
                 rate: p.roll.rate,
                 limit: limit("roll.limit", p.roll.limit)?,
             },
-            heading_active: p.heading.active,
             heading: AngleLoop {
                 p: p.heading.p,
                 rate: p.heading.rate,
                 limit: limit("heading.limit", p.heading.limit)?,
             },
-            heading_rate: p.heading.setpoint_rate,
-            speed_active: p.speed.active,
-            speed: SpeedLoop {
-                feed_forward: p.speed.feed_forward,
-                p: p.speed.p,
-                limit: p.speed.limit,
-            },
-            speed_rate: p.speed.setpoint_rate,
             schedule,
             identification: test_signal(&p.identification, dive.planes_limit)?,
             feedback: estimator_rules(p),
@@ -562,18 +406,17 @@ impl Config {
     }
 }
 
-fn limit(name: &str, bound: f64) -> Result<Limit, String> {
-    Limit::new(bound).map_err(|reason| format!("parameter '{name}': {reason}"))
+fn limit(name: &'static str, bound: f64) -> Result<Limit, ParameterError> {
+    Limit::new(bound).map_err(|reason| ParameterError::Limit(name, reason))
 }
 
-fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
+fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, ParameterError> {
     Ok(DiveRules {
         derivative: p.depth.derivative,
         derivative_filter: p.depth.derivative_filter,
         depth_i_limit: limit("depth.i_limit", p.depth.i_limit)?,
         pitch_i_limit: limit("pitch.i_limit", p.pitch.i_limit)?,
-        anti_windup: AntiWindup::new(p.anti_windup.strategy, p.anti_windup.tracking_time_constant)
-            .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
+        anti_windup: p.anti_windup.checked()?,
         planes_limit: limit("planes.limit", p.planes.limit)?,
         planes_rate_limit: p.planes.rate_limit,
         transfer_time: p.transfer.time,
@@ -581,7 +424,6 @@ fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
 }
 
 fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
-    let width = p.integrator.width;
     estimator::Rules {
         source: p.feedback.source,
         calibration: Calibration {
@@ -591,17 +433,13 @@ fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
             depth_range: p.feedback.depth_range,
             speed: (p.feedback.speed_source == SpeedSource::Nominal).then_some(p.feedback.speed),
         },
-        dead_band: match p.integrator.dead_band {
-            DeadBandKind::TwoSided => DeadBand::TwoSided(width),
-            DeadBandKind::Comparator => DeadBand::Comparator(width),
-        },
-        lag: p.integrator.depth_lag,
+        integrator: p.integrator,
         tuning: p.kalman,
     }
 }
 
 /// How gains follow the vehicle, from the `fixed` ones at the reference speed.
-fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String> {
+fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, ParameterError> {
     let schedule = gains::Schedule {
         reference: LoopGains {
             depth_p: fixed.depth.p,
@@ -622,15 +460,8 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
         },
         lowest_speed: p.lowest_speed,
     };
-    let trust = gains::Trust {
-        oldest: p.adaptive.oldest,
-        uncertainty: p.adaptive.uncertainty,
-        factor: p.adaptive.factor,
-        rate: p.adaptive.rate,
-    };
     let file = || {
-        gains::FromFile::read(&p.file, &schedule, &trust)
-            .map_err(|reason| format!("parameter 'gains.file': {reason}"))
+        gains::FromFile::read(&p.file, &schedule, &p.adaptive).map_err(ParameterError::GainsFile)
     };
     Ok(gains::Rules {
         source: match p.source {
@@ -640,29 +471,24 @@ fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String
             GainSource::File => gains::Source::File(file()?),
         },
         schedule,
-        trust,
-        delay: p.adaptive.delay,
+        trust: p.adaptive,
     })
 }
 
-fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, String> {
+fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, ParameterError> {
     let ScheduleParameters {
         times,
         distances,
         depths,
     } = schedule;
     if !times.is_empty() && !distances.is_empty() {
-        return Err(
-            "parameters 'schedule.times', 'schedule.distances': refused: a schedule is over time or \
-             over distance, not both"
-                .to_owned(),
-        );
+        return Err(ParameterError::TwoSchedules);
     }
     let (list, schedule) = match distances.as_slice() {
         [] => ("times", Schedule::over_time(times, depths)),
         _ => ("distances", Schedule::over_distance(distances, depths)),
     };
-    schedule.map_err(|reason| format!("parameters 'schedule.{list}', 'schedule.depths': {reason}"))
+    schedule.map_err(|reason| ParameterError::Schedule { list, reason })
 }
 
 /// Refuses depths that could not be held.
@@ -670,36 +496,36 @@ fn check_depths(
     p: &ControllerParameters,
     schedule: &Schedule,
     bounds: Bounds,
-) -> Result<(), String> {
+) -> Result<(), ParameterError> {
     let Bounds { min, max, .. } = bounds;
     if min > max {
-        return Err(format!(
-            "parameters 'depth.min', 'depth.max': {min} m refused: it lies below {max} m"
-        ));
+        return Err(ParameterError::DepthBounds { min, max });
     }
     let standing = ("depth_setpoint", p.depth_setpoint);
     let depths = schedule.depths().into_iter();
     let scheduled = depths.map(|depth| ("schedule.depths", depth));
     for (name, depth) in std::iter::once(standing).chain(scheduled) {
         if !(min..=max).contains(&depth) {
-            return Err(format!(
-                "parameter '{name}': {depth} m refused: only depths from depth.min ({min} m) to \
-                 depth.max ({max} m) are held"
-            ));
+            return Err(ParameterError::Depth {
+                name,
+                depth,
+                min,
+                max,
+            });
         }
     }
     Ok(())
 }
 
 /// Rejects an envelope narrower than what the loops are allowed.
-fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
+fn check_envelope(p: &ControllerParameters) -> Result<(), ParameterError> {
     let Envelope {
         ceiling,
         floor,
         pitch,
         ..
     } = p.safety;
-    for (name, inner, outer_name, outer) in [
+    for (name, value, other, bound) in [
         ("safety.ceiling", ceiling, "depth.min", p.depth.min),
         ("depth.max", p.depth.max, "safety.floor", floor),
         (
@@ -709,36 +535,26 @@ fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
             pitch,
         ),
     ] {
-        if inner > outer {
-            return Err(format!(
-                "parameter '{name}': {inner} refused: at most {outer_name}, {outer}"
-            ));
+        if value > bound {
+            return Err(ParameterError::Envelope {
+                name,
+                value,
+                other,
+                bound,
+            });
         }
     }
     Ok(())
 }
 
-fn test_signal(p: &Identification, planes_limit: Limit) -> Result<TestSignal, String> {
-    let manoeuvre = Manoeuvre {
-        signal: p.signal,
-        amplitude: p.amplitude,
-        period: p.period,
-        period_end: p.period_end,
-        start: p.start,
-        duration: p.duration,
-        seed: p.seed,
-    };
+fn test_signal(manoeuvre: &Manoeuvre, planes_limit: Limit) -> Result<TestSignal, ParameterError> {
     if manoeuvre.signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
-        return Err(format!(
-            "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
-             would clip the signal",
-            manoeuvre.amplitude,
-            planes_limit.bound()
-        ));
+        return Err(ParameterError::Clipped {
+            amplitude: manoeuvre.amplitude,
+            limit: planes_limit.bound(),
+        });
     }
-    manoeuvre
-        .build()
-        .map_err(|reason| format!("parameters 'identification.*': {reason}"))
+    manoeuvre.build().map_err(ParameterError::TestSignal)
 }
 
 #[cfg(test)]
@@ -750,7 +566,7 @@ mod tests {
         let parameters = ControllerParameters::default()
             .with(changes)
             .map_err(|refusal| refusal.to_string())?;
-        Config::new(&parameters)
+        Config::new(&parameters).map_err(|refusal| refusal.to_string())
     }
 
     #[test]
@@ -760,7 +576,7 @@ mod tests {
             assert!(!declaration.description.is_empty());
         }
         let config = with(&[]).unwrap();
-        assert_eq!(config.mode, Mode::Depth);
+        assert_eq!(config.parameters.mode, Mode::Depth);
         assert!((config.gains.depth.p * FOOT - 0.25).abs() < 1e-15);
     }
 

@@ -4,6 +4,7 @@
 //! then, increasing, and the depth that holds from each on. Before its first entry it says
 //! nothing, and the standing setpoint holds.
 
+use crate::error::ScheduleError;
 use crate::manoeuvre::nanoseconds;
 
 /// Depths that follow each other.
@@ -26,16 +27,12 @@ impl Schedule {
     /// The schedule that asks for `depths` (m, down) from `times` (s since the run began) on.
     ///
     /// # Errors
-    /// A sentence, when the lists differ in length, a number is not finite, a time is
-    /// negative, or the times do not increase.
-    pub(crate) fn over_time(times: &[f64], depths: &[f64]) -> Result<Self, String> {
+    /// [`ScheduleError`].
+    pub(crate) fn over_time(times: &[f64], depths: &[f64]) -> Result<Self, ScheduleError> {
         check("time", "s", times, depths)?;
         let times: Vec<i64> = times.iter().map(|time| nanoseconds(*time)).collect();
         if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
-            let seconds = pair[1] as f64 / 1e9;
-            return Err(format!(
-                "schedule refused: its times must increase by a nanosecond at least, at {seconds} s"
-            ));
+            return Err(ScheduleError::SameTime(pair[1] as f64 / 1e9));
         }
         let entries = times.into_iter().zip(depths.iter().copied());
         Ok(Self::OverTime(entries.collect()))
@@ -46,7 +43,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::over_time`].
-    pub(crate) fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, String> {
+    pub(crate) fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, ScheduleError> {
         check("distance", "m", distances, depths)?;
         let entries = distances.iter().copied().zip(depths.iter().copied());
         Ok(Self::OverDistance(entries.collect()))
@@ -78,28 +75,37 @@ fn begun<T: PartialOrd>(entries: &[(T, f64)], now: T) -> Option<f64> {
     begun.checked_sub(1).map(|last| entries[last].1)
 }
 
-fn check(what: &str, unit: &str, beginnings: &[f64], depths: &[f64]) -> Result<(), String> {
+fn check(
+    what: &'static str,
+    unit: &'static str,
+    beginnings: &[f64],
+    depths: &[f64],
+) -> Result<(), ScheduleError> {
     if beginnings.len() != depths.len() {
-        return Err(format!(
-            "schedule refused: {} {what}s but {} depths",
-            beginnings.len(),
-            depths.len()
-        ));
+        return Err(ScheduleError::Lengths {
+            what,
+            beginnings: beginnings.len(),
+            depths: depths.len(),
+        });
     }
     if let Some(number) = beginnings.iter().chain(depths).find(|n| !n.is_finite()) {
-        return Err(format!("schedule refused: {number} is not finite"));
+        return Err(ScheduleError::NotFinite(*number));
     }
-    if let Some(early) = beginnings.iter().find(|begin| **begin < 0.0) {
-        return Err(format!(
-            "schedule refused: the {what} {early} {unit} is negative"
-        ));
+    if let Some(&beginning) = beginnings.iter().find(|begin| **begin < 0.0) {
+        return Err(ScheduleError::Negative {
+            what,
+            beginning,
+            unit,
+        });
     }
     match beginnings.windows(2).find(|pair| pair[0] >= pair[1]) {
-        Some(pair) => Err(format!(
-            "schedule refused: its {what}s must increase, {} {unit} is followed by {} {unit}",
-            pair[0], pair[1]
-        )),
-        None => Ok(()),
+        Some(&[before, after]) => Err(ScheduleError::Order {
+            what,
+            unit,
+            before,
+            after,
+        }),
+        _ => Ok(()),
     }
 }
 
@@ -153,7 +159,9 @@ mod tests {
             (vec![f64::NAN], vec![0.5], "not finite"),
             (vec![1.0], vec![f64::INFINITY], "not finite"),
         ] {
-            let refusal = Schedule::over_time(&times, &depths).unwrap_err();
+            let refusal = Schedule::over_time(&times, &depths)
+                .unwrap_err()
+                .to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
     }

@@ -162,7 +162,7 @@ pub(crate) struct Setpoints {
 
 impl Setpoints {
     /// That of a quantity.
-    pub(crate) fn of(&mut self, quantity: Quantity) -> &mut Setpoint {
+    pub(crate) fn get_mut(&mut self, quantity: Quantity) -> &mut Setpoint {
         match quantity {
             Quantity::Depth => &mut self.depth,
             Quantity::Pitch => &mut self.pitch,

@@ -7,17 +7,33 @@
 //! With the steady-state gain g from u to V this settles at `V/V_c = g (F + Kp) / (1 + g Kp)`: without an offset
 //! if and only if `F g = 1`. The report's motors and gains are lost.
 
+use planesman_units::FOOT;
+
 use crate::limits::bounded;
 
-/// Feed-forward and proportional share.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SpeedLoop {
-    /// `F`, share of full thrust per m/s asked for.
+/// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
+const DESIGN_SPEED: f64 = 5.0 * FOOT;
+
+/// The speed regulator: the parameters `speed.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct SpeedLoop {
+    /// Whether speed_setpoint is held by the thrust; a setpoint on the topic is always held.
+    #[parameter(default = false)]
+    pub active: bool,
+    /// Feed-forward gain of the speed loop: share of full thrust per speed setpoint; full thrust at 5 ft/s
+    /// (Brunner 1988, p. 57).
+    #[parameter(default = 1.0 / DESIGN_SPEED, unit = "s/m", range = 0.0..=1e3)]
     pub feed_forward: f64,
-    /// `Kp`, share of full thrust per m/s of error.
+    /// Proportional gain of the speed loop: share of full thrust per speed error; assumed, the report's gain is
+    /// lost.
+    #[parameter(default = 2.0, unit = "s/m", range = 0.0..=1e3)]
     pub p: f64,
-    /// The largest share of full thrust, in [0, 1].
+    /// Limit of the thrust command to either side, as a share of full thrust.
+    #[parameter(default = 1.0, range = 0.0..=1.0)]
     pub limit: f64,
+    /// Rate limit of the speed setpoint; 0: none.
+    #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
+    pub setpoint_rate: f64,
 }
 
 impl SpeedLoop {
@@ -40,7 +56,7 @@ mod tests {
             let speed_loop = SpeedLoop {
                 feed_forward,
                 p: 0.5,
-                limit: 1.0,
+                ..SpeedLoop::default()
             };
             // A first-order vehicle with the steady-state gain 2 m/s, until nothing moves.
             (0..2000).fold(0.0, |v, _| {
@@ -57,6 +73,7 @@ mod tests {
             feed_forward: 1.0,
             p: 1.0,
             limit: 0.8,
+            ..SpeedLoop::default()
         };
         assert_eq!(speed_loop.evaluate(9.0, 0.0), 0.8);
         assert_eq!(speed_loop.evaluate(0.0, f64::MAX), -0.8);

@@ -450,3 +450,45 @@ fn silence_stays_a_fault_where_it_is_to() {
         ControlState::FAULT_NONE
     );
 }
+
+#[test]
+fn the_dive_command_is_shared_in_the_ratio_of_bow_to_stern() {
+    for (ratio, bow, stern) in [(0.5, 0.5, 1.0), (4.0, 1.0, 0.25)] {
+        let mut controller = controller(&[
+            ("planes.allocation", Value::from("ratio")),
+            ("planes.bow_to_stern", Value::Double(ratio)),
+            ("depth_setpoint", Value::Double(100.0)),
+        ]);
+        let (command, _) = controller.on_state(&state(0)).unwrap();
+        let differential = command.bow_stern_differential;
+        assert!((command.dive_planes + differential - bow * FRAC_PI_6).abs() < 1e-15);
+        assert!((command.dive_planes - differential - stern * FRAC_PI_6).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn the_plane_command_moves_at_most_at_its_rate() {
+    let mut controller = controller(&[
+        ("planes.rate_limit", Value::Double(0.4)),
+        ("depth_setpoint", Value::Double(100.0)),
+    ]);
+    let angles = [0, 1, 2].map(|tick| controller.on_state(&state(tick)).unwrap().0.dive_planes);
+    for pair in angles.windows(2) {
+        assert!((pair[1] - pair[0] - 0.4 * 0.05).abs() < 1e-12, "{angles:?}");
+    }
+}
+
+#[test]
+fn below_the_lowest_speed_scheduled_gains_no_longer_grow() {
+    let planes = |speed: f64, lowest: f64| {
+        let mut controller = controller(&[
+            ("gains.source", Value::from("scheduled")),
+            ("gains.lowest_speed", Value::Double(lowest)),
+            ("feedback.speed", Value::Double(speed)),
+            ("depth_setpoint", Value::Double(0.01)),
+        ]);
+        controller.on_state(&state(0)).unwrap().0.dive_planes
+    };
+    assert_eq!(planes(0.1, 0.2), planes(0.2, 0.2));
+    assert!(planes(0.1, 0.05) > planes(0.1, 0.2));
+}

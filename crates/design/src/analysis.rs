@@ -6,12 +6,14 @@ use std::f64::consts::PI;
 
 use maud::html;
 use planesman_control::design::dive_loop::{DiveLoop, Judgement};
+use planesman_flight::During as _;
+use planesman_flight::summary::step_text;
 use planesman_linear::frequency::{Response, grid};
-use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
+use planesman_linear::{Complex, unwrapped_phases};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 
-use crate::error::{During, Error, Result};
+use crate::error::{Error, Result};
 use crate::subject::{Drive, Law, Subject, discrete_poles_text, law_text, poles_text, speed_text};
 
 /// The loop, the speeds and the observation time.
@@ -349,18 +351,6 @@ pub fn described(judged: &Judgement) -> String {
         line(format!("  depth step    {}", step_text(step)));
     }
     text
-}
-
-fn step_text(step: &StepMetrics) -> String {
-    let seconds = |time: Option<f64>| time.map_or("never".to_owned(), |t| format!("{t:.2} s"));
-    format!(
-        "rise {}, overshoot {:.2} %, settling {} (2 %), {} (5 %), ITAE {:.2} s^2",
-        seconds(step.rise_time),
-        step.overshoot,
-        seconds(step.settling_time),
-        seconds(step.settling_time_5),
-        step.itae
-    )
 }
 
 #[cfg(test)]

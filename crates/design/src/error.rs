@@ -35,26 +35,4 @@ pub enum Error {
     /// A flight that is refused or breaks off.
     #[error(transparent)]
     Flight(#[from] planesman_flight::Error),
-    /// What was under way; the source says why it was not done.
-    #[error("{what}")]
-    During {
-        /// A vehicle, a loop, a flight.
-        what: String,
-        /// Why not.
-        source: Box<Error>,
-    },
-}
-
-/// Says what was under way.
-pub(crate) trait During<T> {
-    fn during(self, what: impl FnOnce() -> String) -> Result<T>;
-}
-
-impl<T, E: Into<Error>> During<T> for Result<T, E> {
-    fn during(self, what: impl FnOnce() -> String) -> Result<T> {
-        self.map_err(|source| Error::During {
-            what: what(),
-            source: Box::new(source.into()),
-        })
-    }
 }

@@ -9,6 +9,7 @@ use maud::html;
 use planesman_console::Table;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
+use planesman_flight::During as _;
 use planesman_flight::compose::Loop;
 use planesman_flight::scenario::Scenario;
 use planesman_hydraulics::ActuatorParameters;
@@ -18,7 +19,7 @@ use planesman_plot::{Plot, Series, Style};
 use planesman_text::number;
 use planesman_units::FOOT;
 
-use crate::error::{During, Result};
+use crate::error::Result;
 use crate::subject::{Body, Subject, default_gains};
 
 /// The flights to simulate: every combination of these with each actuator, feedback and gain source.
@@ -98,7 +99,7 @@ impl DepthSteps {
     /// # Errors
     /// A vehicle or parameter that is refused, or a flight that breaks off.
     pub fn fly(&self, choice: &Choice) -> Result<Outcome> {
-        choice.fly(self).during(|| choice.text())
+        Ok(choice.fly(self).during(|| choice.text())?)
     }
 
     /// A row a flight.

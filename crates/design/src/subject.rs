@@ -3,6 +3,7 @@
 use planesman_control::ControllerParameters;
 use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
 use planesman_control::gains::{LoopGains, PitchModel};
+use planesman_flight::During as _;
 use planesman_hydraulics::linearised as actuator_model;
 use planesman_hydraulics::{ActuatorParameters, actuator_file};
 use planesman_linear::sampled::AT_ONCE;
@@ -12,7 +13,7 @@ use planesman_vehicle::linearised;
 use planesman_vehicle::pitch::without_heave;
 use planesman_vehicle::vehicle_file;
 
-use crate::error::{During, Error, Result};
+use crate::error::{Error, Result};
 
 /// The actuator of a dive.
 pub const ACTUATOR: &str = "auv";

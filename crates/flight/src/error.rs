@@ -23,10 +23,10 @@ pub enum Error {
     /// What was under way; the source says why it was not done.
     #[error("{what}")]
     During {
-        /// A file, a node or an argument.
+        /// A file, a node, a vehicle or an argument.
         what: String,
         /// Why not.
-        source: Box<Error>,
+        source: PartError,
     },
     /// What a part of the loop refuses, with the node in whose place it is.
     #[error("{node}: {reason}")]
@@ -76,15 +76,19 @@ macro_rules! refuse {
 pub(crate) use {refuse, refused};
 
 /// Says what was under way.
-pub(crate) trait During<T> {
+pub trait During<T> {
+    /// The error as the source of an [`Error::During`].
+    ///
+    /// # Errors
+    /// That one.
     fn during<S: Into<String>>(self, what: impl FnOnce() -> S) -> Result<T>;
 }
 
-impl<T, E: Into<Error>> During<T> for Result<T, E> {
+impl<T, E: Into<PartError>> During<T> for Result<T, E> {
     fn during<S: Into<String>>(self, what: impl FnOnce() -> S) -> Result<T> {
         self.map_err(|source| Error::During {
             what: what().into(),
-            source: Box::new(source.into()),
+            source: source.into(),
         })
     }
 }

@@ -15,7 +15,7 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,
 };
 use planesman_msgs::{Message, cdr};
-use planesman_plot::Course;
+use planesman_plot::TimeHistory;
 
 use crate::in_order::{InOrder, Next, ReorderStatistics};
 use crate::model_summary::identified;
@@ -54,8 +54,8 @@ pub struct Flight {
     pub model: Option<ModelEstimate>,
     /// Why the last of those models was not valid.
     pub no_model: String,
-    /// The courses that are drawn.
-    pub courses: Courses,
+    /// What is drawn.
+    pub time_histories: TimeHistories,
 }
 
 /// The last change of the depth setpoint, and the response.
@@ -76,9 +76,9 @@ pub struct Actuator {
     pub pressure: Points,
 }
 
-/// Courses over time, as finely as a page can show them.
+/// The time histories of a flight, as finely as a page can show them.
 #[derive(Clone, Debug, Default)]
-pub struct Courses {
+pub struct TimeHistories {
     /// The true depth, m.
     pub depth: Points,
     /// The depth setpoint, m.
@@ -206,8 +206,8 @@ struct States {
     ticks: u64,
     held: u64,
     last_depth: f64,
-    depth: Course,
-    pitch: Course,
+    depth: TimeHistory,
+    pitch: TimeHistory,
 }
 
 impl Collected for States {
@@ -254,8 +254,8 @@ pub(crate) fn step_meter(
 struct Controls {
     /// The depth held (m), and since when (ns); `None` where none is.
     held: Option<(f64, i64)>,
-    depth_setpoint: Course,
-    pitch_command: Course,
+    depth_setpoint: TimeHistory,
+    pitch_command: TimeHistory,
 }
 
 impl Collected for Controls {
@@ -272,8 +272,8 @@ impl Collected for Controls {
 #[derive(Default)]
 struct Angle {
     began: Option<f64>,
-    all: Course,
-    first: Course,
+    all: TimeHistory,
+    first: TimeHistory,
 }
 
 impl Angle {
@@ -321,7 +321,7 @@ impl Collected for Motions {
 #[derive(Default)]
 struct Rams {
     pulses: u64,
-    pressure: Course,
+    pressure: TimeHistory,
 }
 
 impl Collected for Rams {
@@ -338,7 +338,7 @@ impl Collected for Rams {
 struct Models {
     valid: Option<ModelEstimate>,
     reason: String,
-    pole: [Course; 2],
+    pole: [TimeHistory; 2],
 }
 
 impl Collected for Models {
@@ -412,7 +412,7 @@ impl Account {
                 let (count, _) = self
                     .refused
                     .entry(topic.name.clone())
-                    .or_insert((0, reason));
+                    .or_insert((0, reason.to_string()));
                 *count += 1;
             }
         });
@@ -429,7 +429,7 @@ impl Account {
         damage
     }
 
-    fn take_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), String> {
+    fn take_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), Unreadable> {
         let Self { origin, .. } = self;
         match name {
             "state" => {
@@ -468,7 +468,7 @@ impl Account {
             _ => {
                 let state: DhaState = decode(type_name, payload)?;
                 if !self.rams.contains_key(&state.group) && self.rams.len() == ACTUATORS {
-                    return Err(format!("more than {ACTUATORS} actuators"));
+                    return Err(Unreadable::TooManyActuators);
                 }
                 let ram = self.rams.entry(state.group.clone()).or_default();
                 ram.push(begun(origin, &state), state);
@@ -540,7 +540,7 @@ impl Account {
             actuators: self.rams.iter().map(actuator).collect(),
             model: models.and_then(|line| line.data.valid.clone()),
             no_model,
-            courses: Courses {
+            time_histories: TimeHistories {
                 depth: points(&states.depth, shift),
                 depth_setpoint: points(&controls.depth_setpoint, shift),
                 pitch: points(&states.pitch, shift),
@@ -692,19 +692,33 @@ fn is_of_a_ram(name: &str) -> bool {
         .is_some_and(|group| !group.contains('/'))
 }
 
-/// A course's points, `shift` seconds earlier.
-fn points(course: &Course, shift: f64) -> Points {
-    course.points().map(|(t, y)| (t - shift, y)).collect()
+/// A time history's points, `shift` seconds earlier.
+fn points(history: &TimeHistory, shift: f64) -> Points {
+    history.points().map(|(t, y)| (t - shift, y)).collect()
+}
+
+/// Why a message of a bag is passed over.
+#[derive(Debug, thiserror::Error)]
+enum Unreadable {
+    #[error("it is a {0}, not a {1}")]
+    OfAnotherType(String, &'static str),
+    #[error(transparent)]
+    Cdr(#[from] cdr::Error),
+    #[error("{0} is not finite")]
+    NotFinite(String),
+    #[error("more than {most} actuators", most = ACTUATORS)]
+    TooManyActuators,
 }
 
 /// The message in a payload of messages called `type_name`, if it is one that a node would take.
-fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, String> {
+fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, Unreadable> {
     if type_name != M::TYPE_NAME {
-        return Err(format!("it is a {type_name}, not a {}", M::TYPE_NAME));
+        let type_name = type_name.to_owned();
+        return Err(Unreadable::OfAnotherType(type_name, M::TYPE_NAME));
     }
-    let message: M = cdr::from_bytes(payload).map_err(|error| error.to_string())?;
+    let message: M = cdr::from_bytes(payload)?;
     match message.first_non_finite() {
         None => Ok(message),
-        Some(field) => Err(format!("{field} is not finite")),
+        Some(field) => Err(Unreadable::NotFinite(field)),
     }
 }

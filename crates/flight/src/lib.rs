@@ -26,7 +26,7 @@ pub mod sweep;
 pub mod titles;
 
 pub use compose::Loop;
-pub use error::{Error, Result};
+pub use error::{During, Error, Result};
 pub use fly::fly;
 pub use parts::Parts;
 pub use scenario::Scenario;

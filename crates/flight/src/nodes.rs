@@ -8,15 +8,69 @@ use planesman_plant::{Plant, PlantParameters};
 use planesman_recording::parameters::{RecorderParameters, writer_options};
 use planesman_text::did_you_mean;
 
-use crate::error::{Result, refuse};
+use crate::error::{PartError, Result, refuse};
+
+/// A node as a scenario sees it.
+struct Node {
+    name: &'static str,
+    declarations: fn() -> Vec<Declaration>,
+    /// Whether it would start with these parameters.
+    check: fn(&Values) -> Result<(), PartError>,
+    /// Its parameters that name a file, or something built in.
+    files: &'static [&'static str],
+}
+
+/// The nodes, in the order in which they are started.
+const TABLE: [Node; 5] = [
+    Node {
+        name: "recorder",
+        declarations: RecorderParameters::declarations,
+        check: |values| check(values, writer_options),
+        files: &[],
+    },
+    Node {
+        name: "sysid",
+        declarations: IdentifierParameters::declarations,
+        check: |values| check(values, Identifier::new),
+        files: &[],
+    },
+    Node {
+        name: "dha_actuator",
+        declarations: ActuatorParameters::declarations,
+        check: |values| {
+            check(values, |parameters: &ActuatorParameters| {
+                Actuator::new(parameters, (parameters.tick * 1e9).round() as i64)
+            })
+        },
+        files: &[
+            "actuator",
+            "bow.actuator",
+            "stern.actuator",
+            "roll.actuator",
+            "rudder.actuator",
+        ],
+    },
+    Node {
+        name: "depth_controller",
+        declarations: ControllerParameters::declarations,
+        check: |values| check(values, Controller::new),
+        files: &["gains.file"],
+    },
+    Node {
+        name: "plant_sim",
+        declarations: PlantParameters::declarations,
+        check: |values| check(values, Plant::new),
+        files: &["vehicle", "vehicle_base"],
+    },
+];
 
 /// The nodes whose parameters a scenario sets, in the order in which they are started.
 pub const NODES: [&str; 5] = [
-    "recorder",
-    "sysid",
-    "dha_actuator",
-    "depth_controller",
-    "plant_sim",
+    TABLE[0].name,
+    TABLE[1].name,
+    TABLE[2].name,
+    TABLE[3].name,
+    TABLE[4].name,
 ];
 
 /// The default namespace. Its time is on `/clock`; other namespaces have a clock topic of their own, so that several
@@ -45,45 +99,31 @@ pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
 /// The parameters that the node `name` declares, `None` when there is no such node.
 #[must_use]
 pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
-    Some(match name {
-        "plant_sim" => PlantParameters::declarations(),
-        "depth_controller" => ControllerParameters::declarations(),
-        "dha_actuator" => ActuatorParameters::declarations(),
-        "sysid" => IdentifierParameters::declarations(),
-        "recorder" => RecorderParameters::declarations(),
-        _ => return None,
-    })
+    named(name).map(|node| (node.declarations)())
 }
 
 /// Whether the node `name` would start with these parameters; true of an unknown node.
 ///
 /// # Errors
 /// The refusal, with its reason.
-pub fn validate(name: &str, values: &Values) -> std::result::Result<(), String> {
-    match name {
-        "plant_sim" => Plant::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "depth_controller" => Controller::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "dha_actuator" => {
-            let parameters: ActuatorParameters = read(values)?;
-            let tick = (parameters.tick * 1e9).round() as i64;
-            Actuator::new(&parameters, tick)
-                .map(drop)
-                .map_err(|e| e.to_string())
-        }
-        "sysid" => Identifier::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "recorder" => writer_options(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        _ => Ok(()),
-    }
+pub fn validate(name: &str, values: &Values) -> Result<(), PartError> {
+    named(name).map_or(Ok(()), |node| (node.check)(values))
 }
 
-fn read<P: Parameters>(values: &Values) -> std::result::Result<P, String> {
-    P::from_values(values).map_err(|refusal| refusal.to_string())
+/// The parameters that name a file, or something built in, each with its node.
+pub(crate) fn files() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let nodes = TABLE.iter();
+    nodes.flat_map(|node| node.files.iter().map(|parameter| (node.name, *parameter)))
+}
+
+fn named(name: &str) -> Option<&'static Node> {
+    TABLE.iter().find(|node| node.name == name)
+}
+
+/// Whether a node is made of these parameters.
+fn check<P: Parameters, T, E: Into<PartError>>(
+    values: &Values,
+    make: impl Fn(&P) -> Result<T, E>,
+) -> Result<(), PartError> {
+    make(&P::from_values(values)?).map(drop).map_err(Into::into)
 }

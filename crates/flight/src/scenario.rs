@@ -15,18 +15,6 @@ use serde::Deserialize;
 
 use crate::nodes::{self, NODES};
 
-/// The parameters that name a file, or something built in.
-const FILES: [(&str, &str); 8] = [
-    ("plant_sim", "vehicle"),
-    ("plant_sim", "vehicle_base"),
-    ("depth_controller", "gains.file"),
-    ("dha_actuator", "actuator"),
-    ("dha_actuator", "bow.actuator"),
-    ("dha_actuator", "stern.actuator"),
-    ("dha_actuator", "roll.actuator"),
-    ("dha_actuator", "rudder.actuator"),
-];
-
 /// The scenarios that come with the program: name and text.
 pub const BUILTIN: [(&str, &str); 4] = [
     (
@@ -119,9 +107,11 @@ impl ParameterName {
     /// When the node declares no such parameter.
     pub fn declaration(&self) -> Result<Declaration> {
         let declared = nodes::declarations(self.node).unwrap_or_default();
+        if let Some(declaration) = declared.iter().find(|it| it.name == self.name) {
+            return Ok(declaration.clone());
+        }
         let meant = probably_meant(&self.name, &declared);
-        let declaration = declared.into_iter().find(|it| it.name == self.name);
-        declaration.ok_or_else(|| refused!("{} has no parameter '{}'{meant}", self.node, self.name))
+        refuse!("{} has no parameter '{}'{meant}", self.node, self.name)
     }
 
     /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
@@ -296,7 +286,7 @@ impl Scenario {
     /// Makes the relative paths of files absolute: those in `folder`, where the scenario's file is, before those in the
     /// working directory. So they are also in the text that is kept with the flight.
     fn find_files(&mut self, folder: &Path) -> Result<()> {
-        for (node, parameter) in FILES {
+        for (node, parameter) in nodes::files() {
             let Some(Value::String(name)) = self.given(node, parameter).cloned() else {
                 continue;
             };

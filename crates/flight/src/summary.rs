@@ -51,7 +51,7 @@ impl Summary {
     ///
     /// # Errors
     /// When the flight holds no states or the scenario's vehicle cannot be linearised.
-    pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
+    pub fn new(flight: &Flight, scenario: &Scenario) -> Result<Self> {
         let Some(step) = &flight.step else {
             return Err(refused!("the bag holds no vehicle states"));
         };
@@ -234,6 +234,20 @@ fn first_markov_parameter(model: &TransferFunction) -> f64 {
     .unwrap_or(0.0)
 }
 
+/// A step response in one line.
+#[must_use]
+pub fn step_text(step: &StepMetrics) -> String {
+    let seconds = |time: Option<f64>| time.map_or("never".to_owned(), |t| format!("{t:.2} s"));
+    format!(
+        "rise {}, overshoot {:.2} %, settling {} (2 %), {} (5 %), ITAE {:.2} s^2",
+        seconds(step.rise_time),
+        step.overshoot,
+        seconds(step.settling_time),
+        seconds(step.settling_time_5),
+        step.itae
+    )
+}
+
 /// A distance relative to the true pole's magnitude, %; beyond ten times that its number says nothing.
 #[must_use]
 pub fn distance_text(distance: f64) -> String {
@@ -384,7 +398,7 @@ parameters:
         let bag = folder.path().join("flight.mcap");
         crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
         let flight = Flight::read(&bag).expect("a flight");
-        let summary = Summary::of(&flight, &scenario).expect("a summary");
+        let summary = Summary::new(&flight, &scenario).expect("a summary");
         let depth = summary.depth.expect("a step");
         assert_eq!(summary.depth_setpoint, 0.5);
         assert!(depth.overshoot < 10.0, "{depth:?}");

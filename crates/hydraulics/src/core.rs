@@ -129,7 +129,7 @@ impl Output {
             joints.position.push(angle);
             joints.velocity.push(rate);
         };
-        let grouping = self.design.config.grouping;
+        let grouping = self.design.config.parameters.groups;
         if grouping == Grouping::Each {
             let mean = |of: fn(&Planes) -> f64| {
                 0.5 * (of(&self.groups[0].planes) + of(&self.groups[1].planes))
@@ -230,9 +230,9 @@ struct Run {
     /// The actuators at the last tick's end.
     ahead: Vec<ActuatorModel>,
     /// The demands that the last tick was computed with.
-    acting: Asked,
+    acting: Demands,
     /// The last command, clipped.
-    command: Option<Held>,
+    command: Option<ClippedCommand>,
     output: Arc<Output>,
     /// The answer to the tick before.
     before: Option<Arc<Output>>,
@@ -240,12 +240,12 @@ struct Run {
 
 /// A command as far as it is obeyed, and its stamp, ns.
 #[derive(Clone, Debug)]
-struct Held {
+struct ClippedCommand {
     command: PlaneCommand,
     stamp: i64,
 }
 
-impl Held {
+impl ClippedCommand {
     /// The command with its angles clipped to `limit`, rad.
     fn new(command: &PlaneCommand, limit: f64) -> Self {
         Self {
@@ -273,12 +273,12 @@ fn held_samples(value: f64) -> Vec<f64> {
 
 /// The demands: a request to each group until a deadline, ns, then neutral planes.
 #[derive(Clone, Debug)]
-struct Asked {
+struct Demands {
     requests: Vec<Request>,
     deadline: i64,
 }
 
-impl Asked {
+impl Demands {
     /// The request to the group `index` that is in force at `stamp`.
     fn at(&self, index: usize, stamp: i64) -> Request {
         let mut request = self.requests[index];
@@ -303,9 +303,15 @@ impl Asked {
 /// Whether the parameters fit the actuators.
 fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), Error> {
     if let Some(group) = config.faults.group
-        && !config.grouping.groups().contains(&group)
+        && !config.parameters.groups.groups().contains(&group)
     {
-        let groups: Vec<_> = config.grouping.groups().iter().map(|g| g.name()).collect();
+        let groups: Vec<_> = config
+            .parameters
+            .groups
+            .groups()
+            .iter()
+            .map(|g| g.name())
+            .collect();
         return Err(Error::NoActuator {
             group: group.name(),
             groups: groups.join(", "),
@@ -372,7 +378,7 @@ impl Actuator {
     /// The groups with an actuator, in the order of [`Output::states`].
     #[must_use]
     pub fn groups(&self) -> &'static [Group] {
-        self.config().grouping.groups()
+        self.config().parameters.groups.groups()
     }
 
     /// The faults of the actuators, a line for each group that has any.
@@ -414,7 +420,7 @@ impl Actuator {
             return Err(Error::Command(field));
         }
         let stamp = command.header.stamp.nanos();
-        let held = Held::new(command, self.config().command_limit);
+        let held = ClippedCommand::new(command, self.config().parameters.command_limit);
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
@@ -463,20 +469,22 @@ impl Actuator {
     }
 
     /// Starts a new run and answers its first tick.
-    fn begin(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
+    fn begin(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
         let models = self
             .config()
             .members
             .iter()
             .zip(&self.design.sets)
-            .map(|(member, set)| ActuatorModel::new(member.model, set, self.config().lag))
+            .map(|(member, set)| {
+                ActuatorModel::new(member.model, set, self.config().parameters.first_order)
+            })
             .collect();
         self.run = None;
         self.answer(stamp, stamp, models, command, None)
     }
 
     /// Brings the run to `stamp` under the last demands, and answers the tick from there.
-    fn go_on(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
+    fn go_on(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
         let Some(run) = self.run.take() else {
             return self.begin(stamp, command);
         };
@@ -498,7 +506,7 @@ impl Actuator {
         began: i64,
         stamp: i64,
         mut now: Vec<ActuatorModel>,
-        command: Option<Held>,
+        command: Option<ClippedCommand>,
         before: Option<Arc<Output>>,
     ) -> Arc<Output> {
         let acting = self.asked(stamp, command.as_ref());
@@ -550,7 +558,7 @@ impl Actuator {
     /// Runs the group `index` over the tick from `stamp`, and returns its angle at the samples.
     fn angles(
         &self,
-        acting: &Asked,
+        acting: &Demands,
         index: usize,
         model: &mut ActuatorModel,
         began: i64,
@@ -578,14 +586,19 @@ impl Actuator {
     }
 
     /// The tick's motion: of the actuators, and of the commands that pass through.
-    fn motion(&self, stamp: i64, obeyed: Option<&Held>, angles: Vec<Vec<f64>>) -> PlaneMotion {
+    fn motion(
+        &self,
+        stamp: i64,
+        obeyed: Option<&ClippedCommand>,
+        angles: Vec<Vec<f64>>,
+    ) -> PlaneMotion {
         let through = |of: fn(&PlaneCommand) -> f64| {
             obeyed.map_or_else(Vec::new, |held| held_samples(of(&held.command)))
         };
         let mut motion = PlaneMotion {
             header: Header {
                 stamp: Time::from_nanos(stamp),
-                frame_id: [self.config().frame_prefix.as_str(), FRAME].concat(),
+                frame_id: [self.config().parameters.frame_prefix.as_str(), FRAME].concat(),
             },
             duration: Duration::from_nanos(self.tick),
             dive_planes: Vec::new(),
@@ -594,12 +607,12 @@ impl Actuator {
             rudder: through(|command| command.rudder),
             thrust: through(|command| command.thrust),
         };
-        self.config().grouping.fill(&mut motion, angles);
+        self.config().parameters.groups.fill(&mut motion, angles);
         motion
     }
 
     /// The demands of a command, or of none, from `stamp` on.
-    fn asked(&self, stamp: i64, command: Option<&Held>) -> Asked {
+    fn asked(&self, stamp: i64, command: Option<&ClippedCommand>) -> Demands {
         let config = self.config();
         let deadline = match command {
             // At its own stamp a command is never stale.
@@ -609,17 +622,17 @@ impl Actuator {
             Some(held) => held.stamp.saturating_add(config.command_timeout),
             None => i64::MIN,
         };
-        let limit = config.command_limit;
+        let limit = config.parameters.command_limit;
         let request = |group: Group| Request {
             demand: Demand {
                 angle: command.map_or(0.0, |held| group.angle(&held.command).clamp(-limit, limit)),
-                position_loop: config.position_loop,
+                position_loop: config.parameters.position_loop,
                 logic: config.logic,
                 condition: config.condition(group),
             },
-            lag: config.lag,
+            lag: config.parameters.first_order,
         };
-        Asked {
+        Demands {
             requests: self.groups().iter().map(|group| request(*group)).collect(),
             deadline,
         }

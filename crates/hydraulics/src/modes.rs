@@ -27,7 +27,7 @@ pub enum Side {
 impl Side {
     /// The side that `value` points to; 0 counts as positive.
     #[must_use]
-    pub fn of(value: f64) -> Self {
+    pub fn from_sign(value: f64) -> Self {
         if value < 0.0 {
             Self::Negative
         } else {

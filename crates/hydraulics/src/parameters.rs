@@ -230,23 +230,15 @@ pub(crate) struct Faults {
     pub condition: Condition,
 }
 
-/// The parameters, read.
+/// The parameters, with what the models derive from them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
-    /// What stands before the frames' names.
-    pub frame_prefix: String,
-    /// How the planes are divided among actuators.
-    pub grouping: Grouping,
+    /// The parameters.
+    pub parameters: ActuatorParameters,
     /// The actuators, in the order of [`Grouping::groups`].
     pub members: Vec<Member>,
-    /// The first-order actuator's law.
-    pub lag: Lag,
-    /// Whether the position loop is closed.
-    pub position_loop: bool,
     /// The pulse logic's options.
     pub logic: Options,
-    /// Bound of the plane angle asked for, rad.
-    pub command_limit: f64,
     /// The lifetime of a command, ns.
     pub command_timeout: i64,
     /// Longest time between two samples of motion, ns.
@@ -262,24 +254,19 @@ impl Config {
     #[must_use]
     pub(crate) fn new(parameters: &ActuatorParameters) -> Self {
         let nanos = |seconds: f64| (seconds * 1e9).round() as i64;
-        let grouping = parameters.groups;
         let worn = Condition {
             leakage_scale: parameters.leakage.scale,
             stepping: parameters.friction.stepping,
             ..Condition::SOUND
         };
         Self {
-            frame_prefix: parameters.frame_prefix.clone(),
-            grouping,
-            members: grouping
+            parameters: parameters.clone(),
+            members: (parameters.groups)
                 .groups()
                 .iter()
                 .map(|group| member(parameters, *group))
                 .collect(),
-            lag: parameters.first_order,
-            position_loop: parameters.position_loop,
             logic: logic(&parameters.logic),
-            command_limit: parameters.command_limit,
             command_timeout: nanos(parameters.command_timeout),
             sample_interval: nanos(parameters.sample_interval),
             worn,

@@ -199,7 +199,7 @@ impl Ram {
 
     /// The laws that the state is under with changed constants.
     fn reconsider(&mut self) {
-        let side = Side::of(self.state.squeezed);
+        let side = Side::from_sign(self.state.squeezed);
         let unclamped = self.constants.stiffness * self.state.squeezed.abs();
         self.mode.clamped = (unclamped > self.constants.clamp(side)).then_some(side);
         self.mode.friction = match self.mode.friction {
@@ -213,7 +213,7 @@ impl Ram {
     /// A stop takes all of its speed and pushes back.
     fn at_rest(&self, stop: Option<Side>) -> FrictionState {
         let force = self.constants.area * self.pressure(&self.state);
-        let side = Side::of(force);
+        let side = Side::from_sign(force);
         let breaks_away = force.abs() > break_away_force(&self.constants);
         match stop {
             Some(stop) if !breaks_away || side == stop => FrictionState::AtStop(stop),

@@ -440,3 +440,29 @@ fn parameters_take_effect_at_the_next_tick() {
     assert!(error.to_string().contains("no/such.yaml"), "{error}");
     assert!(Actuator::new(&with(&[]), 0).is_err());
 }
+
+#[test]
+fn the_sample_interval_divides_the_tick() {
+    for (interval, samples) in [(0.001, 51), (0.005, 11), (0.02, 4), (1.0, 2)] {
+        let mut actuator = actuator(&[("sample_interval", Value::Double(interval))]);
+        let motion = answer(&mut actuator, 0, 0.2).motion.clone();
+        assert_eq!(motion.dive_planes.len(), samples, "{interval} s");
+    }
+}
+
+#[test]
+fn the_drift_option_decides_where_precision_logic_lets_the_ram_drift() {
+    let angle = |option: i64| {
+        let mut actuator = actuator(&[
+            ("logic.mode", Value::from("precision")),
+            ("logic.drift_option", Value::from(option)),
+        ]);
+        for k in 0..40 {
+            answer(&mut actuator, k * TICK, 0.101);
+        }
+        answer(&mut actuator, 40 * TICK, 0.101).motion.dive_planes[0]
+    };
+    // By the error's sign it drifts to the command; by the last command's it may drift away from it.
+    let misses = [1, 2, 3].map(|option| (angle(option) - 0.101).abs());
+    assert!(misses[1] < misses[0] || misses[1] < misses[2], "{misses:?}");
+}

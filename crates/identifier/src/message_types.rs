@@ -16,6 +16,46 @@ use planesman_rosidl::{Library, TypeName, parse_message};
 const LONGEST: u64 = 1 << 20;
 const MAX_TYPES: usize = 1000;
 
+/// Why a message type is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum TypeError {
+    /// A name that is none of a message type.
+    #[error("'{0}' is not a message type; write package/msg/Type")]
+    NotAType(String),
+    /// A type that refers to more types than are read.
+    #[error("{0} refers to more than {most} types", most = MAX_TYPES)]
+    TooMany(String),
+    /// A type that is not compiled in, without a ROS installation.
+    #[error(
+        "no message type '{0}' is compiled in, and AMENT_PREFIX_PATH names no ROS installation"
+    )]
+    NoInstallation(TypeName),
+    /// A type that is neither compiled in nor installed, and the file that would define it.
+    #[error(
+        "no message type '{name}' is compiled in, and no prefix in AMENT_PREFIX_PATH has {}", .file.display()
+    )]
+    NotInstalled {
+        /// The type.
+        name: TypeName,
+        /// The file.
+        file: PathBuf,
+    },
+    /// A file that cannot be read.
+    #[error("{}: {error}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        error: std::io::Error,
+    },
+    /// The definition of a type that is compiled in cannot be read.
+    #[error(transparent)]
+    Schema(#[from] schema::SchemaError),
+    /// An installed definition that is refused.
+    #[error(transparent)]
+    Definition(#[from] planesman_rosidl::Error),
+}
+
 /// A message type known at run time.
 #[derive(Clone, Debug)]
 pub struct MessageType {
@@ -28,12 +68,11 @@ pub struct MessageType {
 /// The message type of that name (`sensor_msgs/msg/Imu`).
 ///
 /// # Errors
-/// A sentence, when it is neither compiled in nor in the ament index, or cannot be read there.
-pub fn find(type_name: &str) -> Result<MessageType, String> {
+/// When it is neither compiled in nor in the ament index, or cannot be read there.
+pub fn find(type_name: &str) -> Result<MessageType, TypeError> {
     if let Some(info) = planesman_msgs::type_info(type_name) {
         return Ok(MessageType {
-            types: schema::read(info.type_name, "ros2msg", info.definition)
-                .map_err(|error| error.to_string())?,
+            types: schema::read(info.type_name, "ros2msg", info.definition)?,
             hash: info.type_hash.to_owned(),
         });
     }
@@ -45,10 +84,10 @@ pub fn find(type_name: &str) -> Result<MessageType, String> {
 }
 
 /// The type as installed below the first prefix that has it.
-fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, String> {
+fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, TypeError> {
     let root = TypeName::parse(type_name)
         .filter(|name| name.kind == Kind::Msg)
-        .ok_or_else(|| format!("'{type_name}' is not a message type; write package/msg/Type"))?;
+        .ok_or_else(|| TypeError::NotAType(type_name.to_owned()))?;
     let mut library = Library::new();
     let mut wanted = vec![root.clone()];
     while let Some(name) = wanted.pop() {
@@ -56,29 +95,24 @@ fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, String
             continue;
         }
         if library.messages().count() == MAX_TYPES {
-            return Err(format!("{type_name} refers to more than {MAX_TYPES} types"));
+            return Err(TypeError::TooMany(type_name.to_owned()));
         }
         let text = definition(&name, prefixes)?;
-        let message =
-            parse_message(&name.package, &name.name, &text).map_err(|error| error.to_string())?;
+        let message = parse_message(&name.package, &name.name, &text)?;
         wanted.extend(
             message
                 .references()
                 .into_iter()
                 .map(|(name, _)| name.clone()),
         );
-        library
-            .add_message(message)
-            .map_err(|error| error.to_string())?;
+        library.add_message(message)?;
     }
-    let hash = library
-        .type_hash(&root)
-        .map_err(|error| error.to_string())?;
-    let types = Types::of(library, type_name).map_err(|error| error.to_string())?;
+    let hash = library.type_hash(&root)?;
+    let types = Types::of(library, type_name)?;
     Ok(MessageType { types, hash })
 }
 
-fn definition(name: &TypeName, prefixes: &[PathBuf]) -> Result<String, String> {
+fn definition(name: &TypeName, prefixes: &[PathBuf]) -> Result<String, TypeError> {
     let file = Path::new("share")
         .join(&name.package)
         .join("msg")
@@ -88,19 +122,16 @@ fn definition(name: &TypeName, prefixes: &[PathBuf]) -> Result<String, String> {
         .map(|it| it.join(&file))
         .find(|it| it.is_file())
     else {
-        return Err(format!(
-            "no message type '{name}' is compiled in, and {}",
-            if prefixes.is_empty() {
-                "AMENT_PREFIX_PATH names no ROS installation".to_owned()
-            } else {
-                format!("no prefix in AMENT_PREFIX_PATH has {}", file.display())
-            }
-        ));
+        let name = name.clone();
+        return Err(match prefixes {
+            [] => TypeError::NoInstallation(name),
+            _ => TypeError::NotInstalled { name, file },
+        });
     };
     let mut text = String::new();
     fs::File::open(&path)
         .and_then(|file| file.take(LONGEST).read_to_string(&mut text))
-        .map_err(|error| format!("{}: {error}", path.display()))?;
+        .map_err(|error| TypeError::Read { path, error })?;
     Ok(text)
 }
 
@@ -156,12 +187,13 @@ mod tests {
             ("odd/msg/Broken", "odd/msg/Broken:1"),
             ("odd/msg/Away", "far/msg/Away"),
         ] {
-            let refusal = in_index(name, &prefixes).unwrap_err();
+            let refusal = in_index(name, &prefixes).unwrap_err().to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
         assert!(
             in_index("a/msg/A", &[])
                 .unwrap_err()
+                .to_string()
                 .contains("AMENT_PREFIX_PATH")
         );
     }

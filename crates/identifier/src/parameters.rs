@@ -299,7 +299,8 @@ impl Config {
             ("input_type", &p.input_type),
             ("output_type", &p.output_type),
         ] {
-            message_types::find(message_type).map_err(|reason| refused(name, reason))?;
+            message_types::find(message_type)
+                .map_err(|reason| refused(name, reason.to_string()))?;
         }
         if input == output {
             return Err(refused(

@@ -842,3 +842,51 @@ fn what_changes_while_it_learns_and_what_begins_anew_is_as_described() {
         assert_eq!(kept, !anew, "{name}");
     }
 }
+
+#[test]
+fn an_estimate_can_be_valid_after_as_many_samples_as_are_asked_for() {
+    let messages = in_order(200);
+    let at_sample = |min_samples: i64| {
+        let mut identifier = identifier(&[
+            ("min_samples", min_samples.into()),
+            ("publish_rate", Value::Double(20.0)),
+        ]);
+        let published = estimates(&mut identifier, &messages);
+        published.iter().find(|e| e.valid).expect("valid").samples
+    };
+    assert_eq!(at_sample(150), 150);
+    assert!(at_sample(60) < 150);
+}
+
+#[test]
+fn with_variable_forgetting_more_information_is_a_longer_memory() {
+    let messages = in_order(600);
+    // The parameters' covariance over the noise variance: the longer the memory, the smaller.
+    let covariance = |information: f64| {
+        let mut identifier = identifier(&[
+            ("forgetting_kind", Value::from("variable")),
+            ("forgetting", Value::Double(0.9)),
+            ("forgetting_information", Value::Double(information)),
+        ]);
+        estimates(&mut identifier, &messages);
+        let estimate = identifier.estimate(stamp(600));
+        estimate.covariance[0] / estimate.noise_variance
+    };
+    let (short, long) = (covariance(1e-14), covariance(1.0));
+    assert!(long < 0.5 * short, "{long} {short}");
+}
+
+#[test]
+fn the_planes_heave_force_is_part_of_what_the_kalman_filter_knows() {
+    let messages = in_order(600);
+    // K/J; a heave force that is not there is taken from the pitch moment.
+    let miss = |from_plane: f64| {
+        let mut identifier = identifier(&[
+            ("estimator", Value::from("kalman")),
+            ("kalman.heave.from_plane", Value::Double(from_plane)),
+        ]);
+        estimates(&mut identifier, &messages);
+        (identifier.estimate(stamp(600)).physical_values[0] - TRUTH[0]).abs()
+    };
+    assert!(miss(0.0119) < miss(0.5), "{} {}", miss(0.0119), miss(0.5));
+}

@@ -260,12 +260,12 @@ const BOTTOM: f64 = 230.0;
 /// The vehicle from its port side as it dives: its depth over time, pitch and planes at one instant, which a slider and the
 /// cursor of the plots move.
 fn side_view(flown: &Flown, alone: bool) -> Markup {
-    let courses = &flown.flight.courses;
-    let (Some(first), Some(last)) = (courses.depth.first(), courses.depth.last()) else {
+    let drawn = &flown.flight.time_histories;
+    let (Some(first), Some(last)) = (drawn.depth.first(), drawn.depth.last()) else {
         return html! {};
     };
     let (from, to) = (first.0, last.0.max(first.0 + 1e-9));
-    let all = courses.depth.iter().chain(&courses.depth_setpoint);
+    let all = drawn.depth.iter().chain(&drawn.depth_setpoint);
     let deepest = all.map(|p| p.1).filter(|it| it.is_finite());
     let deepest = 1.2 * deepest.fold(0.1, f64::max).min(1e6);
     let across = |t: f64| 60.0 + (WIDTH - 120.0) * (t - from) / (to - from);
@@ -288,15 +288,15 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
     let instants: Vec<_> = (0..=INSTANTS)
         .map(|k| {
             let t = from + (to - from) * f64::from(k) / f64::from(INSTANTS);
-            let depth = held(&courses.depth, t);
+            let depth = held(&drawn.depth, t);
             let angle = |points: &Points| (1e2 * held(points, t).to_degrees()).round() / 1e2;
             let place = [across(t), down(depth)].map(|it| (10.0 * it).round() / 10.0);
             let round = |it: f64| (1e4 * it).round() / 1e4;
             json!([
                 round(t),
                 round(depth),
-                angle(&courses.pitch),
-                angle(&courses.planes[0]),
+                angle(&drawn.pitch),
+                angle(&drawn.planes[0]),
                 place[0],
                 place[1]
             ])
@@ -309,8 +309,8 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
                 path d=(format!("M0 {SURFACE}H{WIDTH}")) stroke="var(--accent)" stroke-width="2" {}
                 text x="4" y="20" font-size="18" fill="var(--muted)" { "surface" }
                 text x="4" y=(BOTTOM + 24.0) font-size="18" fill="var(--muted)" { (format!("{deepest:.2} m")) }
-                path d=(path(&courses.depth_setpoint)) fill="none" stroke="var(--series-2)" stroke-dasharray="6 4" {}
-                path d=(path(&courses.depth)) fill="none" stroke="var(--series-1)" stroke-width="1.5" {}
+                path d=(path(&drawn.depth_setpoint)) fill="none" stroke="var(--series-2)" stroke-dasharray="6 4" {}
+                path d=(path(&drawn.depth)) fill="none" stroke="var(--series-1)" stroke-width="1.5" {}
                 // Bow to the right. Planes at a third of the length before and behind the middle.
                 g.hull {
                     path d="M-48 0C-48 -9 -36 -10 -30 -10H34C44 -10 50 -5 50 0C50 5 44 10 34 10H-30C-36 10 -48 9 -48 0Z" fill="var(--series-6)" stroke="var(--text)" {}
@@ -364,32 +364,32 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
             flights,
             time("Depth", "depth [m]").y_down().linked(LINK).note("The vehicle's true depth, positive down."),
             &[
-                (Style::Line, "depth", |it| it.flight.courses.depth.clone()),
-                (Style::Dashed, "setpoint", |it| it.flight.courses.depth_setpoint.clone()),
+                (Style::Line, "depth", |it| it.flight.time_histories.depth.clone()),
+                (Style::Dashed, "setpoint", |it| it.flight.time_histories.depth_setpoint.clone()),
             ],
         ),
         over(
             flights,
             time("Pitch", "pitch [deg]").linked(LINK).note("Positive bow up; the command is what the depth loop asks of the pitch loop."),
             &[
-                (Style::Line, "pitch", |it| degrees(&it.flight.courses.pitch)),
-                (Style::Dashed, "command", |it| degrees(&it.flight.courses.pitch_command)),
+                (Style::Line, "pitch", |it| degrees(&it.flight.time_histories.pitch)),
+                (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.pitch_command)),
             ],
         ),
         over(
             flights,
             time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive dive. The command includes the identification signal; the actuator follows in quanta."),
             &[
-                (Style::Line, "planes", |it| degrees(&it.flight.courses.planes[0])),
-                (Style::Dashed, "command", |it| degrees(&it.flight.courses.plane_command[0])),
+                (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[0])),
+                (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[0])),
             ],
         ),
         over(
             flights,
             time("Dive planes, close up", "plane angle [deg]").note("The first five seconds: the ram moves one calibrated volume at a time."),
             &[
-                (Style::Line, "planes", |it| degrees(&it.flight.courses.planes[1])),
-                (Style::Dashed, "command", |it| degrees(&it.flight.courses.plane_command[1])),
+                (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[1])),
+                (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[1])),
             ],
         ),
         pressure(flights),
@@ -425,7 +425,7 @@ fn pressure(flights: &[Flown]) -> Plot<'static> {
 
 /// A part of the true dominant pole, over the time in which one is identified.
 fn true_pole(flown: &Flown, part: fn(Complex<f64>) -> f64) -> Points {
-    let [real, _] = &flown.flight.courses.pole;
+    let [real, _] = &flown.flight.time_histories.pole;
     let (Some(first), Some(last)) = (real.first(), real.last()) else {
         return Vec::new();
     };
@@ -445,10 +445,10 @@ fn dominant_pole(flights: &[Flown]) -> Plot<'static> {
             ),
         &[
             (Style::Line, "real part", |it| {
-                it.flight.courses.pole[0].clone()
+                it.flight.time_histories.pole[0].clone()
             }),
             (Style::Line, "imaginary part", |it| {
-                it.flight.courses.pole[1].clone()
+                it.flight.time_histories.pole[1].clone()
             }),
             (Style::Dashed, "true real part", |it| {
                 true_pole(it, |p| p.re)

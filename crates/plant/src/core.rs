@@ -209,7 +209,7 @@ impl Plant {
         let frames = self.frames(stamp);
         Observation {
             state: self.state_message(&frames),
-            instruments: Instruments::of(&frames, &readings, &self.settings.sensors),
+            instruments: Instruments::new(&frames, &readings, &self.settings.sensors),
             pose: Pose {
                 odometry: frames.odometry(&odometry),
                 transforms: frames.transforms(&odometry, &self.parts()),
@@ -227,7 +227,7 @@ impl Plant {
     #[must_use]
     pub fn instruments(&mut self, stamp: Time) -> Instruments {
         let readings = self.readings();
-        Instruments::of(&self.frames(stamp), &readings, &self.settings.sensors)
+        Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
     fn frames(&self, stamp: Time) -> Frames<'_> {
@@ -244,7 +244,7 @@ impl Plant {
         StaticMessages {
             transforms: frames.fixed_transforms(),
             description: Text {
-                data: description::of(&self.vehicle),
+                data: description::robot_description(&self.vehicle),
             },
         }
     }
@@ -438,7 +438,6 @@ fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
         specific_force: sensors::specific_force(body, &acceleration, gravity),
         pitch: body.plane.pitch,
         depth: body.plane.depth,
-        heave: body.plane.heave,
         speed: body.speed,
         planes: acting.dive_planes,
     }
@@ -871,6 +870,41 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn the_corner_frequency_decides_what_the_high_pass_leaves_of_a_steady_turn() {
+        let after = |corner: f64| {
+            let mut plant = plant(&[
+                ("sensors.errors", Value::Bool(false)),
+                ("daq.conditioning", Value::from("high_pass")),
+                ("daq.high_pass", Value::Double(corner)),
+            ]);
+            for _ in 0..40 {
+                plant.advance(Some(&motion(0.1, 0.1))).expect("a tick");
+                let _ = plant.observe(stamp(0));
+            }
+            plant.observe(stamp(40)).instruments.daq.pitch_rate.abs()
+        };
+        let (open, slow, fast) = (after(0.0), after(0.1), after(10.0));
+        assert!(fast < 0.5 * slow && slow < open, "{open} {slow} {fast}");
+    }
+
+    #[test]
+    fn a_linear_damping_law_is_the_secant_or_tangent_of_the_drag_at_its_rate() {
+        let vehicle = vehicle(&with(&[])).expect("built in");
+        let damping = |law: &str| {
+            let parameters = with(&[
+                ("pitch_damping", Value::from(law)),
+                ("pitch_damping_viscous", Value::Double(0.8)),
+                ("pitch_damping_rate", Value::Double(0.25)),
+            ]);
+            let d = crate::derivatives(&parameters, &vehicle);
+            (d.m_q, d.m_qq)
+        };
+        assert_eq!(damping("secant"), (-0.2, 0.0));
+        assert_eq!(damping("tangent"), (-0.4, 0.0));
+        assert_eq!(damping("quadratic"), (0.0, -0.8));
     }
 
     #[test]

@@ -69,7 +69,7 @@ pub(crate) fn parts(vehicle: &Vehicle) -> Vec<Part> {
 
 /// The vehicle's URDF.
 #[must_use]
-pub fn of(vehicle: &Vehicle) -> String {
+pub fn robot_description(vehicle: &Vehicle) -> String {
     let length = vehicle.reference_length;
     let radius = (vehicle.buoyancy / (WATER * length * PI)).sqrt();
     let lengthwise = |length, radius| {

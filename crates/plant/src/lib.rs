@@ -17,7 +17,7 @@ mod sensors;
 mod settings;
 
 pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
-pub use description::of as robot_description;
+pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;
 pub use parameters::{ActuatorAnswer, PlantParameters, TimeSource};

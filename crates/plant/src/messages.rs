@@ -220,7 +220,7 @@ impl Instruments {
     }
 
     /// The readings as messages.
-    pub(crate) fn of(frames: &Frames<'_>, readings: &Readings, sensors: &Sensors) -> Self {
+    pub(crate) fn new(frames: &Frames<'_>, readings: &Readings, sensors: &Sensors) -> Self {
         Self {
             imu: frames.imu(readings, sensors),
             depth_pressure: frames

@@ -243,9 +243,6 @@ pub struct Depth {
     /// or the centre of gravity.
     #[parameter(default = DepthPort::Vehicle)]
     pub port: DepthPort,
-    /// Dynamic pressure at the depth port per rho U (w - x q) / 2; observed, but not measured (p. 64).
-    #[parameter(default = 0.0, range = -10.0..=10.0)]
-    pub gradient: f64,
     /// Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench.
     #[parameter(default = 1.627, unit = "V", range = -10.0..=10.0)]
     pub zero: f64,
@@ -459,7 +456,6 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             ..perfect.depth
         },
         depth_port: sensors.depth.port,
-        depth_gradient: sensors.depth.gradient,
         speed: PressureCell {
             saturation: limit(sensors.speed.saturation),
             bias: sensors.speed.bias,

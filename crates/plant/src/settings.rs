@@ -42,7 +42,7 @@ impl Settings {
         };
         let (speed, variant) = (parameters.speed, variant(parameters));
         let vertical = Motion {
-            derivatives: variant.of(vehicle.derivatives(speed)),
+            derivatives: variant.apply(vehicle.derivatives(speed)),
             restoring: match parameters.restoring {
                 RestoringMoment::SmallAngle => Restoring::SmallAngle,
                 RestoringMoment::Sine | RestoringMoment::None => Restoring::Sine,
@@ -60,7 +60,7 @@ impl Settings {
         Ok(Self {
             motion: BodyMotion {
                 vertical,
-                roll: vehicle.roll.map(|axis| variant.of_roll(axis)),
+                roll: vehicle.roll.map(|axis| variant.apply_to_roll(axis)),
                 yaw: vehicle.yaw,
                 drive,
                 current: [outside.current.x, outside.current.y, outside.current.z],
@@ -177,7 +177,7 @@ fn drag(parameters: &PlantParameters) -> Option<Drag> {
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
 #[must_use]
 pub fn derivatives(parameters: &PlantParameters, vehicle: &Vehicle) -> Derivatives {
-    variant(parameters).of(vehicle.derivatives(parameters.speed))
+    variant(parameters).apply(vehicle.derivatives(parameters.speed))
 }
 
 fn variant(parameters: &PlantParameters) -> Variant {

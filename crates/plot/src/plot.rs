@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use crate::Course;
+use crate::TimeHistory;
 use crate::error::{LARGEST, PlotError};
 use crate::json::{list, places, script};
 
@@ -36,7 +36,7 @@ impl<'a> Series<'a> {
     }
 
     /// Whether x never falls, but for the rounding of times.
-    fn is_course(&self) -> bool {
+    fn is_over_x(&self) -> bool {
         let finite = self.points.iter().map(|p| p.0).filter(|x| x.is_finite());
         let x: Vec<f64> = finite.collect();
         let rounding = match x[..] {
@@ -46,7 +46,7 @@ impl<'a> Series<'a> {
         self.style == Style::Area || x.is_sorted_by(|a, b| *a <= b + rounding)
     }
 
-    /// An area between two courses, each point an x with the lower and the upper y. It has the colour of the series after it.
+    /// An area between two lines, each point an x with the lower and the upper y. It has the colour of the series after it.
     pub fn band(
         name: impl Into<Cow<'a, str>>,
         bounds: impl IntoIterator<Item = (f64, f64, f64)>,
@@ -120,7 +120,7 @@ pub struct Plot<'a> {
     from_zero: bool,
     /// A unit is as long on one axis as on the other.
     one_scale: bool,
-    /// Points anywhere in a plane, not a course over x.
+    /// Points anywhere in a plane, not over x.
     plane: bool,
     /// The x axis is logarithmic.
     log_x: bool,
@@ -257,12 +257,12 @@ impl<'a> Plot<'a> {
     }
 
     /// The plot's data as the text of a `<script type="application/json">`, from which the page's script draws it. Points that are
-    /// not finite are left out; of a long course it has what can be seen of it ([`Course`]).
+    /// not finite are left out; of a long time history it has what can be seen of it ([`TimeHistory`]).
     ///
     /// # Errors
     /// When no series has a finite point, or one lies beyond 1e30.
     pub fn data(&self) -> Result<String, PlotError> {
-        let plane = self.plane || !self.series.iter().all(Series::is_course);
+        let plane = self.plane || !self.series.iter().all(Series::is_over_x);
         let mut colour = 0;
         let mut series = Vec::new();
         for it in &self.series {
@@ -319,7 +319,11 @@ impl<'a> Plot<'a> {
         });
         let mut points: Vec<_> = series.points.iter().copied().filter(drawn).collect();
         if !plane && matches!(series.style, Style::Line | Style::Dashed | Style::Broad) {
-            points = points.into_iter().collect::<Course>().points().collect();
+            points = points
+                .into_iter()
+                .collect::<TimeHistory>()
+                .points()
+                .collect();
         }
         if let Some(far) = points
             .iter()
@@ -399,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_course_is_as_fine_as_a_page_can_show() {
+    fn a_long_time_history_is_as_fine_as_a_page_can_show() {
         let points = (0..200_000).map(|k| (f64::from(k), f64::from(k % 7)));
         let data = data(&plot(points.collect()));
         let drawn = data["series"][0]["y"].as_array().expect("a list").len();

@@ -174,7 +174,7 @@ pub struct Drive {
 impl Drive {
     /// The derivatives at the speed `u` \[m/s\].
     pub(crate) fn derivatives(&self, u: f64) -> Derivatives {
-        self.variant.of(self.vehicle.derivatives(u))
+        self.variant.apply(self.vehicle.derivatives(u))
     }
 }
 

@@ -81,7 +81,7 @@ mod tests {
             restoring_moment: false,
             ..Variant::default()
         };
-        let d = variant.of(vehicle.derivatives(speed));
+        let d = variant.apply(vehicle.derivatives(speed));
         Derivatives {
             excess_weight: 0.0,
             ..d

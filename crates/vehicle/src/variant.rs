@@ -75,7 +75,7 @@ impl Default for Variant {
 impl Variant {
     /// The derivatives of the changed vehicle.
     #[must_use]
-    pub fn of(&self, mut d: Derivatives) -> Derivatives {
+    pub fn apply(&self, mut d: Derivatives) -> Derivatives {
         match self.damping {
             PitchDamping::Coefficient => {}
             PitchDamping::Secant { viscous, rate } => (d.m_q, d.m_qq) = (-viscous * rate, 0.0),
@@ -100,7 +100,7 @@ impl Variant {
 
     /// The roll plant of the changed vehicle.
     #[must_use]
-    pub fn of_roll(&self, roll: Axis) -> Axis {
+    pub fn apply_to_roll(&self, roll: Axis) -> Axis {
         Axis {
             restoring: if self.restoring_moment {
                 roll.restoring
@@ -124,7 +124,7 @@ mod tests {
             damping,
             ..Variant::default()
         };
-        variant.of(brunner().derivatives(FOOT))
+        variant.apply(brunner().derivatives(FOOT))
     }
 
     /// The damping moment \[N m\] at a pitch rate \[rad/s\].
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn the_default_variant_is_the_vehicle() {
         let d = brunner().derivatives(FOOT);
-        assert_eq!(Variant::default().of(d), d);
+        assert_eq!(Variant::default().apply(d), d);
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
             heave_moment: false,
             ..Variant::default()
         }
-        .of(d);
+        .apply(d);
         assert_eq!((secant.m_q, secant.m_qq), (-2.0, 0.0));
         assert_eq!((secant.m_w, secant.m_ww, secant.m_w_dot), (0.0, 0.0, 0.0));
     }
@@ -191,7 +191,7 @@ mod tests {
             restoring_moment: false,
             ..Variant::default()
         };
-        let d = all_off.of(brunner().derivatives(FOOT));
+        let d = all_off.apply(brunner().derivatives(FOOT));
         let state = State {
             pitch: 0.3,
             heave: 0.1,

@@ -109,7 +109,7 @@ fn damped_by_any_law_the_pendulum_only_loses_energy() {
             damping,
             ..Variant::default()
         };
-        let d = variant.of(brunner().derivatives(0.0));
+        let d = variant.apply(brunner().derivatives(0.0));
         let start = tilted(2.0, 0.0);
         let mut energy = pendulum_energy(&d, &start);
         for state in fly(&motion(d, Restoring::Sine), start, 60, |_| 0.0) {
@@ -131,7 +131,7 @@ fn small_damped_swings_follow_the_exponential() {
         },
         ..Variant::default()
     };
-    let d = variant.of(brunner().derivatives(0.0));
+    let d = variant.apply(brunner().derivatives(0.0));
     let decay = -d.m_q / (2.0 * d.pitch_inertia);
     let frequency = (d.restoring / d.pitch_inertia - decay * decay).sqrt();
     let states = fly(&motion(d, Restoring::Sine), tilted(1e-4, 0.0), 60, |_| 0.0);
@@ -150,7 +150,7 @@ fn without_forces_the_vehicle_keeps_turning_and_sinking_as_it_did() {
         restoring_moment: false,
         ..Variant::default()
     };
-    let d = free.of(brunner().derivatives(0.0));
+    let d = free.apply(brunner().derivatives(0.0));
     let start = State {
         heave: 0.2,
         ..tilted(0.3, 0.7)
@@ -176,7 +176,7 @@ fn mirrored_planes_and_starts_give_the_mirrored_motion() {
                 damping,
                 ..Variant::default()
             };
-            let motion = motion(variant.of(brunner().derivatives(speed)), Restoring::Sine);
+            let motion = motion(variant.apply(brunner().derivatives(speed)), Restoring::Sine);
             let start = State {
                 heave: 0.05,
                 ..tilted(0.2, -0.1)

@@ -63,7 +63,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         topics: Vec::new(),
     };
     for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
-        let found = message_types::find(&listened.type_name).map_err(|e| anyhow!(e))?;
+        let found = message_types::find(&listened.type_name)?;
         let reader = node.identifier.reader(&topic, &found.types);
         node.topics.push(Topic {
             reader: reader?,

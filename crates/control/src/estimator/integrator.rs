@@ -13,23 +13,39 @@
 
 use super::motion::{Estimate, Measurement};
 
-/// The dead band between gyro and integrator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum DeadBand {
-    /// The report's one comparator behind an offset `q_0`, rad/s.
-    Comparator(f64),
-    /// Both sides of zero, to `q_0`, rad/s.
-    TwoSided(f64),
+/// The dead band before the integrator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum DeadBand {
+    /// The report's relay comparator.
+    Comparator,
+    /// A band to both sides.
+    TwoSided,
 }
 
-impl DeadBand {
+/// The dead band and the lag of the depth's derivative: the parameters `integrator.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct IntegratorRules {
+    /// Dead band before the integrator: the report's relay comparator, which passes only bow-down rates, or a
+    /// two-sided band.
+    #[parameter(default = DeadBand::Comparator)]
+    pub dead_band: DeadBand,
+    /// Offset of the comparator, or half width of the band; 25 mV, the drift of the gyro's zero (Brunner 1988, p.
+    /// 90).
+    #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
+    pub width: f64,
+    /// Time constant of the depth derivative used with the integrator.
+    #[parameter(default = 0.5, unit = "s", range = 1e-3..=100.0)]
+    pub depth_lag: f64,
+}
+
+impl IntegratorRules {
     /// The rate that reaches the integrator, rad/s.
     #[must_use]
-    pub(crate) fn passed(self, rate: f64) -> f64 {
-        match self {
-            Self::Comparator(offset) => (rate + offset).min(0.0),
-            Self::TwoSided(band) if rate.abs() <= band => 0.0,
-            Self::TwoSided(_) => rate,
+    pub(crate) fn passed(&self, rate: f64) -> f64 {
+        match self.dead_band {
+            DeadBand::Comparator => (rate + self.width).min(0.0),
+            DeadBand::TwoSided if rate.abs() <= self.width => 0.0,
+            DeadBand::TwoSided => rate,
         }
     }
 }
@@ -37,9 +53,7 @@ impl DeadBand {
 /// Pitch by integration, from level at the first measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Integrator {
-    dead_band: DeadBand,
-    /// Of the lag in the depth's derivative, s.
-    lag: f64,
+    rules: IntegratorRules,
     state: Option<State>,
 }
 
@@ -54,24 +68,20 @@ struct State {
 }
 
 impl Integrator {
-    /// Before the first measurement; `lag` in s.
+    /// Before the first measurement.
     #[must_use]
-    pub(crate) fn new(dead_band: DeadBand, lag: f64) -> Self {
-        Self {
-            dead_band,
-            lag,
-            state: None,
-        }
+    pub(crate) fn new(rules: IntegratorRules) -> Self {
+        Self { rules, state: None }
     }
 
-    /// Takes another dead band and lag (s) from the next measurement on.
-    pub(crate) fn set(&mut self, dead_band: DeadBand, lag: f64) {
-        (self.dead_band, self.lag) = (dead_band, lag);
+    /// Takes other rules from the next measurement on.
+    pub(crate) fn set_rules(&mut self, rules: IntegratorRules) {
+        self.rules = rules;
     }
 
     /// The estimate at a measurement `dt` seconds after the one before.
     pub(crate) fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
-        let rate = self.dead_band.passed(measured.pitch_rate);
+        let rate = self.rules.passed(measured.pitch_rate);
         let next = match self.state {
             None => {
                 let depth = measured.depth.unwrap_or(0.0);
@@ -94,7 +104,7 @@ impl Integrator {
             pitch: next.pitch,
             pitch_rate: rate,
             depth: next.depth,
-            depth_rate: (next.depth - next.lagged) / self.lag,
+            depth_rate: (next.depth - next.lagged) / self.rules.depth_lag,
             gyro_bias: 0.0,
         }
     }
@@ -102,12 +112,13 @@ impl Integrator {
     /// The output of `1 / (T s + 1)` after `dt` seconds in which the depth went to `depth` at a
     /// steady rate.
     fn lagged(&self, last: &State, depth: f64, dt: f64) -> f64 {
+        let lag = self.rules.depth_lag;
         let behind = if dt > 0.0 {
-            self.lag * (depth - last.depth) / dt
+            lag * (depth - last.depth) / dt
         } else {
             0.0
         };
-        depth - behind + (last.lagged - last.depth + behind) * (-dt / self.lag).exp()
+        depth - behind + (last.lagged - last.depth + behind) * (-dt / lag).exp()
     }
 }
 
@@ -115,9 +126,17 @@ impl Integrator {
 mod tests {
     use super::*;
 
-    fn run(dead_band: DeadBand, rate: impl Fn(f64) -> f64, depth: impl Fn(f64) -> f64) -> Estimate {
+    fn run(
+        (dead_band, width): (DeadBand, f64),
+        rate: impl Fn(f64) -> f64,
+        depth: impl Fn(f64) -> f64,
+    ) -> Estimate {
         let dt = 0.05;
-        let mut integrator = Integrator::new(dead_band, 0.2);
+        let mut integrator = Integrator::new(IntegratorRules {
+            dead_band,
+            width,
+            depth_lag: 0.2,
+        });
         let mut end = Estimate::default();
         for k in 0..=200 {
             let t = f64::from(k) * dt;
@@ -134,10 +153,10 @@ mod tests {
     #[test]
     fn two_degrees_a_second_of_drift_are_twenty_degrees_in_ten_seconds() {
         let drift = 2_f64.to_radians();
-        let end = run(DeadBand::TwoSided(0.0), |_| drift, |_| 0.0);
+        let end = run((DeadBand::TwoSided, 0.0), |_| drift, |_| 0.0);
         assert!((end.pitch - 10.0 * drift).abs() < 1e-12);
         assert_eq!(
-            run(DeadBand::TwoSided(drift), |_| drift, |_| 0.0).pitch,
+            run((DeadBand::TwoSided, drift), |_| drift, |_| 0.0).pitch,
             0.0
         );
     }
@@ -145,7 +164,7 @@ mod tests {
     #[test]
     fn the_comparator_does_not_see_the_bow_rise_and_loses_the_offset_of_its_fall() {
         let offset = 2_f64.to_radians();
-        let comparator = DeadBand::Comparator(offset);
+        let comparator = (DeadBand::Comparator, offset);
         assert_eq!(run(comparator, |_| 0.5, |_| 0.0).pitch, 0.0);
         let end = run(comparator, |_| -0.1, |_| 0.0);
         assert!((end.pitch + 10.0 * (0.1 - offset)).abs() < 1e-12);
@@ -154,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_steady_dive_has_its_depth_rate() {
-        let end = run(DeadBand::TwoSided(0.0), |_| 0.0, |t| 1.0 + 0.1 * t);
+        let end = run((DeadBand::TwoSided, 0.0), |_| 0.0, |t| 1.0 + 0.1 * t);
         assert!((end.depth_rate - 0.1).abs() < 1e-9, "{}", end.depth_rate);
         assert_eq!(end.depth, 2.0);
     }

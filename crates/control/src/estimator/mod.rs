@@ -15,7 +15,7 @@ mod kalman;
 mod motion;
 
 pub(crate) use instruments::{Calibration, Instruments};
-pub(crate) use integrator::{DeadBand, Integrator};
+pub(crate) use integrator::{Integrator, IntegratorRules};
 pub(crate) use kalman::{Kalman, Tuning};
 pub(crate) use motion::{Estimate, Measurement};
 
@@ -37,10 +37,8 @@ pub(crate) struct Rules {
     pub source: Source,
     /// How the instruments are read.
     pub calibration: Calibration,
-    /// Before the integrator.
-    pub dead_band: DeadBand,
-    /// Of the depth's derivative beside the integrator, s.
-    pub lag: f64,
+    /// Of the integrator.
+    pub integrator: IntegratorRules,
     /// Of the filter.
     pub tuning: Tuning,
 }
@@ -78,9 +76,7 @@ impl Estimator {
         if self.state == State::Fresh {
             self.state = match rules.source {
                 Source::Truth => return None,
-                Source::Integrator => {
-                    State::Integrator(Integrator::new(rules.dead_band, rules.lag))
-                }
+                Source::Integrator => State::Integrator(Integrator::new(rules.integrator)),
                 Source::Kalman => State::Kalman(Kalman::new(rules.tuning)),
             };
         }
@@ -89,7 +85,7 @@ impl Estimator {
         let (estimate, covariance) = match &mut self.state {
             State::Fresh => return None,
             State::Integrator(integrator) => {
-                integrator.set(rules.dead_band, rules.lag);
+                integrator.set_rules(rules.integrator);
                 (integrator.step(&measured, dt), None)
             }
             State::Kalman(filter) => {

@@ -40,7 +40,7 @@ impl Received {
     fn vehicle(&self) -> &Result<Identified, Distrust> {
         self.vehicle.get_or_init(|| {
             if self.estimate.valid {
-                Identified::of(&self.estimate)
+                Identified::from_estimate(&self.estimate)
             } else {
                 Err(Distrust::Invalid(self.estimate.reason.clone()))
             }
@@ -141,6 +141,7 @@ mod tests {
     use planesman_msgs::builtin_interfaces::msg::Time;
 
     const TRUST: Trust = Trust {
+        delay: 1.0,
         oldest: 5.0,
         uncertainty: 0.25,
         factor: 4.0,

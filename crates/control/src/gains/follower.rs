@@ -1,6 +1,6 @@
 //! The gains in force: from their source, at a tick.
 //!
-//! A model acts [`Rules::delay`] after its stamp, not when it happens to arrive: so the loop in lockstep does
+//! A model acts [`Trust::delay`] after its stamp, not when it happens to arrive: so the loop in lockstep does
 //! not depend on how long a message travels.
 
 use std::collections::VecDeque;
@@ -37,8 +37,6 @@ pub struct Rules {
     pub schedule: Schedule,
     /// Conditions on an identified model.
     pub trust: Trust,
-    /// From a model's stamp to its effect, s.
-    pub delay: f64,
 }
 
 /// The gains' source at work.
@@ -63,7 +61,7 @@ impl Follower {
 
     /// The gains at a speed (m/s), `dt` seconds after the last tick, and whether an identified model acts.
     pub fn gains(&mut self, rules: &Rules, speed: f64, stamp: i64, dt: f64) -> (LoopGains, bool) {
-        let delay = (rules.delay * 1e9) as i64;
+        let delay = (rules.trust.delay * 1e9) as i64;
         let is_due =
             |model: &mut ModelEstimate| model.header.stamp.nanos().saturating_add(delay) <= stamp;
         while let Some(model) = self.waiting.pop_front_if(is_due) {

@@ -26,7 +26,7 @@ impl FromFile {
     /// planes and pitch rate, or is not to be trusted.
     pub fn read(path: &str, schedule: &Schedule, trust: &Trust) -> Result<Self, FileError> {
         let file = ModelFile::read(Path::new(path))?;
-        Self::of(&file, schedule, trust).map_err(|reason| FileError::Distrusted {
+        Self::from_model(&file, schedule, trust).map_err(|reason| FileError::Distrusted {
             path: path.to_owned(),
             reason,
         })
@@ -36,12 +36,16 @@ impl FromFile {
     ///
     /// # Errors
     /// As [`read`](Self::read), but for the file's name.
-    pub fn of(file: &ModelFile, schedule: &Schedule, trust: &Trust) -> Result<Self, Distrust> {
+    pub fn from_model(
+        file: &ModelFile,
+        schedule: &Schedule,
+        trust: &Trust,
+    ) -> Result<Self, Distrust> {
         let speed = file.required_speed()?;
         if file.has_feedthrough() {
             return Err(Distrust::Feedthrough);
         }
-        let found = Identified::of(&estimate(file))?;
+        let found = Identified::from_estimate(&estimate(file))?;
         let model = trust.believed(&found, schedule, speed)?;
         Ok(Self {
             law: SpeedLaw {
@@ -84,6 +88,7 @@ mod tests {
     use crate::gains::schedule::tests::T6;
 
     const TRUST: Trust = Trust {
+        delay: 1.0,
         oldest: 5.0,
         uncertainty: 0.25,
         factor: 4.0,
@@ -125,7 +130,7 @@ mod tests {
         adaptive.on_model(estimate.clone(), &TRUST);
         let (live, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
         assert_eq!(reason, None);
-        let read = FromFile::of(&file(&estimate), &T6, &TRUST).unwrap();
+        let read = FromFile::from_model(&file(&estimate), &T6, &TRUST).unwrap();
         assert_eq!(read.gains(&T6, &TRUST, 1.0), live);
         assert!((live.pitch_p / T6.reference.pitch_p - 2.0).abs() < 1e-2);
     }
@@ -133,7 +138,7 @@ mod tests {
     #[test]
     fn away_from_its_speed_the_model_goes_as_water_goes() {
         let model = file(&weaker(1e-6));
-        let read = FromFile::of(&model, &T6, &TRUST).unwrap();
+        let read = FromFile::from_model(&model, &T6, &TRUST).unwrap();
         for speed in [0.5, 2.0] {
             let scheduled = T6.at(speed);
             let gains = read.gains(&T6, &TRUST, speed);
@@ -161,10 +166,12 @@ mod tests {
         for (change, reason) in refused {
             let mut changed = file(&weaker(1e-6));
             change(&mut changed);
-            let refusal = FromFile::of(&changed, &T6, &TRUST).unwrap_err().to_string();
+            let refusal = FromFile::from_model(&changed, &T6, &TRUST)
+                .unwrap_err()
+                .to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
-        let unsure = FromFile::of(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
+        let unsure = FromFile::from_model(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
         let unsure = unsure.to_string();
         assert!(unsure.contains("known to"), "{unsure}");
     }

@@ -82,7 +82,7 @@ impl Identified {
     /// # Errors
     /// When the estimate is of something else, is not well formed, or its step response does not
     /// determine the model.
-    pub fn of(estimate: &ModelEstimate) -> Result<Self, Distrust> {
+    pub fn from_estimate(estimate: &ModelEstimate) -> Result<Self, Distrust> {
         if !is_of_pitch(estimate) {
             return Err(Distrust::Signals {
                 input: estimate.input.clone(),
@@ -220,7 +220,7 @@ pub(super) mod tests {
 
     #[test]
     fn an_exact_model_gives_the_vehicle_back() {
-        let found = Identified::of(&estimate_of(&VEHICLE, 0.05, 0.0)).unwrap();
+        let found = Identified::from_estimate(&estimate_of(&VEHICLE, 0.05, 0.0)).unwrap();
         assert!(
             (found.model.plane / VEHICLE.plane - 1.0).abs() < 1e-3,
             "{found:?}"
@@ -238,7 +238,8 @@ pub(super) mod tests {
 
     #[test]
     fn an_unsure_model_gives_an_unsure_vehicle() {
-        let of = |deviation| Identified::of(&estimate_of(&VEHICLE, 0.05, deviation)).unwrap();
+        let of =
+            |deviation| Identified::from_estimate(&estimate_of(&VEHICLE, 0.05, deviation)).unwrap();
         let (sure, unsure) = (of(1e-6), of(1e-3));
         assert!((unsure.plane_deviation / sure.plane_deviation / 1e3 - 1.0).abs() < 1e-6);
         assert!(unsure.plane_deviation > 0.0 && unsure.damping_deviation > 0.0);
@@ -256,7 +257,7 @@ pub(super) mod tests {
                     3 => estimate.b = vec![wild; 2],
                     _ => estimate.covariance = vec![wild; 25],
                 }
-                if let Ok(found) = Identified::of(&estimate) {
+                if let Ok(found) = Identified::from_estimate(&estimate) {
                     assert!(found.model.plane.is_finite() && found.plane_deviation.is_finite());
                 }
             }
@@ -269,7 +270,7 @@ pub(super) mod tests {
         let refused = |change: fn(&mut ModelEstimate)| {
             let mut changed = good.clone();
             change(&mut changed);
-            Identified::of(&changed).unwrap_err().to_string()
+            Identified::from_estimate(&changed).unwrap_err().to_string()
         };
         assert!(refused(|m| m.output = "state:depth".to_owned()).contains("pitch_rate"));
         assert!(refused(|m| m.covariance.truncate(3)).contains("covariance"));

@@ -9,16 +9,23 @@ use super::distrust::Distrust;
 use super::pitch_model::{Identified, PitchModel};
 use super::schedule::{LoopGains, Schedule};
 
-/// Conditions on an identified model, and how fast the gains follow it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Conditions on an identified model, and how fast the gains follow it: the parameters `gains.adaptive.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Trust {
-    /// The oldest estimate acted upon, s.
+    /// Delay from the stamp of an identified model to its use, so that message latency has no effect.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
+    pub delay: f64,
+    /// Largest age of an identified model that is used.
+    #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
     pub oldest: f64,
-    /// The largest relative standard deviation of `K/J` and `B/J`.
+    /// Largest relative standard deviation of K/J and B/J of a model that is used.
+    #[parameter(default = 0.25, range = 0.0..=10.0)]
     pub uncertainty: f64,
-    /// The largest factor between identified and scheduled; above 1.
+    /// Largest ratio between identified and scheduled K/J, B/J and gains.
+    #[parameter(default = 4.0, range = 1.0..=100.0)]
     pub factor: f64,
-    /// The largest change of a gain, in scheduled gains per second.
+    /// Rate limit of a gain, in scheduled gains per second.
+    #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
     pub rate: f64,
 }
 

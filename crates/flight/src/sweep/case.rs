@@ -59,7 +59,7 @@ impl Metrics {
     ///
     /// # Errors
     /// A vehicle or parameter that is refused, or a flight that breaks off.
-    pub(super) fn of(parts: &Parts, scenario: &Scenario) -> Result<Self> {
+    pub(super) fn fly(parts: &Parts, scenario: &Scenario) -> Result<Self> {
         let mut flight = Loop::of_parts(parts, scenario)?;
         let mut metrics = Self::default();
         let mut depths = Vec::with_capacity(scenario.ticks() as usize);
@@ -169,7 +169,7 @@ parameters:
 ",
         )
         .expect("a scenario");
-        let metrics = Metrics::of(&Parts::default(), &scenario).expect("flown");
+        let metrics = Metrics::fly(&Parts::default(), &scenario).expect("flown");
         let folder = tempfile::tempdir().expect("a folder");
         let bag = folder.path().join("flight.mcap");
         crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");

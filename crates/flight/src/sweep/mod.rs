@@ -350,7 +350,7 @@ impl Sweep {
         let seed = (place % seeds) as u32;
         let mut scenario = self.space.scenario(&self.scenario, combination)?;
         scenario.seed = self.scenario.seed.wrapping_add(seed);
-        let (numbers, error) = match Metrics::of(&self.parts, &scenario) {
+        let (numbers, error) = match Metrics::fly(&self.parts, &scenario) {
             Ok(metrics) => (metrics.numbers(self.poles), String::new()),
             Err(error) => {
                 let count = case::COLUMNS.len() + 2 * self.poles;

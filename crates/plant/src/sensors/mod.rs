@@ -61,9 +61,6 @@ pub(crate) struct Sensors {
     pub depth: PressureCell,
     /// Where it is connected.
     pub depth_port: DepthPort,
-    /// The manoeuvring pressure at the depth port per `rho U (w - x q) / 2`, with the port `x` ahead
-    /// of the centre of gravity: the report saw it and gives no figure.
-    pub depth_gradient: f64,
     /// The speed cell.
     pub speed: PressureCell,
     /// Distance between its ports \[m\], bridged by dry lines; 0 for lines full of water.
@@ -85,7 +82,6 @@ impl Default for Sensors {
             accelerometer: Channel::default(),
             depth: pressure_cell::DEPTH,
             depth_port: DepthPort::Vehicle,
-            depth_gradient: 0.0,
             speed: pressure_cell::SPEED,
             dry_lines: 0.0,
             dive_planes: plane_signal::DIVE,
@@ -106,8 +102,6 @@ pub(crate) struct Truth {
     pub pitch: f64,
     /// Of the centre of gravity \[m\].
     pub depth: f64,
-    /// Velocity along body z through the water \[m/s\], positive down.
-    pub heave: f64,
     /// Forward speed through the water \[m/s\].
     pub speed: f64,
     /// The dive planes' angle \[rad\].
@@ -255,10 +249,8 @@ impl Sensors {
         vehicle_port: &Port,
     ) -> f64 {
         let port = self.depth_port.place(*vehicle_port);
-        let gauge = environment.pressure(pressure_cell::depth_of(&port, truth.depth, truth.pitch))
-            - environment.atmospheric_pressure;
-        let downwards = truth.heave - port.forward * truth.rates[1];
-        gauge + self.depth_gradient * 0.5 * environment.density * truth.speed * downwards
+        environment.pressure(pressure_cell::depth_of(&port, truth.depth, truth.pitch))
+            - environment.atmospheric_pressure
     }
 
     /// Nose less side ports \[Pa\].
@@ -339,7 +331,6 @@ mod tests {
             },
             depth: cell(pressure_cell::DEPTH),
             depth_port: DepthPort::Bottom,
-            depth_gradient: 0.5,
             speed: cell(pressure_cell::SPEED),
             dry_lines: pressure_cell::SIDE_PORTS * INCH,
             dive_planes: PlaneSignal {
@@ -360,7 +351,6 @@ mod tests {
         specific_force: [0.1, 0.0, 9.8],
         pitch: -0.02,
         depth: 0.3,
-        heave: 0.02,
         speed: FOOT,
         planes: 0.2,
     };
@@ -522,18 +512,6 @@ mod tests {
         let below = 1.75 * 10_f64.to_radians().cos();
         let shift = inches(DepthPort::Bottom) - inches(DepthPort::Vehicle) - below;
         assert!((shift - 0.5209).abs() < 1e-3, "{shift}");
-    }
-
-    #[test]
-    fn sinking_presses_on_the_port_when_told_to() {
-        let sensors = Sensors {
-            depth_gradient: 1.0,
-            depth_port: DepthPort::Centre,
-            ..Sensors::default()
-        };
-        let with = once(&sensors, &DIVING).depth_pressure;
-        let without = FRESH.pressure(DIVING.depth);
-        assert!((with - without - 0.5 * 999.835 * FOOT * 0.02).abs() < 1e-9);
     }
 
     const STEADY: Acceleration = Acceleration {

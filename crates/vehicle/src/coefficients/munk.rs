@@ -31,7 +31,7 @@ impl Spheroid {
     /// Of a spheroid `length` long and `diameter` thick, the same unit; `None` unless it is longer
     /// than thick.
     #[must_use]
-    pub fn of(length: f64, diameter: f64) -> Option<Self> {
+    pub fn new(length: f64, diameter: f64) -> Option<Self> {
         if !(diameter > 0.0 && length > diameter && length.is_finite()) {
             return None;
         }
@@ -59,14 +59,14 @@ mod tests {
 
     #[test]
     fn a_needle_carries_no_water_along_and_its_own_across() {
-        let needle = Spheroid::of(1000.0, 1.0).expect("long");
+        let needle = Spheroid::new(1000.0, 1.0).expect("long");
         assert!(needle.k1 < 1e-4 && (needle.k2 - 1.0).abs() < 1e-4);
     }
 
     #[test]
     fn a_near_sphere_carries_half_either_way() {
-        let ball = Spheroid::of(1.01, 1.0).expect("long");
+        let ball = Spheroid::new(1.01, 1.0).expect("long");
         assert!((ball.k1 - 0.5).abs() < 0.01 && (ball.k2 - 0.5).abs() < 0.01);
-        assert_eq!(Spheroid::of(1.0, 1.0), None);
+        assert_eq!(Spheroid::new(1.0, 1.0), None);
     }
 }

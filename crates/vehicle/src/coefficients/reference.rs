@@ -26,7 +26,7 @@ pub struct Reference {
 impl Reference {
     /// Those of `vehicle` at `speed` \[m/s\].
     #[must_use]
-    pub fn of(vehicle: &Vehicle, speed: f64) -> Self {
+    pub fn new(vehicle: &Vehicle, speed: f64) -> Self {
         Self {
             mass: vehicle.reference_mass,
             length: vehicle.reference_length,

@@ -144,7 +144,7 @@ impl Table {
             figures: Vec::new(),
             missing: Vec::new(),
         };
-        let reference = Reference::of(vehicle, speed);
+        let reference = Reference::new(vehicle, speed);
         table.lift(vehicle, geometry, &reference);
         table.inertia(vehicle, geometry, &reference);
         table.damping(vehicle, geometry, &reference);
@@ -231,7 +231,7 @@ impl Table {
             IMPULSE,
         );
         let section = equivalent_diameter(hull.section);
-        match Spheroid::of(hull.length, section) {
+        match Spheroid::new(hull.length, section) {
             Some(spheroid) => {
                 let ideal = spheroid.m_w(vehicle.mass / vehicle.reference_mass);
                 row(

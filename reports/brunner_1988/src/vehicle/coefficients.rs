@@ -85,7 +85,7 @@ impl Report {
 
     /// The reference quantities at 1 ft/s.
     fn reference(&self) -> Reference {
-        Reference::of(&self.vehicle, FOOT)
+        Reference::new(&self.vehicle, FOOT)
     }
 
     /// Table 2.
@@ -213,7 +213,7 @@ impl Report {
             arm: -lift::turning_arm(c_p, hull.length, l),
         };
         let diameter = munk::equivalent_diameter(hull.section);
-        let spheroid = munk::Spheroid::of(hull.length, diameter);
+        let spheroid = munk::Spheroid::new(hull.length, diameter);
         // Hull moments as printed: 0.12 from Munk's moment and the vortex lift, 0.18 as an airfoil (p. 44).
         let (munk_and_vortex, airfoil) = (0.12, 0.18);
         vec![

@@ -201,13 +201,13 @@ fn consistent() -> Vec<Dive> {
             held_for: T2.released_at * FEET_PER_LENGTH,
             ..ten_seconds(names!("T2dim_inch23"), inches_for_feet, SmallAngle)
         },
-        ten_seconds(names!("T3dim"), pitch_alone.of(vehicle), SmallAngle),
-        ten_seconds(names!("T3dim_sin"), pitch_alone.of(vehicle), Sine),
+        ten_seconds(names!("T3dim"), pitch_alone.apply(vehicle), SmallAngle),
+        ten_seconds(names!("T3dim_sin"), pitch_alone.apply(vehicle), Sine),
         Dive {
             held_for: 1.0,
             // It never levels out: nothing rights it.
             watched_for: 15.0,
-            ..ten_seconds(names!("T4dim"), unrestored.of(vehicle), Sine)
+            ..ten_seconds(names!("T4dim"), unrestored.apply(vehicle), Sine)
         },
         ten_seconds(names!("T5dim_sin"), t5, Sine),
     ]

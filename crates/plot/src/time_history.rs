@@ -1,8 +1,8 @@
 //! The time history of a quantity, at the resolution of a page.
 //!
-//! However long the course, at most [`COLUMNS`] columns of equal width are kept, of each the first, the least, the
+//! However long it is, at most [`COLUMNS`] columns of equal width are kept, of each the first, the least, the
 //! greatest and the last point: a line through them covers the same pixels as the line through all
-//! points, as long as a column is no wider than a pixel (Jugel et al., *M4*, VLDB 2014). A course of so
+//! points, as long as a column is no wider than a pixel (Jugel et al., *M4*, VLDB 2014). One of so
 //! few points is kept as it is. When there are more columns than that, they become twice as wide.
 
 /// Columns kept at most: those of a plot as wide as a large window; no less than half of them are in use.
@@ -20,7 +20,7 @@ struct Column {
 type Point = (f64, f64);
 
 impl Column {
-    fn of(point: Point) -> Self {
+    fn new(point: Point) -> Self {
         Self {
             first: point,
             least: point,
@@ -59,21 +59,21 @@ impl Column {
     }
 }
 
-/// A course that grows point by point, x never falling. What is not finite is left out.
+/// A time history that grows point by point, x never falling. What is not finite is left out.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub struct TimeHistory {
     columns: Vec<Column>,
     /// How wide a column is; 0 while each holds one point.
     width: f64,
 }
 
-impl Course {
+impl TimeHistory {
     /// Takes the next point.
     pub fn take(&mut self, x: f64, y: f64) {
         if !(x.is_finite() && y.is_finite()) {
             return;
         }
-        let next = Column::of((x, y));
+        let next = Column::new((x, y));
         match self.columns.last().copied() {
             Some(last) if self.width > 0.0 && self.place(x) <= self.place(last.first.0) => {
                 self.columns.pop();
@@ -122,11 +122,11 @@ impl Course {
     }
 }
 
-impl FromIterator<(f64, f64)> for Course {
+impl FromIterator<(f64, f64)> for TimeHistory {
     fn from_iter<I: IntoIterator<Item = (f64, f64)>>(points: I) -> Self {
-        let mut course = Self::default();
-        points.into_iter().for_each(|(x, y)| course.take(x, y));
-        course
+        let mut history = Self::default();
+        points.into_iter().for_each(|(x, y)| history.take(x, y));
+        history
     }
 }
 
@@ -135,11 +135,15 @@ mod tests {
     use super::*;
 
     fn drawn(points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
-        points.into_iter().collect::<Course>().points().collect()
+        points
+            .into_iter()
+            .collect::<TimeHistory>()
+            .points()
+            .collect()
     }
 
     #[test]
-    fn a_short_course_is_kept_as_it_is() {
+    fn a_short_one_is_kept_as_it_is() {
         let points: Vec<_> = (0..COLUMNS as u32)
             .map(|k| (f64::from(k * k), f64::from(k % 7)))
             .collect();
@@ -147,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn every_peak_of_a_long_course_is_drawn_where_it_was() {
+    fn every_peak_of_a_long_one_is_drawn_where_it_was() {
         let peaks = [(77_777, 5.0), (123_456, -3.0), (999_999, 9.0)];
         let at = |k: u32| peaks.iter().find(|peak| peak.0 == k).map_or(0.0, |p| p.1);
         let points = drawn((0..1_000_000).map(|k| (f64::from(k), at(k))));
