@@ -96,7 +96,7 @@ fn every_field_is_listed_with_its_range() {
     assert_eq!((gravity.min, gravity.max), (9.81, 9.81));
     let (pitch, rate) = (field("orientation.pitch"), field("angular_velocity.y"));
     assert!((2.0 * pitch.max - rate.max).abs() < 1e-12);
-    assert!(!field("angular_velocity.y").course.is_empty());
+    assert!(!field("angular_velocity.y").means.is_empty());
     let text = topics::table(&survey);
     assert!(text.contains("orientation_covariance[0..8]"), "{text}");
 }
