@@ -381,7 +381,7 @@ mod tests {
                 "amplitude",
             ),
         ] {
-            assert!(bad.build().unwrap_err().contains(reason));
+            assert!(bad.build().unwrap_err().to_string().contains(reason));
         }
     }
 }

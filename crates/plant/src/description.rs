@@ -157,17 +157,17 @@ mod tests {
 
     #[test]
     fn a_vehicle_without_placed_planes_has_no_joint_for_them() {
-        assert!(of(&brunner()).contains("joint=\"dive_planes\""));
+        assert!(robot_description(&brunner()).contains("joint=\"dive_planes\""));
         let mut vehicle = remus_100();
         vehicle.planes = None;
-        assert_eq!(of(&vehicle).matches("<joint").count(), 1);
+        assert_eq!(robot_description(&vehicle).matches("<joint").count(), 1);
     }
 
     #[test]
     fn a_name_is_no_xml() {
         let mut vehicle = brunner();
         vehicle.name = "a\"/><x>&".to_owned();
-        assert!(of(&vehicle).contains("<robot name=\"a____x__\">"));
+        assert!(robot_description(&vehicle).contains("<robot name=\"a____x__\">"));
     }
 
     #[test]
