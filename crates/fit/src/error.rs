@@ -5,13 +5,12 @@
 
 use std::error::Error;
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use planesman_identification::IdentificationError;
 use planesman_identification::estimators::Method;
 use planesman_vehicle::vehicle_file::VehicleError;
-
-use crate::rules::RuleError;
 
 /// Why there is no model, or no comparison.
 #[derive(Debug, thiserror::Error)]
@@ -146,4 +145,36 @@ impl FitError {
 /// A field as an option is written.
 fn dashed(field: &str) -> String {
     field.replace('_', "-")
+}
+
+/// Why an option does not take a value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RuleError {
+    /// No number.
+    #[error("'{0}' is not a number")]
+    NotANumber(String),
+    /// An infinite number, or NaN.
+    #[error("'{0}' is not finite")]
+    NotFinite(String),
+    /// A number out of range; what is in it.
+    #[error("{0}")]
+    Range(&'static str),
+    /// A count out of range.
+    #[error("{0} is not in {1:?}")]
+    Count(i128, RangeInclusive<i64>),
+    /// Another number of coefficients of heave.
+    #[error("expected four numbers: NU,ZETA,ETA,EPSILON")]
+    NotFour,
+    /// No pair of edges; what is one.
+    #[error("'{0}' {1}")]
+    NotASpan(String, &'static str),
+    /// The upper edge first.
+    #[error("'{0}' is reversed; write {2}..{1}")]
+    Reversed(String, f64, f64),
+    /// Neither data nor a window to validate on.
+    #[error("there is no file or folder '{0}', and it is no window FROM..TO either")]
+    NoValidation(String),
+    /// A rule of the one who reads the value.
+    #[error("{0}")]
+    Own(String),
 }

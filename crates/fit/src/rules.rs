@@ -3,38 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::error::FitError;
-
-/// Why an option does not take a value.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RuleError {
-    /// No number.
-    #[error("'{0}' is not a number")]
-    NotANumber(String),
-    /// An infinite number, or NaN.
-    #[error("'{0}' is not finite")]
-    NotFinite(String),
-    /// A number out of range; what is in it.
-    #[error("{0}")]
-    Range(&'static str),
-    /// A count out of range.
-    #[error("{0} is not in {1:?}")]
-    Count(i128, RangeInclusive<i64>),
-    /// Another number of coefficients of heave.
-    #[error("expected four numbers: NU,ZETA,ETA,EPSILON")]
-    NotFour,
-    /// No pair of edges; what is one.
-    #[error("'{0}' {1}")]
-    NotASpan(String, &'static str),
-    /// The upper edge first.
-    #[error("'{0}' is reversed; write {2}..{1}")]
-    Reversed(String, f64, f64),
-    /// Neither data nor a window to validate on.
-    #[error("there is no file or folder '{0}', and it is no window FROM..TO either")]
-    NoValidation(String),
-    /// A rule of the one who reads the value.
-    #[error("{0}")]
-    Own(String),
-}
+pub use crate::error::RuleError;
 
 /// Numbers that an option takes.
 #[derive(Clone, Copy, Debug)]
