@@ -168,10 +168,8 @@ impl Definitions {
         let kept = match (topic, &self.known_channels) {
             (None, _) => None,
             (Some(topic), None) => self.take_room(topic.size()).then(|| Arc::new(topic)),
-            (Some(topic), Some(known_channels)) => match known_channels.get(&given.id) {
-                Some(known_channels) if **known_channels == topic => {
-                    Some(Arc::clone(known_channels))
-                }
+            (Some(topic), Some(channels)) => match channels.get(&given.id) {
+                Some(known) if **known == topic => Some(Arc::clone(known)),
                 Some(_) => return two_meanings(),
                 None => None,
             },
