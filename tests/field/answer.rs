@@ -1,0 +1,107 @@
+//! What the program answers.
+
+use std::process::Command;
+
+use planesman_testing::near;
+use serde_json::Value;
+
+use crate::plant::{GAIN, POLE};
+
+/// What a run printed, and how it ended.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    pub(crate) status: Option<i32>,
+    /// Standard output and standard error.
+    pub(crate) text: String,
+    /// The object that `--json` prints; null without.
+    pub(crate) json: Value,
+}
+
+/// Runs the program in a folder.
+pub(crate) fn planesman(folder: &std::path::Path, arguments: &[&str]) -> Answer {
+    let output = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    Answer {
+        status: output.status.code(),
+        json: serde_json::from_str(&printed).unwrap_or_default(),
+        text: printed + &String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// `planesman sysid fit ... --json`.
+pub(crate) fn fit(folder: &std::path::Path, arguments: &[&str]) -> Answer {
+    planesman(
+        folder,
+        &[&["sysid", "fit"], arguments, &["--json"]].concat(),
+    )
+}
+
+impl Answer {
+    /// A number of the JSON, by its place: `model/poles/0/re`.
+    #[track_caller]
+    pub(crate) fn number(&self, place: &str) -> f64 {
+        let value = self.json.pointer(&format!("/{place}"));
+        let number = value.and_then(Value::as_f64);
+        number.unwrap_or_else(|| panic!("no number {place} in: {}", self.text))
+    }
+
+    /// Reading's notes and verdict, one line each.
+    pub(crate) fn said(&self) -> String {
+        let lines = |place: &str| {
+            let lines = self.json.pointer(place).and_then(Value::as_array);
+            lines.cloned().unwrap_or_default().into_iter()
+        };
+        let said = lines("/reading/notes").chain(lines("/model/verdict"));
+        let said: Vec<String> = said
+            .map(|it| it.as_str().unwrap_or_default().to_owned())
+            .collect();
+        said.join("\n")
+    }
+
+    /// Checks that something is said: in the refusal, or beside the model.
+    #[track_caller]
+    pub(crate) fn says(&self, words: &str) -> &Self {
+        let said = if self.json.is_null() {
+            self.text.clone()
+        } else {
+            self.said()
+        };
+        assert!(said.contains(words), "'{words}' is not in: {said}");
+        self
+    }
+
+    /// Checks that the data is refused, with these words.
+    #[track_caller]
+    pub(crate) fn refused(&self, words: &[&str]) -> &Self {
+        assert_eq!(self.status, Some(1), "{}", self.text);
+        for words in words {
+            assert!(
+                self.text.contains(words),
+                "'{words}' is not in: {}",
+                self.text
+            );
+        }
+        self
+    }
+
+    /// Checks that the model is `3/(s^2 + 1.2 s + 4)`, that so many samples made it, and that the verdict is good.
+    #[track_caller]
+    pub(crate) fn is_the_plant(&self, samples: u64) -> &Self {
+        assert_eq!(self.status, Some(0), "{}", self.text);
+        assert_eq!(
+            self.json.pointer("/record/samples").and_then(Value::as_u64),
+            Some(samples),
+            "{}",
+            self.said()
+        );
+        near(self.number("model/continuous_poles/0/re"), POLE.0, 0.01);
+        let im = self.number("model/continuous_poles/0/im").abs();
+        near(im, POLE.1, 0.01);
+        near(self.number("model/steady_state_gain/0"), GAIN, 0.005);
+        self.says("verdict: good")
+    }
+}

@@ -1,0 +1,11 @@
+//! Logs as people have them: each is made here from a plant that is known, and is read right or refused with the way out.
+//!
+//! ```text
+//! cargo test --test field
+//! ```
+
+#![allow(clippy::unwrap_used)]
+
+mod answer;
+mod plant;
+mod time;
