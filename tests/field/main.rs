@@ -8,4 +8,5 @@
 
 mod answer;
 mod plant;
+mod tables;
 mod time;

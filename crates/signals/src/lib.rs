@@ -23,6 +23,7 @@ mod csv_time;
 mod decimation;
 mod error;
 mod gridder;
+mod joined_tables;
 mod live_grid;
 mod prefilter;
 mod preparation;
@@ -41,6 +42,7 @@ pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
+pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
