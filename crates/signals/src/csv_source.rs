@@ -5,6 +5,7 @@
 //!
 //! A column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT` is found by `NAME` too.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -188,10 +189,12 @@ impl CsvSource {
         let columns = &self.form.columns;
         if let Some(name) = &asked.column {
             let two = name.split_once('+').filter(|_| !columns.contains(name));
+            let places = self.places();
+            let place = |name: &str| self.place(&places, name.trim());
             return Ok(match two {
-                None => Time::Named(self.place(name)?),
+                None => Time::Named(place(name)?),
                 Some((first, second)) => {
-                    let (first, second) = (self.place(first.trim())?, self.place(second.trim())?);
+                    let (first, second) = (place(first)?, place(second)?);
                     let is_date = csv_time::is_day(cell(start, first));
                     let unit = part(&columns[second]).map_or(TimeUnit::Ns, |it| it.1);
                     match is_date {
@@ -446,52 +449,52 @@ impl CsvSource {
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    /// Where a column is, by its name in full or by its name without the unit (`pitch` for `pitch [rad]`); `None` if there is
-    /// none.
-    ///
-    /// # Errors
-    /// A sentence, if several have that name.
-    pub(crate) fn find(&self, name: &str) -> Result<Option<usize>> {
+    /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); a
+    /// second place where two have that name.
+    pub(crate) fn places(&self) -> BTreeMap<&str, (usize, Option<usize>)> {
+        let mut places: BTreeMap<&str, (usize, Option<usize>)> = BTreeMap::new();
         let columns = || self.form.columns.iter().enumerate();
-        if let Some((place, _)) = columns().find(|(_, it)| *it == name) {
-            return Ok(Some(place));
+        for (place, name) in columns() {
+            let of_name = places.entry(with_unit(name).0).or_insert((place, None));
+            if of_name.0 != place {
+                of_name.1 = of_name.1.or(Some(place));
+            }
         }
-        let found: Vec<usize> = columns()
-            .filter(|(_, it)| with_unit(it).0 == name)
-            .map(|it| it.0)
-            .collect();
-        match found[..] {
-            [first, second, ..] => Err(SourceError::Request(format!(
-                "{}: '{name}' may be '{}' or '{}'; name one of them in full",
-                self.path.display(),
-                self.form.columns[first],
-                self.form.columns[second]
-            ))),
-            _ => Ok(found.first().copied()),
-        }
+        places.extend(columns().map(|(place, name)| (name.as_str(), (place, None))));
+        places
     }
 
-    pub(crate) fn place(&self, name: &str) -> Result<usize> {
-        self.find(name)?.ok_or_else(|| {
-            let columns = &self.form.columns;
-            let names = columns.iter().take(LISTED);
-            let more = columns.len().saturating_sub(LISTED);
-            let all = columns.iter().flat_map(|it| [it.as_str(), with_unit(it).0]);
-            SourceError::Request(format!(
-                "{}: it has no column '{name}'; it has {}{}{}{}",
-                self.path.display(),
-                names.cloned().collect::<Vec<_>>().join(", "),
-                match more {
+    /// The column of that name.
+    ///
+    /// # Errors
+    /// A sentence, if there is none, or there are several.
+    pub(crate) fn place(
+        &self,
+        places: &BTreeMap<&str, (usize, Option<usize>)>,
+        name: &str,
+    ) -> Result<usize> {
+        let columns = &self.form.columns;
+        let path = self.path.display();
+        match places.get(name) {
+            Some((place, None)) => Ok(*place),
+            Some((first, Some(second))) => Err(SourceError::Request(format!(
+                "{path}: '{name}' may be '{}' or '{}'; name one of them in full",
+                columns[*first], columns[*second]
+            ))),
+            None => Err(SourceError::Request(format!(
+                "{path}: it has no column '{name}'; it has {}{}{}{}",
+                columns[..columns.len().min(LISTED)].join(", "),
+                match columns.len().saturating_sub(LISTED) {
                     0 => String::new(),
                     more => format!(" and {more} more"),
                 },
-                did_you_mean(name, all),
+                did_you_mean(name, places.keys().copied()),
                 match &self.form.notes[..] {
                     [] => String::new(),
                     notes => format!(" ({})", notes.join("; ")),
                 }
-            ))
-        })
+            ))),
+        }
     }
 
     fn reader(&self) -> Result<Reader<Lines<File>>> {
@@ -508,9 +511,10 @@ impl CsvSource {
         take: &mut Take<'_>,
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
+        let places = self.places();
         let columns = requests
             .iter()
-            .map(|request| self.place(&request.name))
+            .map(|request| self.place(&places, &request.name))
             .collect::<Result<Vec<_>>>()?;
         distinct(requests, &columns)?;
         let mut reading = Reading::default();
@@ -898,9 +902,12 @@ mod tests {
             ("pitch [rad]", 2),
             ("pitch", 3),
         ] {
-            assert_eq!(table.place(name).unwrap(), place, "{name}");
+            assert_eq!(table.place(&table.places(), name).unwrap(), place, "{name}");
         }
-        let refusal = table.place("dpeth").unwrap_err().to_string();
+        let refusal = table
+            .place(&table.places(), "dpeth")
+            .unwrap_err()
+            .to_string();
         assert!(refusal.contains("did you mean 'depth'?"), "{refusal}");
     }
 

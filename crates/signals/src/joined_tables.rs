@@ -71,7 +71,10 @@ impl JoinedTables {
     fn find(&self, name: &str) -> Result<(usize, usize)> {
         let mut found = Vec::new();
         for (at, table) in self.tables.iter().enumerate() {
-            found.extend(table.find(name)?.map(|column| (at, column)));
+            let places = table.places();
+            if places.contains_key(name) {
+                found.push((at, table.place(&places, name)?));
+            }
         }
         let file = |at: usize| {
             let name = self.tables[at].path().file_name();
@@ -98,7 +101,7 @@ impl JoinedTables {
             for prefix in names.into_iter().flatten() {
                 let prefix = format!("{}:", prefix.display());
                 if let Some(column) = name.strip_prefix(&prefix) {
-                    return Ok((at, table.place(column)?));
+                    return Ok((at, table.place(&table.places(), column)?));
                 }
             }
         }
@@ -114,8 +117,11 @@ impl JoinedTables {
     /// Whether every table has all of these columns: then each is an experiment of its own.
     #[must_use]
     pub fn are_alike(&self, names: &[String]) -> bool {
-        let has = |table: &CsvSource, name: &String| !matches!(table.find(name), Ok(None));
-        (self.tables.iter()).all(|table| names.iter().all(|name| has(table, name)))
+        let has_all = |table: &CsvSource| {
+            let places = table.places();
+            names.iter().all(|name| places.contains_key(name.as_str()))
+        };
+        self.tables.iter().all(has_all)
     }
 
     /// Hands every cell of the columns to `take`, row by row, in the order of their times.
