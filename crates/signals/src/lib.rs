@@ -1,10 +1,10 @@
 #![doc = include_str!("../README.md")]
 //!
 //! ```text
-//! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -12,7 +12,9 @@
 //!
 //! Inside: `gridder` puts samples on the grid, for both of them.
 
+mod ahead;
 mod align;
+mod alog;
 mod bag_source;
 mod channel;
 mod column_source;
@@ -20,11 +22,14 @@ mod csv_cell;
 mod csv_form;
 mod csv_source;
 mod csv_time;
+mod dataflash;
 mod decimation;
 mod error;
 mod gridder;
 mod joined_tables;
 mod live_grid;
+mod log_source;
+mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
@@ -44,6 +49,7 @@ pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
 pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
+pub use log_source::LogSource;
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
