@@ -5,6 +5,7 @@
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -22,6 +23,7 @@ mod csv_source;
 mod decimation;
 mod error;
 mod gridder;
+mod identity;
 mod live_grid;
 mod prefilter;
 mod preparation;
@@ -30,6 +32,7 @@ mod request;
 mod resample;
 mod signal;
 mod source;
+mod stamps;
 mod timing;
 mod ulog;
 mod ulog_source;
@@ -40,6 +43,7 @@ pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
+pub use identity::Identity;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
