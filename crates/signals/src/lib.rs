@@ -5,6 +5,7 @@
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -23,6 +24,7 @@ mod csv_source;
 mod decimation;
 mod error;
 mod gridder;
+mod identity;
 mod live_grid;
 mod prefilter;
 mod preparation;
@@ -34,6 +36,7 @@ mod sieve;
 mod signal;
 mod source;
 mod spread;
+mod stamps;
 mod time_unit;
 mod timing;
 mod ulog;
@@ -46,6 +49,7 @@ pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
+pub use identity::Identity;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
