@@ -29,7 +29,7 @@ pub struct Limit {
 pub struct LimitError(pub f64);
 
 /// A value behind a [`Limit`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limited {
     /// The value after the limit, in the unit of what was limited.
     pub value: f64,
