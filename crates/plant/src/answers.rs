@@ -29,7 +29,7 @@ pub struct Answers {
     /// The age of the answer used in the last tick, in ticks.
     pub age: i64,
     /// Ticks without the actuator's answer.
-    pub held: u64,
+    pub unanswered: u64,
     /// Such ticks in a row.
     pub silent: i64,
     /// Ticks flown on an older answer.
@@ -49,7 +49,7 @@ impl Answers {
             motions: BTreeMap::new(),
             flown: None,
             age: 0,
-            held: 0,
+            unanswered: 0,
             silent: 0,
             delayed: 0,
         };
@@ -120,7 +120,7 @@ impl Answers {
             .as_ref()
             .map_or(0, |(stamp, _)| (now - stamp) / self.tick);
         self.delayed += u64::from(self.age > 0);
-        self.held += u64::from(newest.is_none());
+        self.unanswered += u64::from(newest.is_none());
         self.silent = if newest.is_none() { self.silent + 1 } else { 0 };
         newest.map(|(_, motion)| motion)
     }
@@ -240,16 +240,16 @@ mod tests {
         answers.on_motion(motion(1), TICK);
         answers.begin();
         assert_eq!(answers.missing(TICK), ["the actuator", "sysid"]);
-        assert_eq!((answers.held, answers.delayed), (0, 0));
+        assert_eq!((answers.unanswered, answers.delayed), (0, 0));
     }
 
     #[test]
     fn ticks_without_an_answer_are_counted_until_one_comes() {
         let mut answers = Answers::new(&PlantParameters::default(), TICK);
         assert_eq!((answers.fly(0), answers.fly(TICK)), (None, None));
-        assert_eq!((answers.held, answers.silent), (2, 2));
+        assert_eq!((answers.unanswered, answers.silent), (2, 2));
         answers.on_motion(motion(2), 2 * TICK);
         assert!(answers.fly(2 * TICK).is_some());
-        assert_eq!((answers.held, answers.silent), (2, 0));
+        assert_eq!((answers.unanswered, answers.silent), (2, 0));
     }
 }

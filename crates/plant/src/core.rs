@@ -206,7 +206,7 @@ impl Plant {
     #[must_use]
     pub fn observe(&mut self, stamp: Time) -> Observation {
         let readings = self.readings();
-        let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
+        let odometry = odometry::Odometry::new(&self.body, self.settings.motion.current);
         let frames = self.frames(stamp);
         Observation {
             state: self.state_message(&frames),
@@ -1060,9 +1060,9 @@ mod tests {
             }
             (plant.body.roll.angle, plant.body.roll.rate)
         };
-        let (free, held) = (heel("none"), heel("sine"));
+        let (free, righted) = (heel("none"), heel("sine"));
         assert!(free.1 > 0.0, "nothing turns it back: {free:?}");
-        assert!(free.0 > 10.0 * held.0.abs());
+        assert!(free.0 > 10.0 * righted.0.abs());
     }
 
     /// The state after so many ticks with the planes at an angle for 10 s and then neutral.

@@ -4,4 +4,4 @@
 
 mod node;
 
-pub use node::main;
+pub use node::{DONE, main};

@@ -49,6 +49,9 @@ const COARSEST_CLOCK: i64 = 1_000_000_000;
 /// Time between two warnings about missed ticks, s.
 const WARNING_PERIOD: Duration = Duration::from_secs(5);
 
+/// The message of the status `vehicle` once `duration` is flown.
+pub const DONE: &str = "done";
+
 enum Event {
     Motion(PlaneMotion),
     Planes(JointState),
@@ -510,14 +513,14 @@ impl Node {
         self.begin_tick(rt)?;
         let mut status = (Level::Ok, "running".to_owned());
         // The actuator's silence by the stamps; below, that of a tick's members by the wall clock.
-        let held = self.observation.as_ref().map_or(0, |_| self.answers.silent);
-        let mut silence = (held * self.plant.tick_nanos()) as f64 * 1e-9;
+        let silent = self.observation.as_ref().map_or(0, |_| self.answers.silent);
+        let mut silence = (silent * self.plant.tick_nanos()) as f64 * 1e-9;
         let mut outcome = "no answer of the actuator, planes held".to_owned();
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
             status = match (self.is_flown(), self.paused) {
-                (true, _) => (Level::Ok, "done".to_owned()),
+                (true, _) => (Level::Ok, DONE.to_owned()),
                 (false, true) => (Level::Ok, "paused".to_owned()),
                 (false, false) => (Level::Warn, "waiting for /clock".to_owned()),
             };
@@ -558,7 +561,7 @@ impl Node {
                 ("ticks", self.k.to_string()),
                 (
                     "ticks without the actuator's answer",
-                    self.answers.held.to_string(),
+                    self.answers.unanswered.to_string(),
                 ),
                 ("ticks on an older answer", self.answers.delayed.to_string()),
                 ("ticks missed", self.missed.to_string()),
