@@ -7,12 +7,12 @@ use std::path::Path;
 use planesman_testing::near;
 
 use crate::answer::{Answer, fit};
-use crate::plant::{Log, SAMPLES, STEP, noise, prbs, second_order, table};
+use crate::plant::{SAMPLES, STEP, log, noise, prbs, second_order, table};
 
 /// The model of the usual log in a table whose times are written so.
 fn with_times(name: &str, time: impl Fn(usize) -> String, arguments: &[&str]) -> Answer {
-    let log = Log::new(1, SAMPLES);
-    let rows = (0..SAMPLES).map(|k| (time(k), log.u[k], log.y[k]));
+    let (u, y) = log(1, SAMPLES);
+    let rows = (0..SAMPLES).map(|k| (time(k), u[k], y[k]));
     of_table(&table(&format!("{name},u,y"), rows), arguments)
 }
 
@@ -147,11 +147,10 @@ fn a_clock_that_is_set_back_parts_the_record() {
 
 #[test]
 fn a_clock_that_begins_anew_parts_the_record_each_time() {
-    let log = Log::new(2, SAMPLES);
+    let (u, y) = log(2, SAMPLES);
     // Each run begins at rest, at 0 s, or where the machine was started.
     for (run, first) in [(500, 0.0), (700, 0.0), (1000, 300.0), (400, 0.0)] {
-        let rows =
-            (0..SAMPLES).map(|k| (format!("{:.2}", first + at(k % run)), log.u[k], log.y[k]));
+        let rows = (0..SAMPLES).map(|k| (format!("{:.2}", first + at(k % run)), u[k], y[k]));
         let answer = of_table(&table("t,u,y", rows), &[]);
         answer.is_the_plant(SAMPLES as u64).says("goes back");
         let segments = answer.json["record"]["segments"].as_array().unwrap().len();
@@ -161,7 +160,7 @@ fn a_clock_that_begins_anew_parts_the_record_each_time() {
 
 #[test]
 fn a_straggler_does_not_part_the_record() {
-    let log = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let mut order: Vec<usize> = (0..SAMPLES).collect();
     for k in (40..SAMPLES - 40).step_by(97) {
         let straggler = order.remove(k);
@@ -175,7 +174,7 @@ fn a_straggler_does_not_part_the_record() {
         .for_each(|it| it.rotate_left(10));
     let rows = order
         .into_iter()
-        .map(|k| (format!("{:.2}", at(k)), log.u[k], log.y[k]));
+        .map(|k| (format!("{:.2}", at(k)), u[k], y[k]));
     let answer = of_table(&table("t,u,y", rows), &[]);
     answer.is_the_plant(SAMPLES as u64);
     assert_eq!(
@@ -186,10 +185,10 @@ fn a_straggler_does_not_part_the_record() {
 
 #[test]
 fn rows_that_are_not_sorted_are_refused() {
-    let log = Log::new(4, SAMPLES);
+    let (u, y) = log(4, SAMPLES);
     let rows = (0..SAMPLES)
         .rev()
-        .map(|k| (format!("{:.2}", at(k)), log.u[k], log.y[k]));
+        .map(|k| (format!("{:.2}", at(k)), u[k], y[k]));
     let answer = of_table(&table("t,u,y", rows), &[]);
     answer.refused(&["sort them by time", "--time"]);
 }
