@@ -11,4 +11,5 @@ mod bags;
 mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;
+mod records;
 mod time;

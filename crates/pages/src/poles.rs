@@ -96,7 +96,7 @@ mod tests {
         // of the time constant that over s^2, 0.0297.
         assert_eq!(
             rows[0],
-            "0.9000 ± 0.0030,-1.0536 ± 0.0329,time constant 0.9491 ± 0.0297 s"
+            "0.9000 ± 0.0030,-1.054 ± 0.033,time constant 0.949 ± 0.030 s"
         );
         assert!(rows[1].starts_with("0.0100 ± 0.0022,-46.05"), "{text}");
         assert!(rows[1].ends_with(ARTEFACT), "{text}");
