@@ -7,5 +7,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod answer;
+mod bags;
 mod plant;
+#[path = "../bags/mod.rs"]
+mod raw_bags;
 mod time;

@@ -14,6 +14,7 @@
 use std::ops::Range;
 
 use nalgebra::{Complex, Matrix2};
+use planesman_linear::digits::with_interval;
 use planesman_linear::{discrete_to_continuous, is_sampling_artefact, polynomial};
 
 use crate::error::Result;
@@ -85,18 +86,17 @@ impl Uncertain {
         if im != 0.0 {
             let (damping, deviation) = self.damping_ratio();
             format!(
-                "{unstable}natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
-                self.value.norm(),
-                SIGMAS_95 * self.magnitude_deviation(),
-                SIGMAS_95 * deviation
+                "{unstable}natural frequency {} rad/s, damping ratio {}",
+                with_interval(self.value.norm(), SIGMAS_95 * self.magnitude_deviation()),
+                with_interval(damping, SIGMAS_95 * deviation)
             )
         } else if re == 0.0 {
             "integrator".to_owned()
         } else {
+            let interval = SIGMAS_95 * self.real_deviation() / (re * re);
             format!(
-                "{unstable}time constant {:.4} ± {:.4} s",
-                1.0 / re.abs(),
-                SIGMAS_95 * self.real_deviation() / (re * re)
+                "{unstable}time constant {} s",
+                with_interval(1.0 / re.abs(), interval)
             )
         }
     }

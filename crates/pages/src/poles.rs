@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
+use planesman_linear::digits::with_interval;
 use planesman_linear::is_sampling_artefact;
 
 use planesman_console::Table;
@@ -64,10 +65,7 @@ pub(crate) fn text(pole: &Uncertain) -> String {
 
 /// A value with its 95 % interval; without one where it is known.
 fn interval(value: f64, deviation: f64) -> String {
-    match deviation {
-        0.0 => format!("{value:.4}"),
-        _ => format!("{value:.4} ± {:.4}", SIGMAS_95 * deviation),
-    }
+    with_interval(value, SIGMAS_95 * deviation)
 }
 
 #[cfg(test)]

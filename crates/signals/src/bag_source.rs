@@ -1,26 +1,27 @@
 //! Samples from a bag with any message types, decoded by its schemas.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use planesman_bag::reader::Messages;
 use planesman_bag::{BagReader, Message, Order, Topic};
-use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
+use planesman_decode::{Decoder, FieldPath, Types, Values, is_called, schema};
 use planesman_record::Input;
 use planesman_text::did_you_mean;
 
 use crate::error::{Result, SourceError};
+use crate::identity::Identity;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
+use crate::stamps::{self, Stamps};
 
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
 
-/// Messages of a topic of which the delay from stamp to reception is looked at.
-const DELAYS: usize = 10_000;
-
-/// A lag between stamp and reception that is reported, s.
-const LAG: f64 = 1e-3;
+/// Messages of a topic, and of all, whose stamps are looked at before the clock is chosen, and bytes of the bag in which they are sought.
+const STAMPS: u64 = 200;
+const ALL_STAMPS: usize = 5000;
+const STAMP_BYTES: u64 = 16 << 20;
 
 /// Messages in which the names of a list's elements are looked for, and names that are kept.
 const NAMED_IN: usize = 10_000;
@@ -83,7 +84,7 @@ impl BagSource {
             .collect::<Result<Vec<_>>>()?;
         let places: Vec<_> = wanted.iter().map(|it| (&it.topic, &it.path)).collect();
         distinct(requests, &places)?;
-        let clock = self.chosen(&wanted)?;
+        let (clock, reason) = self.chosen(&wanted)?;
         let mut reading = Reading {
             stamps: match clock {
                 Clock::Header => "of the messages' headers",
@@ -92,11 +93,8 @@ impl BagSource {
             .to_owned(),
             ..Reading::default()
         };
-        let mut plans: Vec<Plan> = Vec::new();
-        let mut messages = self.bag.messages_of(
-            |topic| wanted.iter().any(|it| it.topic == topic.name),
-            Order::File,
-        );
+        let mut messages = self.messages(&wanted);
+        let mut plans = Plans::new(&wanted, clock);
         let mut count = 0_u64;
         while let Some(message) = messages.next() {
             let message = match message {
@@ -110,28 +108,37 @@ impl BagSource {
             if count.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(messages.bytes_read());
             }
-            let known = plans
-                .iter()
-                .position(|it| Arc::ptr_eq(&it.topic, &message.topic));
-            let place = match known {
-                Some(place) => place,
-                None => {
-                    plans.push(Plan::of(&message.topic, &wanted, clock)?);
-                    plans.len() - 1
-                }
-            };
-            if !plans[place].read(&message, take) {
+            if !plans.read(&message, take)? {
                 break;
             }
         }
-        for plan in &mut plans {
+        for plan in &plans.list {
             plan.judge(&mut reading)?;
-            if let Some(latency) = plan.latency() {
-                let known = reading.latencies.entry(plan.topic.name.clone());
-                known.or_insert(latency);
+        }
+        for (wanted, identity) in wanted.iter().zip(&plans.identities) {
+            reading.notes.extend(identity.judge(&wanted.signal)?);
+        }
+        let unfit = match self.clock {
+            None => stamps::unfit(&mut plans.stamps),
+            Some(_) => stamps::standing(&plans.stamps),
+        };
+        match (unfit, reason) {
+            (_, Some(reason)) => reading
+                .notes
+                .push(format!("{reason}; so the recorder's time is taken for all")),
+            (Some(reason), None) if clock == Clock::Header => {
+                return Err(SourceError::Data(format!(
+                    "{reason}; --stamp log takes the recorder's time for all"
+                )));
+            }
+            (_, None) => {
+                let latencies = stamps::latencies(&mut plans.stamps);
+                reading.notes.extend(stamps::lag(&latencies, clock));
+                reading.latencies.extend(latencies);
             }
         }
-        reading.notes.extend(lag(&reading.latencies, clock));
+        let notes = plans.stamps.iter().filter_map(|it| it.note(clock));
+        reading.notes.extend(notes);
         if count == 0
             && let [note] = &reading.notes[..]
         {
@@ -145,23 +152,52 @@ impl BagSource {
         Ok(reading)
     }
 
-    /// The clock asked for, or the messages' own if all have one.
-    fn chosen(&self, wanted: &[Wanted]) -> Result<Clock> {
+    /// The messages of the wanted topics, of those types in which the signals were found.
+    fn messages<'a>(&'a self, wanted: &'a [Wanted]) -> Messages<'a> {
+        self.bag
+            .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), Order::File)
+    }
+
+    /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why.
+    fn chosen(&self, wanted: &[Wanted]) -> Result<(Clock, Option<String>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
                 "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
                 wanted.topic, wanted.type_name
             ))),
-            (Some(clock), _) => Ok(clock),
-            (None, None) => Ok(Clock::Header),
-            (None, Some(_)) => Ok(Clock::Log),
+            (Some(clock), _) => Ok((clock, None)),
+            (None, Some(_)) => Ok((Clock::Log, None)),
+            (None, None) => {
+                let reason = self.unfit(wanted)?;
+                let is_fit = reason.is_none();
+                Ok((if is_fit { Clock::Header } else { Clock::Log }, reason))
+            }
         }
+    }
+
+    /// Why the stamps of the first messages are of no use.
+    fn unfit(&self, wanted: &[Wanted]) -> Result<Option<String>> {
+        let mut plans = Plans::new(wanted, Clock::Log);
+        let mut messages = self.messages(wanted);
+        for _ in 0..ALL_STAMPS {
+            let Some(Ok(message)) = messages.next() else {
+                break;
+            };
+            plans.read(&message, &mut |_, _, _| true)?;
+            if plans.stamps.iter().all(|it| it.messages() >= STAMPS)
+                || messages.bytes_read() > STAMP_BYTES
+            {
+                break;
+            }
+        }
+        Ok(stamps::unfit(&mut plans.stamps))
     }
 }
 
 /// A signal, and the topic that has it.
 struct Wanted {
+    signal: Signal,
     topic: String,
     type_name: String,
     path: FieldPath,
@@ -170,6 +206,11 @@ struct Wanted {
 }
 
 impl Wanted {
+    /// Whether the signal is in the messages of this topic. Another type's on the same topic are other messages.
+    fn is_on(&self, topic: &Topic) -> bool {
+        topic.name == self.topic && topic.kind.type_name == self.type_name
+    }
+
     fn find(bag: &BagReader, request: &Request) -> Result<Self> {
         let signal: Signal = request.name.parse()?;
         let mut found: Vec<&Arc<Topic>> = bag
@@ -194,9 +235,16 @@ impl Wanted {
                 listed(found.iter().map(|it| it.name.as_str()))
             )));
         }
-        let types = types(topic)?;
-        let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
-            .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
+        // Of several types on the topic, the first that has the signal.
+        let readers = found.iter().map(|topic| {
+            let types = types(topic)?;
+            let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
+                .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
+            Ok((topic, types, decoder))
+        });
+        let mut readers: Vec<Result<_>> = readers.collect();
+        let place = readers.iter().position(Result::is_ok).unwrap_or(0);
+        let (topic, types, decoder) = readers.swap_remove(place)?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
             let known = names_in(bag, &topic.name, &types, signal.path(), None);
@@ -208,7 +256,7 @@ impl Wanted {
                 listed(known.iter().map(String::as_str))
             )));
         }
-        if let Some((list, name)) = signal.path().named() {
+        for (list, name) in signal.path().named() {
             let known = names_in(bag, &topic.name, &types, &list, Some(name));
             if !known.iter().any(|it| it == name) {
                 return Err(SourceError::Request(format!(
@@ -224,6 +272,7 @@ impl Wanted {
             path: signal.path().clone(),
             role: request.role,
             has_stamp: types.stamp().is_some(),
+            signal,
         })
     }
 }
@@ -262,7 +311,7 @@ fn names_in(
                 known.push(name.clone());
             }
         }
-        let is_known = |wanted: &str| values.names().iter().any(|it| it == wanted);
+        let is_known = |wanted: &str| values.names().iter().any(|it| is_called(it, wanted));
         if wanted.is_none_or(is_known) {
             known.extend(wanted.map(str::to_owned));
             break;
@@ -339,6 +388,53 @@ fn brief(reason: String) -> String {
     }
 }
 
+/// How the messages of the wanted topics are read, and what was seen of them.
+struct Plans<'w> {
+    wanted: &'w [Wanted],
+    clock: Clock,
+    list: Vec<Plan>,
+    /// By topic; the plans of its files share it.
+    stamps: Vec<Stamps>,
+    /// By signal.
+    identities: Vec<Identity>,
+}
+
+impl<'w> Plans<'w> {
+    fn new(wanted: &'w [Wanted], clock: Clock) -> Self {
+        let mut topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
+        topics.sort_unstable();
+        topics.dedup();
+        Self {
+            wanted,
+            clock,
+            list: Vec::new(),
+            stamps: topics.into_iter().map(Stamps::of).collect(),
+            identities: wanted.iter().map(|_| Identity::default()).collect(),
+        }
+    }
+
+    /// Reads a message; returns whether more is wanted.
+    fn read(&mut self, message: &Message, take: &mut Take<'_>) -> Result<bool> {
+        let known = self.list.iter();
+        let mut known = known.map(|it| &it.topic);
+        let place = match known.position(|it| Arc::ptr_eq(it, &message.topic)) {
+            Some(place) => place,
+            None => {
+                let plan = Plan::of(&message.topic, self.wanted)?;
+                self.list.push(plan);
+                self.list.len() - 1
+            }
+        };
+        let plan = &mut self.list[place];
+        let stamps = self.stamps.iter_mut();
+        let mut stamps = stamps.filter(|it| it.topic == message.topic.name);
+        let Some(stamps) = stamps.next() else {
+            return Ok(true);
+        };
+        Ok(plan.read(message, self.clock, stamps, &mut self.identities, take))
+    }
+}
+
 /// How the messages of one topic of one file are read.
 struct Plan {
     topic: Arc<Topic>,
@@ -346,24 +442,16 @@ struct Plan {
     values: Values,
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
     signals: Vec<(usize, Role)>,
-    clock: Clock,
     has_stamp: bool,
     messages: u64,
-    /// How long after its own stamp the recorder received a message, ns.
-    delays: Vec<i64>,
     refused: u64,
     reason: String,
 }
 
 impl Plan {
-    fn of(topic: &Arc<Topic>, wanted: &[Wanted], clock: Clock) -> Result<Self> {
+    fn of(topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
         let types = types(topic)?;
-        let here = || {
-            wanted
-                .iter()
-                .enumerate()
-                .filter(|(_, it)| it.topic == topic.name)
-        };
+        let here = || wanted.iter().enumerate().filter(|(_, it)| it.is_on(topic));
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
         let stamp = types.stamp();
         if let Some(stamp) = &stamp {
@@ -371,21 +459,26 @@ impl Plan {
         }
         Ok(Self {
             topic: Arc::clone(topic),
-            decoder: Decoder::compile(&types, &paths)
+            decoder: Decoder::compile_with_identities(&types, &paths)
                 .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?,
             values: Values::default(),
             signals: here().map(|(signal, it)| (signal, it.role)).collect(),
-            clock,
             has_stamp: stamp.is_some(),
             messages: 0,
-            delays: Vec::new(),
             refused: 0,
             reason: String::new(),
         })
     }
 
     /// Returns whether more is wanted.
-    fn read(&mut self, message: &Message, take: &mut Take<'_>) -> bool {
+    fn read(
+        &mut self,
+        message: &Message,
+        clock: Clock,
+        stamps: &mut Stamps,
+        identities: &mut [Identity],
+        take: &mut Take<'_>,
+    ) -> bool {
         self.messages += 1;
         let values = &mut self.values;
         if let Err(error) = self.decoder.read(&message.payload, values) {
@@ -396,13 +489,10 @@ impl Plan {
             true => nanoseconds(values, self.signals.len()),
             false => None,
         };
-        if let Some(own) = own
-            && self.delays.len() < DELAYS
-        {
-            self.delays.push(message.log_time.saturating_sub(own));
-        }
-        let stamp = match self.clock {
+        let is_filled = stamps.take(own, message.log_time);
+        let stamp = match clock {
             Clock::Log => Some(message.log_time),
+            Clock::Header if !is_filled => return true,
             Clock::Header => own,
         };
         let Some(stamp) = stamp else {
@@ -411,16 +501,13 @@ impl Plan {
         };
         let mut more = true;
         for (index, (signal, role)) in self.signals.iter().enumerate() {
-            more &= take(*signal, stamp, number(values.list(index), *role));
+            let list = values.list(index);
+            if !list.is_empty() {
+                identities[*signal].take(&self.decoder, index, values);
+            }
+            more &= take(*signal, stamp, number(list, *role));
         }
         more
-    }
-
-    /// The median time from a message's stamp to its reception, s.
-    fn latency(&mut self) -> Option<f64> {
-        let middle = self.delays.len().checked_sub(1)? / 2;
-        let (_, median, _) = self.delays.select_nth_unstable(middle);
-        Some(*median as f64 * 1e-9)
     }
 
     fn refuse(&mut self, reason: String) {
@@ -448,38 +535,6 @@ impl Plan {
         reading.notes.push(note);
         Ok(())
     }
-}
-
-/// How much later than their stamps the topics' messages were received, and what that means for a model; nothing where all
-/// are as late as each other.
-fn lag(latencies: &BTreeMap<String, f64>, clock: Clock) -> Option<String> {
-    let least = latencies.values().copied().fold(f64::INFINITY, f64::min);
-    let most = latencies
-        .values()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let (difference, meaning) = match clock {
-        Clock::Header => (
-            most - least,
-            "lie between them; by the stamps of the headers this is no delay of the system",
-        ),
-        Clock::Log => (
-            most.max(most - least),
-            "count as delay of the system by the stamps of the recorder",
-        ),
-    };
-    if latencies.is_empty() || difference <= LAG {
-        return None;
-    }
-    let each = latencies.iter();
-    let each: Vec<String> = each
-        .map(|(topic, latency)| format!("{topic} {:.1} ms", latency * 1e3))
-        .collect();
-    Some(format!(
-        "received after their own stamps (median): {}; {:.1} ms {meaning}",
-        each.join(", "),
-        difference * 1e3
-    ))
 }
 
 /// The stamp whose seconds are at `index`, nanoseconds behind.

@@ -5,16 +5,18 @@
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
-//! Inside: `gridder` puts samples on the grid, for both of them.
+//! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
 
 mod align;
 mod bag_source;
 mod channel;
+mod clock;
 mod column_source;
 mod csv_cell;
 mod csv_form;
@@ -22,33 +24,43 @@ mod csv_source;
 mod decimation;
 mod error;
 mod gridder;
+mod identity;
 mod live_grid;
 mod prefilter;
 mod preparation;
 mod prepared_record;
+mod repeats;
 mod request;
 mod resample;
+mod sieve;
 mod signal;
 mod source;
+mod spread;
+mod stamps;
+mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
-pub use channel::{Channel, Method, Timing};
+pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
+pub use identity::Identity;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
 pub use prepared_record::{PreparedRecord, read_record};
-pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
+pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
+pub use time_unit::TimeUnit;
 pub use timing::Meter;
 pub use ulog_source::UlogSource;
+pub use unwrap::Unwrap;
