@@ -12,4 +12,5 @@ mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;
 mod records;
+mod tables;
 mod time;

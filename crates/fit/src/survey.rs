@@ -9,8 +9,8 @@ use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Clock, Meter, Reading, Request, Source, SourceError, Take, Timing,
-    UlogSource,
+    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, SourceError,
+    Take, Timing, UlogSource,
 };
 use serde::Serialize;
 
@@ -85,13 +85,15 @@ pub fn survey(
     let source = data.open()?;
     reading(source.bytes(), progress, |told| match source {
         Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
-        Source::Csv(table) => {
-            let table = table.counted();
-            let name = table.path().display().to_string();
-            of_table(name, table.requests(), |requests, take| {
-                let reading = table.read(requests, take, told);
-                reading.map_err(FitError::data)
-            })
+        Source::Csv(table) => of_csv(table, told),
+        Source::Tables(tables) => {
+            let mut all = Survey::default();
+            for table in tables.apart() {
+                let Survey { topics, notes } = of_csv(table, told)?;
+                all.topics.extend(topics);
+                all.notes.extend(notes);
+            }
+            Ok(all)
         }
         Source::Ulog(log) => of_log(&log, topic, told),
         Source::Columns(columns) => {
@@ -451,6 +453,15 @@ fn read_fields(
     };
     let reading = read(requests, &mut take)?;
     Ok((fields, meters, reading))
+}
+
+fn of_csv(table: CsvSource, told: &dyn Fn(u64)) -> Result<Survey, FitError> {
+    let table = table.counted();
+    let name = table.path().display().to_string();
+    of_table(name, table.requests(), |requests, take| {
+        let reading = table.read(requests, take, told);
+        reading.map_err(FitError::data)
+    })
 }
 
 fn of_table(

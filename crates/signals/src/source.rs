@@ -9,6 +9,7 @@ use crate::bag_source::BagSource;
 use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
+use crate::joined_tables::JoinedTables;
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
 
@@ -21,6 +22,22 @@ pub struct Data {
     pub stamp: Option<Clock>,
     /// How the time of a table is read.
     pub time: TableTime,
+}
+
+/// The endings of tables.
+const TABLES: [&str; 9] = [
+    "csv", "tsv", "txt", "dat", "lvm", "log", "asc", "prn", "tab",
+];
+
+/// Whether a file is a table, by its ending.
+#[must_use]
+pub fn is_table(path: &Path) -> bool {
+    ends_in(path, &TABLES)
+}
+
+fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
 }
 
 /// A kind of file that is known and not read, by its endings.
@@ -118,6 +135,8 @@ pub enum Source {
     Bag(Box<BagSource>),
     /// A table.
     Csv(CsvSource),
+    /// Several tables, joined by time.
+    Tables(JoinedTables),
     /// A PX4 log.
     Ulog(UlogSource),
     /// Columns in memory.
@@ -130,26 +149,25 @@ impl Source {
     /// # Errors
     /// One line: what is no bag or table, with its path.
     pub fn open(data: &Data) -> Result<Self> {
-        let ends_in = |path: &PathBuf, endings: &[&str]| {
-            let ending = path.extension().unwrap_or_default();
-            endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
-        };
         let exists = |path: &&PathBuf| path.is_file();
         if let Some((path, kind)) = (data.paths.iter().filter(exists))
             .find_map(|path| Some((path, foreign(path.extension()?.to_str()?)?)))
         {
             return Err(SourceError::Data(kind.remedy(path)));
         }
-        let is_csv = |path: &PathBuf| ends_in(path, &["csv", "tsv", "txt", "dat"]);
+        let is_csv = |path: &PathBuf| is_table(path);
         let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
         match &data.paths[..] {
-            [path] if is_csv(path) => {
+            paths @ [first, others @ ..] if paths.iter().all(is_csv) => {
                 if data.stamp.is_some() {
                     return Err(SourceError::Request(
                         "--stamp is for bags; a table's time is its column's (--time)".to_owned(),
                     ));
                 }
-                Ok(Self::Csv(CsvSource::open(path, &data.time)?))
+                Ok(match others {
+                    [] => Self::Csv(CsvSource::open(first, &data.time)?),
+                    _ => Self::Tables(JoinedTables::open(paths, &data.time)?),
+                })
             }
             [path] if is_ulog(path) => {
                 if data.stamp.is_some() || data.time != TableTime::default() {
@@ -158,7 +176,7 @@ impl Source {
                 Ok(Self::Ulog(UlogSource::open(path)?))
             }
             paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => Err(SourceError::Request(
-                "one .csv file or log is taken at a time, and none beside a bag".to_owned(),
+                "tables are joined with tables only, and a log stands alone: no bag or log is taken beside them".to_owned(),
             )),
             _ if data.time != TableTime::default() => Err(SourceError::Request(
                 "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps \
@@ -175,6 +193,7 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.bytes(),
             Self::Csv(table) => table.bytes(),
+            Self::Tables(tables) => tables.bytes(),
             Self::Ulog(log) => log.bytes(),
             Self::Columns(_) => 0,
         }
@@ -186,6 +205,7 @@ impl Source {
         match self {
             Self::Bag(_) | Self::Ulog(_) => None,
             Self::Csv(table) => table.sample_time(),
+            Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
         }
     }
@@ -203,6 +223,7 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.read(requests, take, progress),
             Self::Csv(table) => table.read(requests, take, progress),
+            Self::Tables(tables) => tables.read(requests, take, progress),
             Self::Ulog(log) => log.read(requests, take, progress),
             Self::Columns(columns) => columns.read(requests, take),
         }
