@@ -202,9 +202,11 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, Unreadable> {
-        let types = signals::types(topic).map_err(|error| Unreadable::Schema(error.into()))?;
+    fn of(source: &BagSource, topic: &Topic) -> Result<Self, Unreadable> {
+        let types = signals::types(source.bag(), topic)
+            .map_err(|error| Unreadable::Schema(error.into()))?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
+        let clock = source.clock();
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
         if let Some(stamp) = &stamp {
@@ -343,7 +345,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         }
         let plan = plans
             .entry(Arc::as_ptr(&topic.kind))
-            .or_insert_with(|| Plan::of(topic, source.clock()).map(Rc::new));
+            .or_insert_with(|| Plan::of(source, topic).map(Rc::new));
         let scan = TopicScan::new(topic, plan.clone(), room);
         room -= scan.fields.len();
         places.insert((&topic.name, &topic.kind.type_name), scans.len());

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use planesman_bag::reader::Messages;
 use planesman_bag::{BagReader, Message, Order, Topic};
-use planesman_decode::{Decoder, FieldPath, Types, Values, is_called, schema};
+use planesman_decode::{Decoder, FieldPath, Types, Values, is_called};
 use planesman_record::Input;
 use planesman_text::did_you_mean;
 
+use crate::bag_types::types;
 use crate::error::{Result, SourceError};
 use crate::identity::Identity;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
@@ -94,7 +95,7 @@ impl BagSource {
             ..Reading::default()
         };
         let mut messages = self.messages(&wanted);
-        let mut plans = Plans::new(&wanted, clock);
+        let mut plans = Plans::new(&self.bag, &wanted, clock);
         let mut count = 0_u64;
         while let Some(message) = messages.next() {
             let message = match message {
@@ -144,6 +145,7 @@ impl BagSource {
         {
             return Err(SourceError::Data(note.clone()));
         }
+        (reading.notes).extend(self.bag.renamed().map(str::to_owned));
         if !self.bag.completeness().is_whole() {
             reading
                 .notes
@@ -178,7 +180,7 @@ impl BagSource {
 
     /// Why the stamps of the first messages are of no use.
     fn unfit(&self, wanted: &[Wanted]) -> Result<Option<String>> {
-        let mut plans = Plans::new(wanted, Clock::Log);
+        let mut plans = Plans::new(&self.bag, wanted, Clock::Log);
         let mut messages = self.messages(wanted);
         for _ in 0..ALL_STAMPS {
             let Some(Ok(message)) = messages.next() else {
@@ -237,7 +239,7 @@ impl Wanted {
         }
         // Of several types on the topic, the first that has the signal.
         let readers = found.iter().map(|topic| {
-            let types = types(topic)?;
+            let types = types(bag, topic)?;
             let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
                 .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
             Ok((topic, types, decoder))
@@ -355,41 +357,9 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// The types a topic's schema defines.
-///
-/// # Errors
-/// A line naming the topic, when its messages are not CDR or its schema cannot be read.
-pub fn types(topic: &Topic) -> Result<Types> {
-    let name = &topic.name;
-    if topic.kind.message_encoding != "cdr" {
-        return Err(SourceError::Data(format!(
-            "{name}: messages are encoded as '{}'; cdr is read",
-            topic.kind.message_encoding.escape_default()
-        )));
-    }
-    let kind = &topic.kind;
-    if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
-        return Err(SourceError::Data(format!(
-            "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
-             convert' to mcap, where that type is installed, adds it",
-            kind.type_name
-        )));
-    }
-    schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
-        .map_err(|error| SourceError::Data(format!("{name}: {}", brief(error.to_string()))))
-}
-
-/// A reason that quotes what a file says, which may be long.
-fn brief(reason: String) -> String {
-    const LONGEST: usize = 300;
-    match reason.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} ...", &reason[..end]),
-        None => reason,
-    }
-}
-
 /// How the messages of the wanted topics are read, and what was seen of them.
 struct Plans<'w> {
+    bag: &'w BagReader,
     wanted: &'w [Wanted],
     clock: Clock,
     list: Vec<Plan>,
@@ -400,11 +370,12 @@ struct Plans<'w> {
 }
 
 impl<'w> Plans<'w> {
-    fn new(wanted: &'w [Wanted], clock: Clock) -> Self {
+    fn new(bag: &'w BagReader, wanted: &'w [Wanted], clock: Clock) -> Self {
         let mut topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
         topics.sort_unstable();
         topics.dedup();
         Self {
+            bag,
             wanted,
             clock,
             list: Vec::new(),
@@ -420,7 +391,7 @@ impl<'w> Plans<'w> {
         let place = match known.position(|it| Arc::ptr_eq(it, &message.topic)) {
             Some(place) => place,
             None => {
-                let plan = Plan::of(&message.topic, self.wanted)?;
+                let plan = Plan::of(self.bag, &message.topic, self.wanted)?;
                 self.list.push(plan);
                 self.list.len() - 1
             }
@@ -449,8 +420,8 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
-        let types = types(topic)?;
+    fn of(bag: &BagReader, topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
+        let types = types(bag, topic)?;
         let here = || wanted.iter().enumerate().filter(|(_, it)| it.is_on(topic));
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
         let stamp = types.stamp();

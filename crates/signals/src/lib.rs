@@ -15,6 +15,7 @@
 
 mod align;
 mod bag_source;
+mod bag_types;
 mod channel;
 mod column_source;
 mod csv_cell;
@@ -38,7 +39,8 @@ mod ulog;
 mod ulog_source;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, nanoseconds, topics, types};
+pub use bag_source::{BagSource, nanoseconds, topics};
+pub use bag_types::types;
 pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
