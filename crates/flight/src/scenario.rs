@@ -293,8 +293,8 @@ impl Scenario {
             // A built-in name is no path.
             let is_relative = Path::new(&name).is_relative() && name.contains(['.', '/']);
             let places = [folder.join(&name), name.clone().into()];
-            let found = places.iter().find(|place| place.is_file());
-            if let (true, Some(place)) = (is_relative, found) {
+            let existing = places.iter().find(|place| place.is_file());
+            if let (true, Some(place)) = (is_relative, existing) {
                 let path = std::path::absolute(place)?;
                 let parameter = ParameterName {
                     node,

@@ -4,7 +4,7 @@ use jiff::Timestamp;
 use jiff::civil::{DateTime, Time};
 use jiff::tz::TimeZone;
 
-use crate::request::TimeUnit;
+use crate::time_unit::TimeUnit;
 
 /// The number a cell holds. One comma in it is a decimal comma: cells parted by commas have none.
 pub(crate) fn number(cell: &str) -> Option<f64> {
@@ -39,11 +39,10 @@ fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
     };
     let (whole, part) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
     let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || !is_plain(whole) || !is_plain(part) {
-        // An exponent.
-        let nanoseconds = number(text)? * f64::from(10_u32.pow(unit.places()));
-        let fits = nanoseconds.abs() < i64::MAX as f64;
-        return fits.then_some(nanoseconds.round() as i64);
+    let is_decimal = unit.nanoseconds() == 10_i64.pow(unit.places());
+    if whole.is_empty() || !is_plain(whole) || !is_plain(part) || !is_decimal {
+        // An exponent, or a unit of 60 or 24.
+        return unit.in_nanoseconds(number(text)?);
     }
     let places = unit.places() as usize;
     let padded = format!("{part:0<places$}");

@@ -13,23 +13,11 @@ use std::path::{Path, PathBuf};
 use csv::{ByteRecord, Reader};
 use planesman_text::{did_you_mean, shown, unmarked};
 
-use crate::csv_cell::{nanoseconds, number};
+use crate::csv_cell::{date, nanoseconds, number};
 use crate::csv_form::{Form, Lines};
 use crate::error::{Result, SourceError};
-use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
-
-/// Names under which the time is looked for, without their unit.
-pub(crate) const TIMES: [&str; 9] = [
-    "time",
-    "t",
-    "stamp",
-    "timestamp",
-    "__time",
-    "datetime",
-    "date_time",
-    "elapsed",
-    "seconds",
-];
+use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::time_unit::{self, JudgedUnit, TimeUnit};
 
 /// Units that may end a column's name behind `_`.
 const UNITS: &[&str] = &[
@@ -42,6 +30,9 @@ const UNITS: &[&str] = &[
 
 /// Rows in which a time is looked for that no name tells of.
 const LOOKED_AT: usize = 100;
+
+/// Rows in which its first numbers are looked for.
+const MOST_LOOKED_AT: u64 = 10_000;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -83,9 +74,7 @@ pub struct CsvSource {
     bytes: u64,
     form: Form,
     time: Time,
-    unit: TimeUnit,
-    /// How the unit is known, where nobody named it.
-    unit_told: &'static str,
+    unit: JudgedUnit,
 }
 
 impl CsvSource {
@@ -112,8 +101,7 @@ impl CsvSource {
             bytes: about.len(),
             form,
             time: Time::Unknown,
-            unit: TimeUnit::S,
-            unit_told: "",
+            unit: TimeUnit::S.into(),
         };
         table.time = table.find_time(time)?;
         table.find_unit(time.unit)?;
@@ -129,11 +117,7 @@ impl CsvSource {
             return Ok(Time::Named(self.place(&self.places(), name)?));
         }
         let columns = &self.form.columns;
-        let plain: Vec<&str> = columns.iter().map(|it| with_unit(it).0).collect();
-        let named = TIMES.iter().find_map(|name| {
-            let is_it = |it: &&str| it.eq_ignore_ascii_case(name);
-            plain.iter().position(is_it)
-        });
+        let named = time_unit::column(columns.iter().map(String::as_str));
         Ok(match named {
             Some(place) => Time::Named(place),
             None if self.rises()? => Time::Rising,
@@ -156,35 +140,36 @@ impl CsvSource {
         Ok(count > 1)
     }
 
-    /// The unit asked for, or that of the column's name; or that in which its first number is a date of our time.
+    /// The unit asked for, or that of the column's name; or the one that its first numbers are in.
     fn find_unit(&mut self, asked: Option<TimeUnit>) -> Result<()> {
         let Some(column) = self.time_column() else {
             return Ok(());
         };
         let name = &self.form.columns[column];
-        let named = with_unit(name).1.and_then(TimeUnit::named);
-        if let Some(unit) = asked.or(named) {
-            self.unit = unit;
+        let named = time_unit::named(name).1;
+        let is_seconds = name.eq_ignore_ascii_case("seconds").then_some(TimeUnit::S);
+        if let Some(unit) = asked.or(named).or(is_seconds) {
+            self.unit = unit.into();
             return Ok(());
         }
-        if with_unit(name).0.eq_ignore_ascii_case("seconds") {
-            return Ok(());
+        let (mut reader, mut row) = (self.reader()?, ByteRecord::new());
+        let mut numbers = Vec::new();
+        while numbers.len() < time_unit::LOOKED_AT && reader.read_byte_record(&mut row)? {
+            let cell = row.get(column).and_then(|it| std::str::from_utf8(it).ok());
+            match cell.and_then(number) {
+                Some(number) => numbers.push(number),
+                // Dates have no unit.
+                None if cell.and_then(date).is_some() => return Ok(()),
+                None if row
+                    .position()
+                    .is_some_and(|it| it.record() > MOST_LOOKED_AT) =>
+                {
+                    break;
+                }
+                None => {}
+            }
         }
-        let mut row = ByteRecord::new();
-        self.reader()?.read_byte_record(&mut row)?;
-        let cell = row.get(column).and_then(|it| std::str::from_utf8(it).ok());
-        let number = cell.and_then(number).unwrap_or(0.0);
-        // From 2001 to 2286.
-        let dates = [
-            (TimeUnit::Ms, 1e12),
-            (TimeUnit::Us, 1e15),
-            (TimeUnit::Ns, 1e18),
-        ];
-        let is_date = |least: f64| (least..10.0 * least).contains(&number);
-        if let Some((unit, _)) = dates.into_iter().find(|(_, least)| is_date(*least)) {
-            self.unit = unit;
-            self.unit_told = ", by their size";
-        }
+        self.unit = time_unit::judged(&numbers);
         Ok(())
     }
 
@@ -287,7 +272,7 @@ impl CsvSource {
                 return Err(SourceError::Request(format!(
                     "{shown_path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
                  with --time COLUMN, or give the interval between rows with --sample-time, as in --sample-time 0.1s",
-                    TIMES[..4].join(", ")
+                    time_unit::NAMES[..4].join(", ")
                 )));
             }
             Time::Rising if columns.contains(&0) => {
@@ -301,6 +286,7 @@ impl CsvSource {
         }
         let mut reading = Reading {
             stamps: self.stamps(),
+            unit: self.unit.known,
             ..Reading::default()
         };
         for (request, column) in requests.iter().zip(&columns) {
@@ -334,7 +320,7 @@ impl CsvSource {
                 Time::Rows(step) => Some(((rows - 1) as f64 * step).round() as i64),
                 _ => self.time_column().and_then(|column| {
                     let cell = std::str::from_utf8(cell(column)).ok()?;
-                    nanoseconds(cell, self.unit)
+                    nanoseconds(cell, self.unit.unit)
                 }),
             };
             let Some(stamp) = stamp else {
@@ -376,9 +362,7 @@ impl CsvSource {
         if self.time == Time::Rising {
             text += ", the first, which rises from row to row";
         }
-        if self.unit != TimeUnit::S {
-            text += &format!(", in {}{}", self.unit.described().0, self.unit_told);
-        }
+        text += &self.unit.told();
         text
     }
 

@@ -11,12 +11,13 @@
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
-//! Inside: `gridder` puts samples on the grid, for both of them.
+//! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
 
 mod align;
 mod bag_source;
 mod bag_types;
 mod channel;
+mod clock;
 mod column_source;
 mod csv_cell;
 mod csv_form;
@@ -29,19 +30,24 @@ mod live_grid;
 mod prefilter;
 mod preparation;
 mod prepared_record;
+mod repeats;
 mod request;
 mod resample;
+mod sieve;
 mod signal;
 mod source;
+mod spread;
 mod stamps;
+mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics};
 pub use bag_types::types;
-pub use channel::{Channel, Method, Timing};
+pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
@@ -52,9 +58,11 @@ pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
 pub use prepared_record::{PreparedRecord, read_record};
-pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
+pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
+pub use time_unit::TimeUnit;
 pub use timing::Meter;
 pub use ulog_source::UlogSource;
+pub use unwrap::Unwrap;

@@ -62,8 +62,8 @@ fn run(args: Vec<OsString>) -> Result<()> {
         topics: Vec::new(),
     };
     for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
-        let found = message_types::find(&listened.type_name)?;
-        let reader = node.identifier.reader(&topic, &found.types);
+        let message_type = message_types::find(&listened.type_name)?;
+        let reader = node.identifier.reader(&topic, &message_type.types);
         node.topics.push(Topic {
             reader: reader?,
             trouble: None,
@@ -77,7 +77,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         rt.subscribe_raw(
             &topic,
             &listened.type_name,
-            Some(&found.hash),
+            Some(&message_type.hash),
             match is_of_the_loop {
                 true => qos.of_one_publisher(),
                 false => qos,
@@ -374,9 +374,9 @@ mod tests {
             reliable(&[member, ("pairs", [foreign].as_slice().into())]),
             is(&[("/gyro", false), ("plane_motion", true), ("state", true)])
         );
-        let asked = ("reliability", "reliable".into());
+        let reliably = ("reliability", "reliable".into());
         assert_eq!(
-            reliable(&[asked]),
+            reliable(&[reliably]),
             is(&[("plane_motion", true), ("state", true)])
         );
     }

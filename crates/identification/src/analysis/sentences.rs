@@ -60,6 +60,10 @@ impl Verdict {
                 "usable with care: it does not hold all along the record",
                 "fit segments apart: --window FROM..TO, once for each",
             ),
+            Self::TimeDoubtful => (
+                "usable with care: the times are in doubt",
+                "name their unit or column: --time-unit, --time; of a bag the clock: --stamp log",
+            ),
             Self::Early => (
                 "usable with care: the output seems to come before its input",
                 "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
@@ -105,6 +109,7 @@ impl fmt::Display for Reason {
                     percent(predicted)
                 )
             }
+            Self::Data(told) => f.write_str(told),
             Self::Doubt(doubt) => doubt.fmt(f),
             Self::SegmentsLeftOut(used, all, share) => write!(
                 f,
