@@ -486,3 +486,136 @@ fn mcap_files_whose_schemas_are_empty_are_read_by_the_names_of_their_types() {
         }
     }
 }
+
+fn topics(folder: &Path, of: &str) -> Answer {
+    crate::answer::planesman(folder, &["sysid", "topics", of])
+}
+
+#[test]
+fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_identified() {
+    const EVENT: &str = "example_interfaces/srv/AddTwoInts_Event";
+    let folder = tempfile::tempdir().unwrap();
+    let Log { u, y } = Log::new(1, SAMPLES);
+    let kinds = [
+        ("/cmd_vel", FLOAT),
+        ("/imu", IMU),
+        ("/a/odd", ("odd_msgs/msg/Odd", "", "")),
+        ("/b/odd", ("odd_msgs/msg/Odd", "", "")),
+        (
+            "/parameter_events",
+            kind::<planesman_msgs::rcl_interfaces::msg::ParameterEvent>(),
+        ),
+        ("/x/_service_event", (EVENT, "ros2msg", "float64 sum\n")),
+        ("/y/_service_event", (EVENT, "ros2msg", "float64 sum\n")),
+        ("/tf", kind::<TFMessage>()),
+    ];
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        all.push((0, float(u[k]), time));
+        all.push((1, imu(0, y[k]), time));
+        all.push((7, frames(vec![transform("odom", "base_link", y[k])]), time));
+        // Nine of ten come at once.
+        all.push((
+            2,
+            float(0.0),
+            EPOCH + (k / 10) as i64 * 10 * STEP_NS + k as i64 % 10,
+        ));
+        all.extend((3..7).map(|topic| (topic, float(0.0), time)));
+    }
+    bag(folder.path(), &kinds, &all);
+    let answer = topics(folder.path(), "log.mcap");
+    assert_eq!(answer.status, Some(0), "{}", answer.text);
+    let lines: Vec<&str> = answer.text.lines().collect();
+    let below = |topic: &str| {
+        let at = lines
+            .iter()
+            .position(|line| line.starts_with(&format!("{topic}  ")));
+        at.map(|at| (lines[at], lines[at + 1]))
+            .unwrap_or_else(|| panic!("{topic}"))
+    };
+    for topic in ["/a/odd", "/b/odd"] {
+        let (_, note) = below(topic);
+        assert!(
+            note.starts_with("  note: the bag does not hold the definition of odd_msgs/msg/Odd"),
+            "{note}"
+        );
+    }
+    assert!(below("/a/odd").0.contains("at 20.0") && below("/a/odd").0.contains("in bursts (90 %"));
+    assert!(below("/imu").0.contains("(stamps: log)"));
+    assert!(
+        below("/imu")
+            .1
+            .contains("the headers of /imu are not filled")
+    );
+    assert!(
+        below("/parameter_events")
+            .1
+            .contains("its fields are not listed")
+    );
+    assert!(
+        answer
+            .text
+            .contains("  transforms[base_link].transform.translation.x ")
+    );
+    assert!(
+        answer
+            .text
+            .contains("note: 2 topics of service events not listed\n")
+    );
+    assert!(lines.len() < 60, "{}", answer.text);
+    // The command that is proposed identifies the plant.
+    let proposed = lines
+        .iter()
+        .find_map(|line| line.strip_prefix("try: planesman sysid fit "));
+    let proposed = proposed.unwrap_or_else(|| panic!("{}", answer.text));
+    let words: Vec<&str> = proposed.split(' ').collect();
+    assert_eq!(
+        words,
+        [
+            "log.mcap",
+            "-i",
+            "/cmd_vel:data",
+            "-o",
+            "/imu:angular_velocity.y"
+        ]
+    );
+    fit(folder.path(), &words).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn a_file_that_was_renamed_beside_its_metadata_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    humble(folder.path(), true, "std_msgs/msg/Float32", |_, y| {
+        Cdr::default().singles(&[y]).payload()
+    });
+    let account = |files: &str, messages: usize| {
+        format!(
+            "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths: [{files}]\n  duration: \
+             {{nanoseconds: 1}}\n  starting_time: {{nanoseconds_since_epoch: 1}}\n  message_count: {messages}\n  topics_with_message_count: []\n  \
+             compression_format: \"\"\n  compression_mode: \"\"\n"
+        )
+    };
+    let signals = [".", "-i", "cmd:twist.linear.x", "-o", "out:data"];
+    for (files, said) in [
+        (
+            "run_0.db3",
+            "its metadata.yaml names run_0.db3, not there; log.db3 is read instead",
+        ),
+        (
+            "log.db3, log_1.db3",
+            "its metadata.yaml names log_1.db3, not there",
+        ),
+    ] {
+        std::fs::write(
+            folder.path().join("metadata.yaml"),
+            account(files, 2 * SAMPLES),
+        )
+        .unwrap();
+        let answer = fit(folder.path(), &signals);
+        answer.is_the_plant(SAMPLES as u64).says(said);
+        assert!(topics(folder.path(), ".").text.contains(said));
+    }
+    std::fs::remove_file(folder.path().join("log.db3")).unwrap();
+    fit(folder.path(), &signals).refused(&["log.db3: no such file"]);
+}

@@ -45,7 +45,7 @@ mod ulog_source;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, nanoseconds, topics};
+pub use bag_source::{BagSource, by_name, nanoseconds, topics};
 pub use bag_types::types;
 pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
@@ -62,6 +62,7 @@ pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
+pub use stamps::Stamps;
 pub use time_unit::TimeUnit;
 pub use timing::Meter;
 pub use ulog_source::UlogSource;
