@@ -19,11 +19,17 @@ pub(crate) struct Answer {
 
 /// Runs the program in a folder.
 pub(crate) fn planesman(folder: &std::path::Path, arguments: &[&str]) -> Answer {
-    let output = Command::new(env!("CARGO_BIN_EXE_planesman"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    answer(program(folder, arguments))
+}
+
+fn program(folder: &std::path::Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_planesman"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+fn answer(mut command: Command) -> Answer {
+    let output = command.output().unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     Answer {
         status: output.status.code(),
@@ -38,6 +44,18 @@ pub(crate) fn fit(folder: &std::path::Path, arguments: &[&str]) -> Answer {
         folder,
         &[&["sysid", "fit"], arguments, &["--json"]].concat(),
     )
+}
+
+/// The same, with a variable of the environment.
+pub(crate) fn fit_with(
+    folder: &std::path::Path,
+    arguments: &[&str],
+    (name, value): (&str, &std::path::Path),
+) -> Answer {
+    let arguments = [&["sysid", "fit"], arguments, &["--json"]].concat();
+    let mut command = program(folder, &arguments);
+    command.env(name, value);
+    answer(command)
 }
 
 impl Answer {

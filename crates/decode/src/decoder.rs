@@ -294,6 +294,16 @@ impl Decoder {
         }
     }
 
+    /// Whether a payload is a message of the type, to its end: what is left is padding.
+    #[must_use]
+    pub fn fits(types: &Types, payload: &[u8]) -> bool {
+        let whole = program::walk(types, &Wanted::default());
+        Cursor::new(payload).is_ok_and(|cursor| {
+            let wide = cursor.clone().with_wide_characters(4);
+            left_behind(&whole, &cursor).min(left_behind(&whole, &wide)) < 4
+        })
+    }
+
     /// Reads a payload: `values` then holds what it has at the paths, and keeps its memory for the next.
     ///
     /// # Errors

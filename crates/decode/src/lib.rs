@@ -6,6 +6,7 @@
 //! compiled in.
 //!
 //! - [`schema`]: `ros2msg` and `ros2idl` texts, read.
+//! - [`message_types`]: types by name, where no schema comes with them; [`standard`]: the definitions of ROS' own messages, for bags that hold none.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
 //! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
 //! - [`catalogue`]: every number a message type holds.
@@ -20,9 +21,11 @@ mod cursor;
 pub mod decoder;
 mod key;
 mod layout;
+pub mod message_types;
 pub mod path;
 mod program;
 pub mod schema;
+pub mod standard;
 mod values;
 
 pub use catalogue::Catalogue;

@@ -122,7 +122,7 @@ pub fn replay(path: &Path, parameters: &IdentifierParameters) -> Result<Replay, 
         let (_, reader) = match readers.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
-                let reader = signals::types(&message.topic)
+                let reader = signals::types(&bag, &message.topic)
                     .map_err(|it| it.to_string())
                     .and_then(|types| {
                         identifier

@@ -1,14 +1,17 @@
 //! Samples from a bag with any message types, decoded by its schemas.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use planesman_bag::reader::Messages;
 use planesman_bag::{BagReader, Message, Order, Topic};
-use planesman_decode::{Decoder, FieldPath, Types, Values, is_called, schema};
+use planesman_decode::path::Step;
+use planesman_decode::{Decoder, FieldPath, Types, Values, is_called};
 use planesman_record::Input;
 use planesman_text::did_you_mean;
 
+use crate::bag_types::types;
 use crate::error::{Result, SourceError};
 use crate::identity::Identity;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
@@ -26,6 +29,10 @@ const STAMP_BYTES: u64 = 16 << 20;
 /// Messages in which the names of a list's elements are looked for, and names that are kept.
 const NAMED_IN: usize = 10_000;
 const MOST_NAMES: usize = 1000;
+
+/// Messages in which names are looked for to list them, and elements of a list that are told apart by name.
+const NAMED_FIRST: usize = 500;
+const MOST_ELEMENTS: usize = 16;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -84,7 +91,7 @@ impl BagSource {
             .collect::<Result<Vec<_>>>()?;
         let places: Vec<_> = wanted.iter().map(|it| (&it.topic, &it.path)).collect();
         distinct(requests, &places)?;
-        let (clock, reason) = self.chosen(&wanted)?;
+        let (clock, reason, seen) = self.chosen(&wanted)?;
         let mut reading = Reading {
             stamps: match clock {
                 Clock::Header => "of the messages' headers",
@@ -94,7 +101,10 @@ impl BagSource {
             ..Reading::default()
         };
         let mut messages = self.messages(&wanted);
-        let mut plans = Plans::new(&wanted, clock);
+        let mut plans = Plans::new(&self.bag, &wanted, clock);
+        for (stamps, seen) in plans.stamps.iter_mut().zip(&seen) {
+            *stamps = seen.anew();
+        }
         let mut count = 0_u64;
         while let Some(message) = messages.next() {
             let message = match message {
@@ -144,6 +154,7 @@ impl BagSource {
         {
             return Err(SourceError::Data(note.clone()));
         }
+        (reading.notes).extend(self.bag.renamed().map(str::to_owned));
         if !self.bag.completeness().is_whole() {
             reading
                 .notes
@@ -158,27 +169,32 @@ impl BagSource {
             .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), Order::File)
     }
 
-    /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why.
-    fn chosen(&self, wanted: &[Wanted]) -> Result<(Clock, Option<String>)> {
+    /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why. With the stamps that were seen.
+    fn chosen(&self, wanted: &[Wanted]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
                 "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
                 wanted.topic, wanted.type_name
             ))),
-            (Some(clock), _) => Ok((clock, None)),
-            (None, Some(_)) => Ok((Clock::Log, None)),
+            (Some(Clock::Log), _) => Ok((Clock::Log, None, Vec::new())),
+            (Some(Clock::Header), None) => Ok((Clock::Header, None, self.first_stamps(wanted)?)),
+            (None, Some(_)) => Ok((Clock::Log, None, Vec::new())),
             (None, None) => {
-                let reason = self.unfit(wanted)?;
-                let is_fit = reason.is_none();
-                Ok((if is_fit { Clock::Header } else { Clock::Log }, reason))
+                let mut stamps = self.first_stamps(wanted)?;
+                let reason = stamps::unfit(&mut stamps);
+                let clock = match reason {
+                    Some(_) => Clock::Log,
+                    None => Clock::Header,
+                };
+                Ok((clock, reason, stamps))
             }
         }
     }
 
-    /// Why the stamps of the first messages are of no use.
-    fn unfit(&self, wanted: &[Wanted]) -> Result<Option<String>> {
-        let mut plans = Plans::new(wanted, Clock::Log);
+    /// The stamps of the first messages.
+    fn first_stamps(&self, wanted: &[Wanted]) -> Result<Vec<Stamps>> {
+        let mut plans = Plans::new(&self.bag, wanted, Clock::Log);
         let mut messages = self.messages(wanted);
         for _ in 0..ALL_STAMPS {
             let Some(Ok(message)) = messages.next() else {
@@ -191,7 +207,7 @@ impl BagSource {
                 break;
             }
         }
-        Ok(stamps::unfit(&mut plans.stamps))
+        Ok(plans.stamps)
     }
 }
 
@@ -237,7 +253,7 @@ impl Wanted {
         }
         // Of several types on the topic, the first that has the signal.
         let readers = found.iter().map(|topic| {
-            let types = types(topic)?;
+            let types = types(bag, topic)?;
             let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
                 .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
             Ok((topic, types, decoder))
@@ -247,7 +263,7 @@ impl Wanted {
         let (topic, types, decoder) = readers.swap_remove(place)?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
-            let known = names_in(bag, &topic.name, &types, signal.path(), None);
+            let known = names_in(bag, &topic.name, &types, signal.path(), None, 1);
             let example = known.first().map_or("0", String::as_str);
             return Err(SourceError::Request(format!(
                 "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
@@ -257,7 +273,7 @@ impl Wanted {
             )));
         }
         for (list, name) in signal.path().named() {
-            let known = names_in(bag, &topic.name, &types, &list, Some(name));
+            let known = names_in(bag, &topic.name, &types, &list, Some(name), NAMED_IN);
             if !known.iter().any(|it| it == name) {
                 return Err(SourceError::Request(format!(
                     "{signal}: there is no '{name}'; there are {}{}",
@@ -295,6 +311,7 @@ fn names_in(
     types: &Types,
     list: &FieldPath,
     wanted: Option<&str>,
+    most: usize,
 ) -> Vec<String> {
     let Some(decoder) = Decoder::of_names(types, list) else {
         return Vec::new();
@@ -302,7 +319,7 @@ fn names_in(
     let mut values = Values::default();
     let mut known: Vec<String> = Vec::new();
     let messages = bag.messages_of(|it| it.name == topic, Order::File);
-    for message in messages.flatten().take(NAMED_IN) {
+    for message in messages.flatten().take(most) {
         if decoder.read(&message.payload, &mut values).is_err() {
             continue;
         }
@@ -312,12 +329,58 @@ fn names_in(
             }
         }
         let is_known = |wanted: &str| values.names().iter().any(|it| is_called(it, wanted));
-        if wanted.is_none_or(is_known) {
+        if wanted.is_some_and(is_known) {
             known.extend(wanted.map(str::to_owned));
             break;
         }
     }
     known
+}
+
+/// The numbers at `paths` of the messages of a topic, those of lists whose elements say what they are by these names: `transforms[base_link]`
+/// in place of `transforms[0]`.
+#[must_use]
+pub fn by_name(
+    bag: &BagReader,
+    topic: &Topic,
+    types: &Types,
+    paths: Vec<FieldPath>,
+) -> Vec<FieldPath> {
+    let mut lists: BTreeMap<FieldPath, Vec<String>> = BTreeMap::new();
+    let mut named = Vec::new();
+    for path in paths {
+        let is_within = |it: &usize| matches!(path.steps[*it], Step::Index(_));
+        let Some(at) = (0..path.steps.len().saturating_sub(1)).find(is_within) else {
+            named.push(path);
+            continue;
+        };
+        let list = path.first(at);
+        let names = lists.entry(list.clone()).or_insert_with(|| {
+            let all = names_in(bag, &topic.name, types, &list, None, NAMED_FIRST);
+            short_names(&all)
+        });
+        match (&path.steps[at], names.len()) {
+            (_, 0) => named.push(path),
+            (_, count) if count > MOST_ELEMENTS => named.push(path),
+            (Step::Index(0), _) => named.extend(names.iter().map(|it| path.choosing(at + 1, it))),
+            _ => {}
+        }
+    }
+    named
+}
+
+/// Names without the frames around them where they are not needed to tell them apart; none where one has no name.
+fn short_names(names: &[String]) -> Vec<String> {
+    let last = |name: &String| name.rsplit("->").next().unwrap_or_default().to_owned();
+    let short = names.iter().map(|name| {
+        let same = names.iter().filter(|it| last(it) == last(name)).count();
+        if same == 1 { last(name) } else { name.clone() }
+    });
+    let short: Vec<String> = short.collect();
+    match short.iter().any(String::is_empty) {
+        true => Vec::new(),
+        false => short,
+    }
 }
 
 /// The topic that was probably meant; without a leading `/`, by the end of its name.
@@ -355,41 +418,9 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// The types a topic's schema defines.
-///
-/// # Errors
-/// A line naming the topic, when its messages are not CDR or its schema cannot be read.
-pub fn types(topic: &Topic) -> Result<Types> {
-    let name = &topic.name;
-    if topic.kind.message_encoding != "cdr" {
-        return Err(SourceError::Data(format!(
-            "{name}: messages are encoded as '{}'; cdr is read",
-            topic.kind.message_encoding.escape_default()
-        )));
-    }
-    let kind = &topic.kind;
-    if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
-        return Err(SourceError::Data(format!(
-            "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
-             convert' to mcap, where that type is installed, adds it",
-            kind.type_name
-        )));
-    }
-    schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
-        .map_err(|error| SourceError::Data(format!("{name}: {}", brief(error.to_string()))))
-}
-
-/// A reason that quotes what a file says, which may be long.
-fn brief(reason: String) -> String {
-    const LONGEST: usize = 300;
-    match reason.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} ...", &reason[..end]),
-        None => reason,
-    }
-}
-
 /// How the messages of the wanted topics are read, and what was seen of them.
 struct Plans<'w> {
+    bag: &'w BagReader,
     wanted: &'w [Wanted],
     clock: Clock,
     list: Vec<Plan>,
@@ -400,11 +431,12 @@ struct Plans<'w> {
 }
 
 impl<'w> Plans<'w> {
-    fn new(wanted: &'w [Wanted], clock: Clock) -> Self {
+    fn new(bag: &'w BagReader, wanted: &'w [Wanted], clock: Clock) -> Self {
         let mut topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
         topics.sort_unstable();
         topics.dedup();
         Self {
+            bag,
             wanted,
             clock,
             list: Vec::new(),
@@ -420,7 +452,7 @@ impl<'w> Plans<'w> {
         let place = match known.position(|it| Arc::ptr_eq(it, &message.topic)) {
             Some(place) => place,
             None => {
-                let plan = Plan::of(&message.topic, self.wanted)?;
+                let plan = Plan::of(self.bag, &message.topic, self.wanted)?;
                 self.list.push(plan);
                 self.list.len() - 1
             }
@@ -449,8 +481,8 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
-        let types = types(topic)?;
+    fn of(bag: &BagReader, topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
+        let types = types(bag, topic)?;
         let here = || wanted.iter().enumerate().filter(|(_, it)| it.is_on(topic));
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
         let stamp = types.stamp();

@@ -1,6 +1,6 @@
 //! Whether a signal is of one thing: which frame, joint or motor its numbers are of, from message to message.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use planesman_decode::{Decoder, FieldPath, Values};
 
@@ -36,7 +36,9 @@ struct Level {
     steps: usize,
     last: String,
     changes: u64,
-    names: BTreeSet<String>,
+    /// Messages of each name, but for those of the last since it came.
+    names: BTreeMap<String, u64>,
+    since: u64,
 }
 
 impl Identity {
@@ -55,17 +57,23 @@ impl Identity {
                     steps,
                     last: name.to_owned(),
                     changes: 0,
-                    names: BTreeSet::from([name.to_owned()]),
+                    names: BTreeMap::from([(name.to_owned(), 0)]),
+                    since: 1,
                 });
                 continue;
             };
             if level.last == name {
+                level.since += 1;
                 continue;
             }
+            if let Some(count) = level.names.get_mut(&level.last) {
+                *count += level.since;
+            }
             level.changes += 1;
+            level.since = 1;
             name.clone_into(&mut level.last);
-            if level.names.len() < MOST_NAMES {
-                level.names.insert(name.to_owned());
+            if level.names.len() < MOST_NAMES && !level.names.contains_key(name) {
+                level.names.insert(name.to_owned(), 0);
             }
         }
     }
@@ -75,27 +83,31 @@ impl Identity {
     /// # Errors
     /// When the numbers are now of one thing, now of another, with the signals to choose from.
     pub fn judge(&self, signal: &Signal) -> Result<Option<String>> {
+        let often = |count: u64| count > RENAMED && count.saturating_mul(SELDOM) > self.messages;
         for level in self.levels.iter().filter(|it| it.changes > 0) {
-            let often = level.changes.saturating_mul(EVERY) > self.messages;
-            let all = |sign: char| level.names.iter().all(|name| name.contains(sign));
-            let is_one = match (all('='), all(' ')) {
-                (true, _) => !often || level.names.len() > MOST_NUMBERS,
-                (_, true) => !often || level.names.len() > 2,
-                // A name that is never met again is a message's number.
-                _ => level.names.len() as u64 > self.messages / 2,
+            // A name that is met once is a message's number, or damage.
+            let count = |name: &str, before: u64| match name == level.last {
+                true => before + level.since,
+                false => before,
             };
-            if is_one {
+            let known = level.names.iter();
+            let known = known.filter(|(name, before)| often(count(name, **before)));
+            let names: Vec<&str> = known.map(|(name, _)| name.as_str()).collect();
+            let all = |sign: char| names.iter().all(|name| name.contains(sign));
+            let most = match (all('='), all(' ')) {
+                (true, _) => MOST_NUMBERS,
+                (_, true) => 2,
+                _ => MOST_NAMES,
+            };
+            let are_numbers = all('=') || all(' ');
+            let is_seldom = are_numbers && level.changes.saturating_mul(EVERY) <= self.messages;
+            if names.len() < 2 || level.names.len() > most || is_seldom {
                 continue;
             }
-            let names: Vec<&str> = level.names.iter().map(String::as_str).collect();
-            let quoted: Vec<String> = names.iter().map(|it| format!("'{it}'")).collect();
-            if !all('=')
-                && !all(' ')
-                && (level.changes <= RENAMED || level.changes <= self.messages / SELDOM)
-            {
+            if !often(level.changes) {
                 return Ok(Some(format!(
-                    "{signal}: its name changed within the data; it is of {}",
-                    quoted.join(" and of ")
+                    "{signal}: its name changed within the data; it is of '{}'",
+                    names.join("' and of '")
                 )));
             }
             return Err(SourceError::Request(level.refusal(signal, &names)));

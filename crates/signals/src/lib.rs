@@ -15,6 +15,7 @@
 
 mod align;
 mod bag_source;
+mod bag_types;
 mod channel;
 mod clock;
 mod column_source;
@@ -46,7 +47,8 @@ mod ulog_source;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, nanoseconds, topics, types};
+pub use bag_source::{BagSource, by_name, nanoseconds, topics};
+pub use bag_types::types;
 pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
@@ -63,6 +65,7 @@ pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source, is_table};
+pub use stamps::Stamps;
 pub use time_unit::TimeUnit;
 pub use timing::Meter;
 pub use ulog_source::UlogSource;

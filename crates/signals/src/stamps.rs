@@ -14,48 +14,68 @@ const OTHER_CLOCK: f64 = 60.0;
 /// A stamp so long after its reception is of another clock, or of a prediction, s.
 const AHEAD: f64 = 0.1;
 
+/// Stamps beyond this are not counted from a start, ns: a hundred days.
+const CALENDAR: i64 = 8_640_000_000_000_000;
+
 /// Messages that tell something of stamps.
 const FEW: u64 = 20;
 
 /// The stamps of a topic, as its messages came.
-#[derive(Debug)]
-pub(crate) struct Stamps {
+#[derive(Clone, Debug)]
+pub struct Stamps {
     pub(crate) topic: String,
     messages: u64,
     last: Option<i64>,
     /// Stamps that are those of the message before, and those that were never filled.
     repeats: u64,
     unfilled: u64,
+    /// The newest, ns.
+    newest: i64,
     /// How long after its own stamp the recorder received a message, ns.
     delays: Vec<i64>,
 }
 
 impl Stamps {
-    pub(crate) fn of(topic: &str) -> Self {
+    /// Before the first message of the topic.
+    #[must_use]
+    pub fn of(topic: &str) -> Self {
         Self {
             topic: topic.to_owned(),
             messages: 0,
             last: None,
             repeats: 0,
             unfilled: 0,
+            newest: 0,
             delays: Vec::new(),
         }
     }
 
-    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled: a second zero is none.
-    pub(crate) fn take(&mut self, own: Option<i64>, log_time: i64) -> bool {
+    /// The same topic before its first message, which is known to have stamps up to this one.
+    pub(crate) fn anew(&self) -> Self {
+        Self {
+            newest: self.newest,
+            ..Self::of(&self.topic)
+        }
+    }
+
+    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero is the beginning of a simulated time, or none:
+    /// behind another, and where stamps are those of a calendar.
+    pub fn take(&mut self, own: Option<i64>, log_time: i64) -> bool {
         let stamp = own.unwrap_or(log_time);
         self.messages += 1;
-        self.repeats += u64::from(self.last == Some(stamp));
+        self.newest = self.newest.max(stamp);
+        let is_repeat = self.last == Some(stamp);
+        let is_filled = own != Some(0) || !(is_repeat || self.newest > CALENDAR);
+        self.repeats += u64::from(is_repeat);
         self.last = Some(stamp);
-        self.unfilled += u64::from(own == Some(0));
+        self.unfilled += u64::from(!is_filled);
         if let Some(own) = own
             && own != 0
             && self.delays.len() < DELAYS
         {
             self.delays.push(log_time.saturating_sub(own));
         }
-        own != Some(0) || self.unfilled == 1
+        is_filled
     }
 
     pub(crate) fn messages(&self) -> u64 {
@@ -73,7 +93,8 @@ impl Stamps {
     }
 
     /// Why its own stamps do not tell when its messages were sent.
-    fn unfit(&self) -> Option<String> {
+    #[must_use]
+    pub fn unfit(&self) -> Option<String> {
         let all = |count: u64| self.messages >= FEW && count >= self.messages / 10 * 9;
         let topic = &self.topic;
         if all(self.unfilled) {
@@ -88,7 +109,8 @@ impl Stamps {
     }
 
     /// What is to be said of messages that are there twice, or without a stamp.
-    pub(crate) fn note(&self, clock: Clock) -> Option<String> {
+    #[must_use]
+    pub fn note(&self, clock: Clock) -> Option<String> {
         let (topic, messages) = (&self.topic, self.messages);
         let half = messages / 2;
         if messages >= FEW && self.repeats.abs_diff(half) <= messages / 20 {
@@ -97,9 +119,9 @@ impl Stamps {
                 self.repeats
             ));
         }
-        (clock == Clock::Header && self.unfilled > 1).then(|| {
+        (clock == Clock::Header && self.unfilled > 0).then(|| {
             format!(
-                "{topic}: {} of {messages} messages have no stamp (0) and are left out but for the first; --stamp log takes the recorder's",
+                "{topic}: {} of {messages} messages have no stamp (0) and are left out; --stamp log takes the recorder's",
                 self.unfilled
             )
         })

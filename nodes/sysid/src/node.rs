@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
+use planesman_decode::message_types;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, TickAnswer};
 use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, FitResponse};
@@ -15,9 +16,7 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder
 use planesman_parameters::Choice as _;
 
 use planesman_identifier::parameters::{Config, Reliability};
-use planesman_identifier::{
-    Change, Identifier, IdentifierParameters, Pair, TopicReader, message_types, pair,
-};
+use planesman_identifier::{Change, Identifier, IdentifierParameters, Pair, TopicReader, pair};
 
 /// Time between two looks at who has fallen silent.
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
