@@ -1,7 +1,5 @@
 //! `planesman coefficients`: a vehicle's coefficients computed from its geometry, compared with its file.
 
-use std::io::IsTerminal as _;
-
 use anyhow::{Result, bail};
 use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
@@ -9,7 +7,7 @@ use planesman_vehicle::vehicle_file;
 
 use crate::arguments::speed;
 use planesman_console::Format;
-use planesman_pages::coefficients::{in_one, narrow, text};
+use planesman_pages::coefficients::{in_one, text};
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]
@@ -41,11 +39,10 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
             vehicle_file::BRUNNER
         );
     };
-    let found = Table::of(&vehicle, &geometry, args.speed);
+    let table = Table::of(&vehicle, &geometry, args.speed);
     let text = match args.format {
-        Some(format) => in_one(&found).text(format),
-        None if std::io::stdout().is_terminal() => narrow(&found, &vehicle.name, args.speed),
-        None => text(&found, &vehicle.name, args.speed),
+        Some(format) => in_one(&table).text(format),
+        None => text(&table, &vehicle.name, args.speed),
     };
     Ok(planesman_console::print(text)?)
 }

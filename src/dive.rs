@@ -452,8 +452,9 @@ impl Launcher {
                     bail!("the recorder has stopped: {trouble}");
                 }
                 let vehicle = full_name(&self.options.namespace, "plant_sim") + ": vehicle";
-                let is_done =
-                    |status: &DiagnosticStatus| status.name == vehicle && status.message == "done";
+                let is_done = |status: &DiagnosticStatus| {
+                    status.name == vehicle && status.message == plant_sim::DONE
+                };
                 self.done |= array.status.iter().any(is_done);
                 if let Some(connections) = Connections::from_diagnostics(&array) {
                     self.connections

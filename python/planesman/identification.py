@@ -72,6 +72,8 @@ class FitOptions(TypedDict, total=False):
     """Resampling of outputs."""
     max_gap: float
     """Longest interval between two samples that is not a gap, s."""
+    unwrap: Literal["automatic", "2pi", "no"] | float
+    """Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not."""
     outliers: Literal["outputs", "report", "drop", "keep"]
     """Replace outliers of outputs, name them only, replace those of inputs too, or do not look for them."""
     prefilter: Span

@@ -218,6 +218,9 @@ impl Keywords {
             input_method: method(self, "input_method")?.unwrap_or(default.input_method),
             output_method: method(self, "output_method")?.unwrap_or(default.output_method),
             max_gap: self.number("max_gap", rules::MAX_GAP)?,
+            unwrap: self
+                .read("unwrap", |given| rules::unwrap(&given.written()))?
+                .unwrap_or_default(),
         })
     }
 

@@ -7,7 +7,9 @@ use planesman_console::progress::Bars;
 use planesman_fit::rules::{self, EXCLUDES, NEEDS, Rule, RuleError, Span};
 use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions, Sources};
 use planesman_parallel::Progress;
-use planesman_signals::{Band, Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
+use planesman_signals::{
+    Band, Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend, Unwrap,
+};
 use planesman_units::Dimension;
 
 use crate::arguments::{choice, quantity};
@@ -159,6 +161,9 @@ pub(super) struct GridArgs {
     /// Longest interval between two samples that is not a gap [default: five sample intervals; none for a held input]
     #[arg(long, value_name = "SECONDS", value_parser = by(rules::MAX_GAP), allow_hyphen_values = true)]
     max_gap: Option<f64>,
+    /// Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not
+    #[arg(long, value_name = "360|2pi|65536|no", value_parser = rules::unwrap, default_value = "automatic")]
+    unwrap: Unwrap,
 }
 
 impl From<&GridArgs> for GridOptions {
@@ -169,6 +174,7 @@ impl From<&GridArgs> for GridOptions {
             input_method: args.input_method,
             output_method: args.output_method,
             max_gap: args.max_gap,
+            unwrap: args.unwrap,
         }
     }
 }

@@ -106,8 +106,14 @@ fn table_within(survey: &Survey, width: Option<usize>) -> String {
     for note in &survey.notes {
         text += &format!("note: {note}\n");
     }
+    if let Some(suggestion) = &survey.suggestion {
+        text += &format!("try: {suggestion}\n");
+    }
     text
 }
+
+/// A share of short intervals that is told.
+const BURSTS: f64 = 0.2;
 
 fn head(topic: &TopicSurvey) -> String {
     let timing = &topic.timing;
@@ -115,13 +121,27 @@ fn head(topic: &TopicSurvey) -> String {
     if !topic.type_name.is_empty() {
         text += &format!("  {}", topic.type_name);
     }
+    let in_bursts = topic.bursts > BURSTS;
+    // The median interval is that within a burst.
+    let span = timing.span.map_or(0.0, |(first, last)| {
+        last.saturating_sub(first) as f64 * 1e-9
+    });
+    let rate = match in_bursts && span > 0.0 {
+        true => timing.samples.saturating_sub(1) as f64 / span,
+        false => timing.rate(),
+    };
     text += &format!(
-        "  {} at {:.3} Hz (stamps: {}), jitter {:.3} ms",
+        "  {} at {rate:.3} Hz (stamps: {}), jitter {:.3} ms",
         timing.samples,
-        timing.rate(),
         topic.stamps,
         timing.jitter * 1e3
     );
+    if in_bursts {
+        text += &format!(
+            ", in bursts ({:.0} % of the intervals are below a tenth of the mean)",
+            100.0 * topic.bursts
+        );
+    }
     if timing.gaps > 0 {
         text += &format!(
             ", {} gaps, the longest {:.3} s",
@@ -164,7 +184,9 @@ fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
         let followers = others.iter().take_while(same).count();
         rest = &others[followers..];
         // Elements that no message had.
-        if first.count + first.not_finite == 0 && list_of(first).is_some_and(|(_, at)| at > 0) {
+        let is_within = first.path.contains("].");
+        let is_behind = list_of(first).is_some_and(|(_, at)| at > 0);
+        if first.count + first.not_finite == 0 && (is_within || is_behind) {
             continue;
         }
         let path = match list_of(first) {

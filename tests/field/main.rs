@@ -7,6 +7,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod answer;
+mod bags;
 mod plant;
+#[path = "../bags/mod.rs"]
+mod raw_bags;
+mod records;
 mod tables;
 mod time;

@@ -29,6 +29,8 @@ pub struct BagInfo {
     pub omitted: u64,
     /// Whether later messages may be missing.
     pub completeness: Completeness,
+    /// What the metadata names that is not there.
+    pub renamed: Option<String>,
 }
 
 impl BagInfo {
@@ -54,6 +56,7 @@ impl BagInfo {
             topics,
             omitted: bag.omitted(),
             completeness: bag.completeness().clone(),
+            renamed: bag.renamed().map(str::to_owned),
         }
     }
 }
@@ -62,6 +65,9 @@ impl fmt::Display for BagInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "bag       {}", self.path.display())?;
         writeln!(f, "complete  {}", self.completeness)?;
+        if let Some(renamed) = &self.renamed {
+            writeln!(f, "note      {renamed}")?;
+        }
         let plural = if self.files == 1 { "" } else { "s" };
         writeln!(
             f,

@@ -1,6 +1,6 @@
 //! `metadata.yaml`: rosbag2's description of a bag, written when the bag is closed.
 //!
-//! The fields and their order are rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 5 to 8
+//! The fields and their order are rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 1 to 8
 //! lack some of them or write the QoS as text; both are read. A bag without this file was not
 //! closed.
 
@@ -99,6 +99,7 @@ pub struct TopicMetadata {
     #[serde(rename = "type")]
     pub type_name: String,
     /// How payloads are encoded: `cdr`.
+    #[serde(default)]
     pub serialization_format: String,
     /// The QoS that the publishers offered; none when read from a version with another format.
     #[serde(default, deserialize_with = "offers_or_none")]

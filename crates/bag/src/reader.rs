@@ -115,6 +115,7 @@ pub struct BagReader {
     completeness: Completeness,
     /// The bytes that a message is unpacked to at most, if rosbag2 has packed each by itself.
     unpack: Option<u64>,
+    renamed: Option<String>,
 }
 
 impl BagReader {
@@ -200,6 +201,7 @@ impl BagReader {
             .collect();
         let by_zstd = metadata.compression_format == "zstd";
         let are_packed = mode == "message" && by_zstd;
+        let (files, renamed) = present(files, folder)?;
         // Files that are packed otherwise may lie unpacked beside.
         let is_read = match mode.as_str() {
             "" | "none" | "storage" => true,
@@ -216,8 +218,14 @@ impl BagReader {
             });
         }
         let unpack = are_packed.then_some(limits.chunk);
-        let bag = Self::open_files(folder, files, Some(metadata), None, limits)?;
-        Ok(Self { unpack, ..bag })
+        // More files than it lists are not all its own.
+        let is_its = files.len() <= metadata.relative_file_paths.len();
+        let bag = Self::open_files(folder, files, is_its.then_some(metadata), None, limits)?;
+        Ok(Self {
+            unpack,
+            renamed,
+            ..bag
+        })
     }
 
     fn open_files(
@@ -261,6 +269,7 @@ impl BagReader {
             recordings,
             completeness,
             unpack: None,
+            renamed: None,
         })
     }
 
@@ -286,6 +295,12 @@ impl BagReader {
     #[must_use]
     pub fn topics(&self) -> &[TopicCount] {
         &self.topics
+    }
+
+    /// What the metadata names that is not there, and what is read in its place.
+    #[must_use]
+    pub fn renamed(&self) -> Option<&str> {
+        self.renamed.as_deref()
     }
 
     /// Messages on all topics.
@@ -466,6 +481,34 @@ fn is_plain(file: &Path) -> bool {
 fn is_packed(file: &Path) -> bool {
     let ending = file.extension().unwrap_or_default();
     (ending == "zstd" || ending == "zst") && is_plain(&file.with_extension(""))
+}
+
+/// The files of a folder that its metadata lists; where none of them is there, those that are, as after a renaming. Says so.
+fn present(
+    mut listed: Vec<PathBuf>,
+    folder: &Path,
+) -> Result<(Vec<PathBuf>, Option<String>), ReadError> {
+    let missing: Vec<PathBuf> = listed.iter().filter(|it| !it.exists()).cloned().collect();
+    if missing.is_empty() && !listed.is_empty() {
+        return Ok((listed, None));
+    }
+    let others = match missing.len() == listed.len() {
+        true => bag_files(folder)?,
+        false => Vec::new(),
+    };
+    let said = format!(
+        "its metadata.yaml names {}, not there",
+        self::listed(&missing)
+    );
+    if !others.is_empty() {
+        let said = format!("{said}; {} is read instead", self::listed(&others));
+        return Ok((others, Some(said)));
+    }
+    // Without any, the first is asked for, and refused by its name.
+    if missing.len() < listed.len() {
+        listed.retain(|it| it.exists());
+    }
+    Ok((listed, Some(said)))
 }
 
 /// The unpacked file beside a packed one, if there is one.

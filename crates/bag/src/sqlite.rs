@@ -76,32 +76,34 @@ pub(crate) fn contents(path: &Path, limits: &Limits) -> rusqlite::Result<Content
     };
     let mut room = limits.definitions;
     let mut numbers = BTreeMap::new();
-    let mut statement = connection.prepare(
-        "SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics ORDER BY id",
-    )?;
+    // Before Foxy there were no QoS, before Iron no hashes.
+    let mut statement = connection.prepare("SELECT * FROM topics ORDER BY id")?;
     let mut rows = statement.query(())?;
     let mut kinds: BTreeMap<(String, String), Arc<TopicKind>> = BTreeMap::new();
     while let Some(row) = rows.next()? {
-        let text = |at: usize| {
-            row.get::<_, Option<String>>(at)
+        let text = |column: &str| {
+            row.get::<_, Option<String>>(column)
                 .map(Option::unwrap_or_default)
         };
-        let (type_name, offers) = (text(2)?, text(4)?);
+        let of_later = |column: &str| text(column).unwrap_or_default();
+        let (type_name, offers) = (text("type")?, of_later("offered_qos_profiles"));
         let key = (type_name.clone(), offers.clone());
         let kind = kinds.entry(key).or_insert_with(|| {
             let definition = definitions.get(&type_name).cloned();
-            let (encoding, text, hash) = definition.unwrap_or_else(|| known(&type_name));
+            let recorded = of_later("type_description_hash");
+            let (encoding, definition, hash) =
+                definition.unwrap_or_else(|| known(&type_name, recorded));
             Arc::new(TopicKind {
                 type_name: printable(&type_name),
-                definition: text,
+                definition,
                 definition_encoding: encoding,
-                message_encoding: text_of(row, 3),
+                message_encoding: of_later("serialization_format"),
                 type_hash: hash,
                 offered_qos: qos::from_text(&offers),
             })
         });
         let topic = Topic {
-            name: printable(&text(1)?),
+            name: printable(&text("name")?),
             kind: Arc::clone(kind),
         };
         let size = topic.size() + topic.kind.size();
@@ -109,7 +111,7 @@ pub(crate) fn contents(path: &Path, limits: &Limits) -> rusqlite::Result<Content
             // Those behind an omitted one are omitted too: the kept are the first.
             (Ok(number), Some(left)) if found.omitted == 0 => {
                 room = left;
-                numbers.insert(row.get::<_, i64>(0)?, number);
+                numbers.insert(row.get::<_, i64>("id")?, number);
                 found.channels.insert(number, Arc::new(topic));
             }
             _ => found.omitted += 1,
@@ -161,13 +163,16 @@ fn definitions(connection: &Connection, limits: &Limits) -> rusqlite::Result<Def
     Ok(found)
 }
 
-/// The definition of a type that this project knows; empty for another.
-fn known(type_name: &str) -> (String, String, String) {
-    planesman_msgs::type_info(type_name).map_or_else(Default::default, |info| {
-        let texts = ["ros2msg", info.definition, info.type_hash];
-        let [encoding, text, hash] = texts.map(str::to_owned);
-        (encoding, text, hash)
-    })
+/// The definition of a type that this project knows, if it is of the recorded hash; empty for another.
+fn known(type_name: &str, recorded: String) -> (String, String, String) {
+    let is_its = |hash: &str| recorded.is_empty() || recorded == hash;
+    match planesman_msgs::type_info(type_name).filter(|info| is_its(info.type_hash)) {
+        Some(info) => {
+            let texts = ["ros2msg", info.definition, info.type_hash];
+            texts.map(str::to_owned).into()
+        }
+        None => (String::new(), String::new(), recorded),
+    }
 }
 
 /// The messages of a database, in the order in which they were written.

@@ -126,14 +126,20 @@ impl Table {
     #[must_use]
     pub fn text(&self, format: Format) -> String {
         match format {
-            Format::Table => self.aligned(width()),
+            Format::Table => self.within(terminal().unwrap_or(WIDTH)),
             Format::Md => self.markdown(),
             Format::Csv => self.csv(),
             Format::Json => self.json(),
         }
     }
 
-    fn aligned(&self, width: u16) -> String {
+    /// The text in columns, within the terminal; as wide as it is where standard output is none.
+    #[must_use]
+    pub fn aligned(&self) -> String {
+        self.within(terminal().unwrap_or(u16::MAX))
+    }
+
+    fn within(&self, width: u16) -> String {
         let mut table = comfy_table::Table::new();
         table
             .load_preset(presets::NOTHING)
@@ -216,10 +222,6 @@ pub fn terminal() -> Option<u16> {
     Some(columns)
 }
 
-fn width() -> u16 {
-    terminal().unwrap_or(WIDTH)
-}
-
 /// Whether standard output is a terminal.
 #[must_use]
 pub fn is_terminal() -> bool {
@@ -281,7 +283,7 @@ mod tests {
     fn a_wide_table_stays_within_its_width() {
         let mut wide = Table::new(["a rather long name of a column"; 9]);
         wide.row(["a rather long cell of so many words"; 9].map(str::to_owned));
-        let text = wide.aligned(80);
+        let text = wide.within(80);
         assert!(
             text.lines().all(|line| line.chars().count() <= 80),
             "{text}"

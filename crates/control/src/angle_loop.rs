@@ -26,8 +26,8 @@ impl AngleLoop {
     /// The plane angle (rad) for an error (rad) and the angle's rate (rad/s), behind the limit.
     #[must_use]
     pub(crate) fn evaluate(&self, error: f64, rate: f64) -> f64 {
-        let asked = bounded(self.p * error) - bounded(self.rate * rate);
-        self.limit.apply(asked).value
+        let command = bounded(self.p * error) - bounded(self.rate * rate);
+        self.limit.apply(command).value
     }
 }
 

@@ -17,14 +17,12 @@
 //!
 //! With integrals, filter, rate limits and transfer at 0 it is the report's law, to the last bit.
 
-use planesman_msgs::planesman_msgs::msg::ControlState;
-
-use crate::depth_loop::DepthLoop;
+use crate::depth_loop::{DepthLoop, DepthTerms};
 use crate::feedback::Feedback;
 use crate::integral::{AntiWindup, Integral};
 use crate::lag::{Lag, faded};
-use crate::limits::{Limit, bounded, slewed};
-use crate::pitch_loop::PitchLoop;
+use crate::limits::{Limit, Limited, bounded, slewed};
+use crate::pitch_loop::{PitchLoop, PitchTerms};
 
 /// The loops that are closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
@@ -37,19 +35,6 @@ pub enum Mode {
     Pitch,
     /// Depth.
     Depth,
-}
-
-impl Mode {
-    /// Its constant in `ControlState`.
-    #[must_use]
-    pub fn constant(self) -> u8 {
-        match self {
-            Self::Off => ControlState::MODE_OFF,
-            Self::OpenLoop => ControlState::MODE_OPEN_LOOP,
-            Self::Pitch => ControlState::MODE_PITCH,
-            Self::Depth => ControlState::MODE_DEPTH,
-        }
-    }
 }
 
 /// The gains in force at a tick: fixed, or from whatever follows the vehicle.
@@ -108,6 +93,25 @@ pub(crate) struct DiveSetpoints {
     pub signal: f64,
 }
 
+/// The command of the dive planes, and every term that led to it; the terms of a loop that is open are 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct DiveTerms {
+    /// The outer loop.
+    pub depth: DepthTerms,
+    /// `I_z`, rad, bow down positive.
+    pub depth_i: f64,
+    /// `theta_c`, rad, bow up positive, behind its limit.
+    pub pitch_command: Limited,
+    /// The inner loop.
+    pub pitch: PitchTerms,
+    /// `I_y`, rad of plane, dive positive.
+    pub pitch_i: f64,
+    /// What is left of the step that a change of mode would have made, rad of plane.
+    pub transfer: f64,
+    /// `delta`, rad, dive positive, behind limit and rate limit; and whether either holds it.
+    pub planes: Limited,
+}
+
 /// The state of the dive autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Autopilot {
@@ -142,48 +146,56 @@ impl Autopilot {
         self.mode != Some(mode)
     }
 
-    /// The plane command `dt` seconds after the last tick, and every term that led to it, in the fields of `control`; a loop
-    /// that is open leaves its fields as they are.
+    /// The law: the plane command `dt` seconds after the last tick.
     pub(crate) fn step(
         &mut self,
         (gains, rules): (&Gains, &DiveRules),
         setpoints: DiveSetpoints,
         feedback: &Feedback,
         dt: f64,
-        control: ControlState,
-    ) -> ControlState {
-        let changed = self.changes_to(setpoints.mode);
+    ) -> DiveTerms {
+        let mode = setpoints.mode;
+        let changed = self.changes_to(mode);
         if changed {
             self.depth_setpoint = None;
             self.depth_derivative = Lag::default();
             self.depth_integral = Integral::default();
             self.pitch_integral = Integral::default();
         }
-        let control = match setpoints.mode {
-            Mode::Off | Mode::OpenLoop => control,
-            Mode::Pitch => {
-                let command = gains.depth.pitch_limit.apply(setpoints.pitch);
-                let outer = ControlState {
-                    pitch_command: command.value,
-                    pitch_command_limited: command.at_limit,
-                    ..control
-                };
-                self.pitch_law((gains, rules), feedback, dt, outer)
-            }
-            Mode::Depth => {
-                let outer = self.depth_law((gains, rules), setpoints.depth, feedback, dt, control);
-                self.pitch_law((gains, rules), feedback, dt, outer)
-            }
-        };
-        let law = control.planes_p + control.planes_rate + control.planes_i;
-        self.transfer = match self.mode {
-            _ if setpoints.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
+        let mut terms = DiveTerms::default();
+
+        // theta_c = -limit(Kpz e_z + I_z + Kdz d)
+        if mode == Mode::Depth {
+            let rate = self.depth_derivative(rules, setpoints.depth, feedback.depth_rate, dt);
+            terms.depth_i = self.depth_integral.after(dt, rules.depth_i_limit);
+            let (z_c, z) = (setpoints.depth, feedback.depth);
+            terms.depth = gains.depth.evaluate(z_c, z, rate, terms.depth_i);
+            terms.pitch_command = terms.depth.pitch_command;
+            let drive = bounded(gains.depth_i * terms.depth.error);
+            let excess = terms.depth.dive_angle + terms.pitch_command.value;
+            self.depth_integral.lead(drive, excess, rules.anti_windup);
+        } else if mode == Mode::Pitch {
+            terms.pitch_command = gains.depth.pitch_limit.apply(setpoints.pitch);
+        }
+
+        // law = -Kpy (theta_c - theta) + Kr q + I_y
+        if matches!(mode, Mode::Depth | Mode::Pitch) {
+            let theta_c = terms.pitch_command.value;
+            terms.pitch = gains
+                .pitch
+                .evaluate(theta_c, feedback.pitch, feedback.pitch_rate);
+            terms.pitch_i = self.pitch_integral.after(dt, rules.pitch_i_limit);
+        }
+        let law = terms.pitch.dive_planes() + terms.pitch_i;
+
+        // delta = rate limit(limit(law + transfer + test signals))
+        terms.transfer = match self.mode {
+            _ if mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
             Some(_) if changed => bounded(self.loops - law),
             _ => faded(self.transfer, rules.transfer_time, dt),
         };
-        self.mode = Some(setpoints.mode);
-        let loops = bounded(law + self.transfer);
-        let wanted = match setpoints.mode {
+        let loops = bounded(law + terms.transfer);
+        let wanted = match mode {
             Mode::Off => 0.0,
             _ => bounded(loops + setpoints.signal),
         };
@@ -191,77 +203,29 @@ impl Autopilot {
         // From within the limit, which may have been narrowed since the last tick.
         let from = rules.planes_limit.apply(self.planes).value;
         let planes = slewed(from, limited.value, rules.planes_rate_limit, dt);
-        self.pitch_integral.lead(
-            bounded(-gains.pitch_i * control.pitch_error),
-            wanted - planes,
-            rules.anti_windup,
-        );
+        terms.planes = Limited {
+            value: planes,
+            at_limit: limited.at_limit || planes != limited.value,
+        };
+        let drive = bounded(-gains.pitch_i * terms.pitch.error);
+        self.pitch_integral
+            .lead(drive, wanted - planes, rules.anti_windup);
+
+        self.mode = Some(mode);
+        self.transfer = terms.transfer;
         self.loops = rules.planes_limit.apply(loops).value;
         self.planes = planes;
-        ControlState {
-            transfer: self.transfer,
-            dive_planes: planes,
-            dive_planes_limited: limited.at_limit || planes != limited.value,
-            ..control
-        }
+        terms
     }
 
-    /// The outer loop: the terms of depth and the pitch command.
-    fn depth_law(
-        &mut self,
-        (gains, rules): (&Gains, &DiveRules),
-        setpoint: f64,
-        feedback: &Feedback,
-        dt: f64,
-        control: ControlState,
-    ) -> ControlState {
-        let setpoint_rate = match (rules.derivative, self.depth_setpoint) {
+    /// `-d`: the rate of the depth, or of the depth less its setpoint, behind the filter, m/s.
+    fn depth_derivative(&mut self, rules: &DiveRules, setpoint: f64, rate: f64, dt: f64) -> f64 {
+        let setpoint_rate = match (rules.derivative, self.depth_setpoint.replace(setpoint)) {
             (Derivative::Error, Some(last)) if dt > 0.0 => bounded((setpoint - last) / dt),
             _ => 0.0,
         };
-        self.depth_setpoint = Some(setpoint);
-        let rate = bounded(feedback.depth_rate - setpoint_rate);
-        let rate = self
-            .depth_derivative
-            .after(rate, rules.derivative_filter, dt);
-        let integral = self.depth_integral.after(dt, rules.depth_i_limit);
-        let terms = gains
-            .depth
-            .evaluate(setpoint, feedback.depth, rate, integral);
-        self.depth_integral.lead(
-            bounded(gains.depth_i * terms.error),
-            terms.dive_angle + terms.pitch_command.value,
-            rules.anti_windup,
-        );
-        ControlState {
-            depth_error: terms.error,
-            depth_p: terms.p,
-            depth_i: integral,
-            depth_d: terms.d,
-            pitch_command: terms.pitch_command.value,
-            pitch_command_limited: terms.pitch_command.at_limit,
-            ..control
-        }
-    }
-
-    /// The inner loop: the terms of the planes, beside those of the `outer` loop.
-    fn pitch_law(
-        &mut self,
-        (gains, rules): (&Gains, &DiveRules),
-        feedback: &Feedback,
-        dt: f64,
-        outer: ControlState,
-    ) -> ControlState {
-        let integral = self.pitch_integral.after(dt, rules.pitch_i_limit);
-        let terms = gains
-            .pitch
-            .evaluate(outer.pitch_command, feedback.pitch, feedback.pitch_rate);
-        ControlState {
-            pitch_error: terms.error,
-            planes_p: terms.p,
-            planes_i: integral,
-            planes_rate: terms.rate,
-            ..outer
-        }
+        let rate = bounded(rate - setpoint_rate);
+        self.depth_derivative
+            .after(rate, rules.derivative_filter, dt)
     }
 }

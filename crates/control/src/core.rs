@@ -18,13 +18,12 @@
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
-use planesman_msgs::planesman_msgs::msg::{
-    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
-};
+use planesman_msgs::planesman_msgs::msg::{ModelEstimate, MotionEstimate, VehicleState};
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Parameters as _;
 
+use crate::answer::{Answer, Basis, answer, feedback_constant};
 use crate::autopilot::{Gains, Mode};
 use crate::error::Error;
 use crate::estimator::{Estimated, Estimator, Source};
@@ -33,7 +32,7 @@ use crate::feedback::Feedback;
 use crate::gains::{self, Follower, LoopGains};
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
-use crate::loops::{Answer, Loops, Tick};
+use crate::loops::{LoopTerms, Loops, Tick};
 use crate::parameters::{Config, ControllerParameters};
 use crate::safety::Safety;
 use crate::setpoint::Quantity;
@@ -300,19 +299,12 @@ impl Controller {
     /// Everything neutral for want of feedback.
     fn neutral(&mut self, stamp: Time) -> Answer {
         self.loops.neutralised();
-        let header = self.header(stamp);
-        let command = PlaneCommand {
-            header: header.clone(),
-            ..PlaneCommand::default()
-        };
-        let control = ControlState {
-            header,
-            mode: self.config.parameters.mode.constant(),
-            feedback_stale: true,
-            fault: self.fault_constant(),
-            ..ControlState::default()
-        };
-        (command, control)
+        self.message(stamp, None, &LoopTerms::default())
+    }
+
+    fn message(&self, stamp: Time, basis: Option<&Basis>, terms: &LoopTerms) -> Answer {
+        let (mode, fault) = (self.config.parameters.mode, self.fault());
+        answer(self.header(stamp), mode, fault, basis, terms)
     }
 
     /// Takes the gyro's reading, for the state of its stamp.
@@ -425,31 +417,26 @@ impl Controller {
         }
         let (gains, adapted) = self.gains(&feedback, stamp.nanos(), tick.dt);
         self.expire_setpoints(tick);
-        // What holds whether the loops are closed or set aside.
-        let control = ControlState {
-            header: self.header(stamp.clone()),
-            fault: self.fault_constant(),
-            mode: self.config.parameters.mode.constant(),
-            depth_rate: feedback.depth_rate,
-            feedback_source: feedback_constant(self.config.feedback.source),
-            instruments_missing: estimated.is_some_and(|estimated| estimated.missing),
-            gains_adapted: adapted,
-            gain_depth_p: gains.depth.p,
-            gain_depth_d: gains.depth.d,
-            gain_pitch_p: gains.pitch.p,
-            gain_pitch_rate: gains.pitch.rate,
-            ..ControlState::default()
-        };
         let envelope = self.config.parameters.safety;
-        if let Some(reaction) = self.safety.react(&envelope, &feedback, tick.dt) {
-            return self.loops.emergency(&self.config, reaction, control);
-        }
-        let manoeuvre = match self.config.parameters.mode {
-            Mode::Off => 0.0,
-            _ => self.manoeuvre_offset(tick.elapsed),
+        let terms = match self.safety.react(&envelope, &feedback, tick.dt) {
+            Some(reaction) => self.loops.emergency(&self.config, reaction),
+            None => {
+                let manoeuvre = match self.config.parameters.mode {
+                    Mode::Off => 0.0,
+                    _ => self.manoeuvre_offset(tick.elapsed),
+                };
+                let law = (&self.config, &gains);
+                self.loops.step(law, &feedback, tick, manoeuvre)
+            }
         };
-        let law = (&self.config, &gains);
-        self.loops.step(law, &feedback, tick, manoeuvre, control)
+        let basis = Basis {
+            depth_rate: feedback.depth_rate,
+            source: self.config.feedback.source,
+            instruments_missing: estimated.is_some_and(|estimated| estimated.missing),
+            gains,
+            adapted,
+        };
+        self.message(stamp.clone(), Some(&basis), &terms)
     }
 
     /// Forgets setpoints from the topics that are too old.
@@ -470,11 +457,6 @@ impl Controller {
         }
     }
 
-    fn fault_constant(&self) -> u8 {
-        self.fault()
-            .map_or(ControlState::FAULT_NONE, Fault::constant)
-    }
-
     /// The offset of the manoeuvre under way on the planes, rad; ends it when it is over.
     fn manoeuvre_offset(&mut self, elapsed: i64) -> f64 {
         let Some(underway) = &mut self.manoeuvre else {
@@ -485,14 +467,5 @@ impl Controller {
             self.manoeuvre_end = Some(Ok(()));
             0.0
         })
-    }
-}
-
-/// A source's constant in `ControlState` and `MotionEstimate`.
-fn feedback_constant(source: Source) -> u8 {
-    match source {
-        Source::Truth => ControlState::FEEDBACK_TRUTH,
-        Source::Integrator => ControlState::FEEDBACK_INTEGRATOR,
-        Source::Kalman => ControlState::FEEDBACK_KALMAN,
     }
 }

@@ -31,7 +31,7 @@ pub struct DepthLoop {
 }
 
 /// The terms of the depth loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DepthTerms {
     /// `e_z = z_c - z`, m, positive when the vehicle is too shallow.
     pub error: f64,

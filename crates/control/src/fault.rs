@@ -1,6 +1,4 @@
-//! The faults of the envelope, as `ControlState` and the operator have them.
-
-use planesman_msgs::planesman_msgs::msg::ControlState;
+//! The faults of the envelope, as the operator has them.
 
 /// How the vehicle left its envelope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,18 +16,6 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Its constant in `ControlState`.
-    #[must_use]
-    pub fn constant(self) -> u8 {
-        match self {
-            Self::Floor => ControlState::FAULT_FLOOR,
-            Self::Ceiling => ControlState::FAULT_CEILING,
-            Self::BowDown => ControlState::FAULT_BOW_DOWN,
-            Self::BowUp => ControlState::FAULT_BOW_UP,
-            Self::Silence => ControlState::FAULT_SILENCE,
-        }
-    }
-
     /// A description for the operator.
     #[must_use]
     pub fn text(self) -> &'static str {

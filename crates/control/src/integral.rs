@@ -2,7 +2,7 @@
 //!
 //! The report's loops have none. The strategies bear the names of `control_toolbox`:
 //!
-//! | strategy | slope of the share, with `e` the error, `u` asked for, `u_lim` given |
+//! | strategy | slope of the share, with `e` the error, `u` the output wanted, `u_lim` behind its limit |
 //! |---|---|
 //! | none | `Ki e` |
 //! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
@@ -98,10 +98,10 @@ mod tests {
         let output = Limit::new(1.0).unwrap();
         let mut integral = Integral::default();
         let mut step = |error: f64| {
-            let asked = error + integral.after(DT, own);
-            let given = output.apply(asked).value;
-            integral.lead(error, asked - given, anti_windup);
-            (integral.value, given)
+            let unlimited = error + integral.after(DT, own);
+            let limited = output.apply(unlimited).value;
+            integral.lead(error, unlimited - limited, anti_windup);
+            (integral.value, limited)
         };
         let share = (0..1000).map(|_| step(1.0).0).fold(0.0, |_, i| i);
         let stuck = (0..10_000).take_while(|_| step(-0.5).1 >= 1.0).count();

@@ -4,7 +4,8 @@
 //! NPS thesis, March 1988, ch. II and program T6).
 //!
 //! - [`Controller`]: a vehicle state in, a plane command out (`core`), by its [`ControllerParameters`].
-//! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
+//! - `loops`: all loops at a tick; `answer`: their terms as messages. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals,
+//!   filters and bumpless transfer.
 //! - `angle_loop`, `speed_loop`: roll, heading, speed. `allocation`: one angle to bow and stern planes.
 //! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
 //! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
@@ -14,6 +15,7 @@
 
 mod allocation;
 mod angle_loop;
+mod answer;
 mod autopilot;
 mod core;
 mod depth_loop;
@@ -38,13 +40,13 @@ mod setpoint;
 mod speed_loop;
 
 pub use crate::core::Controller;
+pub use answer::Answer;
 pub use autopilot::Mode;
 pub use depth_loop::DepthLoop;
 pub use error::{Error, ManoeuvreError, ParameterError, ScheduleError};
 pub use estimator::Source;
 pub use fault::Fault;
 pub use limits::{Limit, LimitError};
-pub use loops::Answer;
 pub use parameters::ControllerParameters;
 pub use pitch_loop::PitchLoop;
 pub use setpoint::Quantity;

@@ -29,7 +29,7 @@ pub struct Limit {
 pub struct LimitError(pub f64);
 
 /// A value behind a [`Limit`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limited {
     /// The value after the limit, in the unit of what was limited.
     pub value: f64,
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn a_limit_passes_what_is_inside_and_stops_what_is_beyond() {
         let limit = Limit::new(0.5).unwrap();
-        for (asked, given, at_limit) in [
+        for (value, limited_value, at_limit) in [
             (0.2, 0.2, false),
             (-0.49, -0.49, false),
             (0.5, 0.5, true),
@@ -91,8 +91,8 @@ mod tests {
             (-7.0, -0.5, true),
             (f64::INFINITY, 0.5, true),
         ] {
-            let limited = limit.apply(asked);
-            assert_eq!((limited.value, limited.at_limit), (given, at_limit));
+            let limited = limit.apply(value);
+            assert_eq!((limited.value, limited.at_limit), (limited_value, at_limit));
         }
     }
 

@@ -1,4 +1,4 @@
-//! The loops at a tick: setpoints, feedback and gains in, one answer out.
+//! The loops at a tick: setpoints, feedback and gains in, commands out, with the terms that led to them.
 //!
 //! ```text
 //! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
@@ -8,19 +8,14 @@
 //! Heading and speed are held when their `active` parameter says so, or once a setpoint for them has
 //! come on its topic. Roll is held level. In mode off nothing is held.
 
-use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
-
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
-use crate::autopilot::{Autopilot, DiveSetpoints, Gains, Mode};
+use crate::autopilot::{Autopilot, DiveSetpoints, DiveTerms, Gains, Mode};
 use crate::feedback::Feedback;
 use crate::limits::bounded;
 use crate::parameters::Config;
 use crate::safety::Reaction;
 use crate::setpoint::{Bounds, Setpoints};
-
-/// The answer to a state.
-pub type Answer = (PlaneCommand, ControlState);
 
 /// A tick within its run.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +30,49 @@ pub(crate) struct Tick {
 
 /// Roll, heading or speed at a tick; the command in the unit of its actuator.
 #[derive(Clone, Copy, Debug, Default)]
-struct Regulated {
-    setpoint: f64,
-    error: f64,
-    command: f64,
+pub(crate) struct Regulated {
+    pub setpoint: f64,
+    pub error: f64,
+    pub command: f64,
+}
+
+/// The source of the depth to go to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) enum DepthSource {
+    /// The standing setpoint, or a live change of it.
+    #[default]
+    Parameter,
+    /// The list of way-depths.
+    Schedule,
+    /// The operator.
+    Topic,
+}
+
+/// Every command at a tick, and what led to it. What the mode does not use is 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LoopTerms {
+    /// The depth to go to, m.
+    pub depth_target: f64,
+    /// Its source.
+    pub depth_source: DepthSource,
+    /// The depth to hold now, m.
+    pub depth_setpoint: f64,
+    /// The parameters' test signal, rad of plane.
+    pub identification: f64,
+    /// The test signal of the manoeuvre under way, rad of plane.
+    pub manoeuvre: f64,
+    /// The dive loops.
+    pub dive: DiveTerms,
+    /// The dive planes' command.
+    pub planes: Shared,
+    /// Roll, where it is held; the command is the bow planes' differential, rad.
+    pub roll: Option<Regulated>,
+    /// Heading, where it is held; the command is the rudder, rad.
+    pub heading: Option<Regulated>,
+    /// Speed, where it is held; the command is the share of full thrust.
+    pub speed: Option<Regulated>,
+    /// The planes climb because of a fault.
+    pub climbing: bool,
 }
 
 /// The loops with their setpoints.
@@ -55,148 +89,97 @@ impl Loops {
         self.autopilot.neutralised();
     }
 
-    /// The answer with the loops closed; `manoeuvre` is the test signal of a manoeuvre, rad of plane. The fields of
-    /// `control` that are not the loops' stay.
+    /// The commands with the loops closed; `manoeuvre` is the test signal of a manoeuvre, rad of plane.
     pub(crate) fn step(
         &mut self,
         (config, gains): (&Config, &Gains),
         feedback: &Feedback,
         tick: Tick,
         manoeuvre: f64,
-        control: ControlState,
-    ) -> Answer {
-        let control = self.dive((config, gains), feedback, tick, manoeuvre, control);
-        let planes = config.allocation.share(control.dive_planes);
-        let (mut roll, mut heading, mut speed) = (None, None, None);
+    ) -> LoopTerms {
+        let mut terms = self.dive((config, gains), feedback, tick, manoeuvre);
+        terms.planes = config.allocation.share(terms.dive.planes.value);
         if config.parameters.mode == Mode::Off {
             self.setpoints.heading.release();
             self.setpoints.speed.release();
         } else {
-            roll = hold_level(config, feedback, planes.bow());
-            heading = self.heading(config, feedback, tick);
-            speed = self.speed(config, feedback, tick);
+            terms.roll = hold_level(config, feedback, terms.planes.bow());
+            terms.heading = self.heading(config, feedback, tick);
+            terms.speed = self.speed(config, feedback, tick);
         }
-        let held = [roll, heading, speed].map(|regulated| regulated.is_some());
-        let [roll, heading, speed] = [roll, heading, speed].map(Option::unwrap_or_default);
-        let command = PlaneCommand {
-            header: control.header.clone(),
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            roll_differential: roll.command,
-            rudder: heading.command,
-            thrust: speed.command,
-        };
-        let control = ControlState {
-            manoeuvre,
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            roll_held: held[0],
-            roll_error: roll.error,
-            roll_differential: roll.command,
-            heading_held: held[1],
-            heading_setpoint: heading.setpoint,
-            heading_error: heading.error,
-            rudder: heading.command,
-            speed_held: held[2],
-            speed_setpoint: speed.setpoint,
-            speed_error: speed.error,
-            thrust: speed.command,
-            ..control
-        };
-        (command, control)
+        terms
     }
 
-    /// The answer in a fault, with the loops set aside: the dive planes to climb or neutral.
-    pub(crate) fn emergency(
-        &mut self,
-        config: &Config,
-        reaction: Reaction,
-        control: ControlState,
-    ) -> Answer {
+    /// The commands in a fault, with the loops set aside: the dive planes to climb or neutral.
+    pub(crate) fn emergency(&mut self, config: &Config, reaction: Reaction) -> LoopTerms {
         self.autopilot.neutralised();
         self.setpoints.heading.release();
         self.setpoints.speed.release();
-        let climbing = reaction == Reaction::Climb;
-        let planes = if climbing {
-            let climb = -config.parameters.safety.climb_planes;
-            let limited = config.dive.planes_limit.apply(climb).value;
-            config.allocation.share(limited)
-        } else {
-            Shared::default()
-        };
-        let command = PlaneCommand {
-            header: control.header.clone(),
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            ..PlaneCommand::default()
-        };
-        let control = ControlState {
-            climbing,
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            ..control
-        };
-        (command, control)
+        if reaction == Reaction::Neutral {
+            return LoopTerms::default();
+        }
+        let climb = -config.parameters.safety.climb_planes;
+        let limited = config.dive.planes_limit.apply(climb).value;
+        LoopTerms {
+            climbing: true,
+            planes: config.allocation.share(limited),
+            ..LoopTerms::default()
+        }
     }
 
-    /// The dive loops: their fields of `control`.
+    /// The dive loops, with their setpoints and test signals.
     fn dive(
         &mut self,
         (config, gains): (&Config, &Gains),
         feedback: &Feedback,
         tick: Tick,
         manoeuvre: f64,
-        mut control: ControlState,
-    ) -> ControlState {
+    ) -> LoopTerms {
         let mode = config.parameters.mode;
         if self.autopilot.changes_to(mode) {
             self.setpoints.depth.release();
             self.setpoints.pitch.release();
         }
+        let mut terms = LoopTerms {
+            manoeuvre,
+            ..LoopTerms::default()
+        };
         let mut pitch = 0.0;
         if mode == Mode::Depth {
-            (control.depth_target, control.depth_setpoint_source) = self.depth_target(config, tick);
-            control.depth_setpoint = self.setpoints.depth.follow(
-                control.depth_target,
-                feedback.depth,
-                config.depth_bounds,
-                tick.dt,
-            );
+            (terms.depth_target, terms.depth_source) = self.depth_target(config, tick);
+            let (target, bounds) = (terms.depth_target, config.depth_bounds);
+            let setpoint = &mut self.setpoints.depth;
+            terms.depth_setpoint = setpoint.follow(target, feedback.depth, bounds, tick.dt);
         }
         if mode == Mode::Pitch {
-            let commanded = self.setpoints.pitch.commanded();
+            let setpoint = &mut self.setpoints.pitch;
+            let commanded = setpoint.commanded();
             let target = commanded.unwrap_or(config.parameters.pitch_setpoint);
-            pitch =
-                self.setpoints
-                    .pitch
-                    .follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
+            pitch = setpoint.follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
         }
         if mode != Mode::Off {
-            control.identification = config.identification.value(tick.elapsed);
+            terms.identification = config.identification.value(tick.elapsed);
         }
         let setpoints = DiveSetpoints {
             mode,
-            depth: control.depth_setpoint,
+            depth: terms.depth_setpoint,
             pitch,
-            signal: control.identification + manoeuvre,
+            signal: terms.identification + manoeuvre,
         };
         let law = (gains, &config.dive);
-        self.autopilot
-            .step(law, setpoints, feedback, tick.dt, control)
+        terms.dive = self.autopilot.step(law, setpoints, feedback, tick.dt);
+        terms
     }
 
     /// The depth to go to, m, and its source.
-    fn depth_target(&self, config: &Config, tick: Tick) -> (f64, u8) {
+    fn depth_target(&self, config: &Config, tick: Tick) -> (f64, DepthSource) {
         let depth = &self.setpoints.depth;
         let scheduled = config.schedule.depth(tick.elapsed, tick.distance);
         match (depth.commanded(), scheduled) {
-            (Some(value), _) if depth.is_from_the_topic() => (value, ControlState::SETPOINT_TOPIC),
-            (Some(value), _) => (value, ControlState::SETPOINT_PARAMETER),
-            (None, Some(value)) => (value, ControlState::SETPOINT_SCHEDULE),
-            (None, None) => (
-                config.parameters.depth_setpoint,
-                ControlState::SETPOINT_PARAMETER,
-            ),
+            (Some(value), _) if depth.is_from_the_topic() => (value, DepthSource::Topic),
+            (Some(value), _) => (value, DepthSource::Parameter),
+            (None, Some(value)) => (value, DepthSource::Schedule),
+            (None, None) => (config.parameters.depth_setpoint, DepthSource::Parameter),
         }
     }
 
@@ -253,10 +236,10 @@ impl Loops {
 fn hold_level(config: &Config, feedback: &Feedback, bow: f64) -> Option<Regulated> {
     let error = bounded(0.0 - feedback.roll);
     let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);
-    let asked = config.roll.evaluate(error, feedback.roll_rate);
+    let command = config.roll.evaluate(error, feedback.roll_rate);
     config.parameters.roll.active.then(|| Regulated {
         setpoint: 0.0,
         error,
-        command: asked.clamp(-room, room),
+        command: command.clamp(-room, room),
     })
 }

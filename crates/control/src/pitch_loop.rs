@@ -26,7 +26,7 @@ pub struct PitchLoop {
 }
 
 /// The terms of the pitch loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PitchTerms {
     /// `theta_c - theta`, rad, bow up positive.
     pub error: f64,

@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn every_pulse_lasts_whole_samples() {
-        for (name, length, held) in [
+        for (name, length, deflected) in [
             ("run_7_3", 300, 4 * 12),
             ("run_7_5", 300, 4 * 50),
             ("run_8_1", 200, 3 * 20),
@@ -146,7 +146,7 @@ mod tests {
             let samples = samples(name);
             assert_eq!(samples.len(), length, "{name}");
             let moved = samples.iter().filter(|angle| **angle != 0.0).count();
-            assert_eq!(moved, held, "{name}");
+            assert_eq!(moved, deflected, "{name}");
         }
         assert_eq!(
             samples("run_8_1")[19..21],

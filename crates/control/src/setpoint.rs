@@ -42,7 +42,7 @@ struct Commanded {
 pub(crate) struct Setpoint {
     commanded: Option<Commanded>,
     /// Where the moving setpoint stands; `None` while no loop follows it.
-    held: Option<f64>,
+    position: Option<f64>,
 }
 
 impl Setpoint {
@@ -90,21 +90,21 @@ impl Setpoint {
 
     /// Nobody follows the setpoint now; followed again, it begins where the vehicle then is.
     pub(crate) fn release(&mut self) {
-        self.held = None;
+        self.position = None;
     }
 
     /// Where the setpoint stood at the last tick; `None` when nobody followed it.
     #[must_use]
     pub(crate) fn stands(&self) -> Option<f64> {
-        self.held
+        self.position
     }
 
     /// The setpoint `dt` seconds on, on its way from where it stood, or from `present`, to `target`.
     pub(crate) fn follow(&mut self, target: f64, present: f64, bounds: Bounds, dt: f64) -> f64 {
-        let from = bounds.hold(self.held.unwrap_or(present));
-        let held = bounded(slewed(from, bounds.hold(target), bounds.rate, dt));
-        self.held = Some(held);
-        held
+        let from = bounds.hold(self.position.unwrap_or(present));
+        let position = bounded(slewed(from, bounds.hold(target), bounds.rate, dt));
+        self.position = Some(position);
+        position
     }
 }
 

@@ -41,8 +41,8 @@ impl SpeedLoop {
     #[must_use]
     pub(crate) fn evaluate(&self, setpoint: f64, speed: f64) -> f64 {
         let error = bounded(setpoint - speed);
-        let asked = bounded(self.feed_forward * setpoint) + bounded(self.p * error);
-        asked.clamp(-self.limit, self.limit)
+        let thrust = bounded(self.feed_forward * setpoint) + bounded(self.p * error);
+        thrust.clamp(-self.limit, self.limit)
     }
 }
 

@@ -18,6 +18,7 @@ use planesman_rosidl::definition::{Arity, Element, Field, Kind};
 use planesman_text::did_you_mean;
 
 use crate::cursor::{Cursor, DecodeError};
+use crate::key;
 use crate::path::Step;
 use crate::program::{self, Op, Wanted};
 use crate::values::Values;
@@ -33,8 +34,23 @@ pub struct Decoder {
     slots: usize,
     /// Slots that are computed from others.
     computed: Vec<(usize, Formula)>,
+    /// What tells by path whether its number is always of the same thing.
+    identities: Vec<Vec<Identity>>,
+    /// Texts that the values hold.
+    texts: usize,
     /// How a whole message is passed, of a type with wide strings.
     whole: Option<Vec<Op>>,
+}
+
+/// Where along a path a message or an element says what it is.
+#[derive(Clone, Debug)]
+struct Identity {
+    /// The path's steps up to there.
+    steps: usize,
+    /// The text that names it.
+    name: Option<usize>,
+    /// The text that tells how many numbers its list has.
+    length: Option<usize>,
 }
 
 /// Where a computed slot comes from: `[x, y, z]`, `w`; a list, and the slot of the element's number.
@@ -131,7 +147,90 @@ impl Decoder {
     /// # Errors
     /// The first path that leads to no number, and why.
     pub fn compile(types: &Types, paths: &[FieldPath]) -> Result<Self, CompileError> {
+        Self::compile_into(types, paths, Wanted::default())
+    }
+
+    /// The same, which reads what the numbers are of as well ([`Decoder::identity`]).
+    ///
+    /// # Errors
+    /// As [`Decoder::compile`].
+    pub fn compile_with_identities(
+        types: &Types,
+        paths: &[FieldPath],
+    ) -> Result<Self, CompileError> {
         let mut wanted = Wanted::default();
+        let mut texts = 0;
+        let mut text = || {
+            texts += 1;
+            texts - 1
+        };
+        let mut identities = Vec::new();
+        for path in paths {
+            let mut along = Vec::new();
+            for steps in 0..=path.steps.len() {
+                let prefix = path.first(steps);
+                let mut identity = Identity {
+                    steps,
+                    name: None,
+                    length: None,
+                };
+                match prefix.steps.last() {
+                    None if matches!(path.steps.first(), Some(Step::Named(_))) => continue,
+                    Some(Step::Field(_)) => continue,
+                    Some(Step::Index(index)) if steps == path.steps.len() => {
+                        identity.name = names_of(types, &prefix.parent()).map(|names| {
+                            let slot = text();
+                            wanted.add_identity(&names.element(*index), slot);
+                            slot
+                        });
+                        let slot = text();
+                        wanted.add_length(&prefix.parent(), slot);
+                        identity.length = Some(slot);
+                    }
+                    // By its name, of a list of numbers.
+                    Some(Step::Named(_)) if steps == path.steps.len() => continue,
+                    None | Some(Step::Index(_) | Step::Named(_)) => {
+                        let slot = text();
+                        wanted.add_identity(&prefix, slot);
+                        identity.name = Some(slot);
+                    }
+                }
+                along.push(identity);
+            }
+            identities.push(along);
+        }
+        let decoder = Self::compile_into(types, paths, wanted)?;
+        Ok(Self {
+            identities,
+            texts,
+            ..decoder
+        })
+    }
+
+    /// What the number at path `index` is of, in the message read last: what the message is called, and the elements of lists that lead
+    /// to it, from the outside inwards; empty where there is no name. A number by its index in a list without names is of a list of so many.
+    /// Each with the steps of the path that lead there.
+    pub fn identity<'v>(
+        &'v self,
+        index: usize,
+        values: &'v Values,
+    ) -> impl Iterator<Item = (usize, &'v str)> {
+        let text = |slot: Option<usize>| {
+            let text = values.texts.get(slot?)?.as_str();
+            (!text.is_empty()).then_some(text)
+        };
+        let along = self.identities.get(index).into_iter().flatten();
+        along.map(move |it| {
+            let known = text(it.name).or_else(|| text(it.length));
+            (it.steps, known.unwrap_or_default())
+        })
+    }
+
+    fn compile_into(
+        types: &Types,
+        paths: &[FieldPath],
+        mut wanted: Wanted,
+    ) -> Result<Self, CompileError> {
         let mut slots = paths.len();
         let mut computed = Vec::new();
         for (slot, path) in paths.iter().enumerate() {
@@ -171,11 +270,13 @@ impl Decoder {
         Ok(Self::of(types, wanted, slots, computed))
     }
 
-    /// The decoder of the names of the elements of the list at `path`; `None` if they have none.
+    /// The decoder of the names of the elements of the list at `path`, of the message itself at an empty one; `None` if they have none.
     #[must_use]
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
         let mut wanted = Wanted::default();
-        wanted.add_all_names(&types.names_of(path)?);
+        let names = names_of(types, path);
+        let are_messages = || has_key(types, path).then(|| path.clone());
+        wanted.add_all_names(&names.or_else(are_messages)?);
         Some(Self::of(types, wanted, 0, Vec::new()))
     }
 
@@ -185,10 +286,22 @@ impl Decoder {
             wanted,
             slots,
             computed,
+            identities: Vec::new(),
+            texts: 0,
             whole: types
                 .has_wide_text()
                 .then(|| program::walk(types, &Wanted::default())),
         }
+    }
+
+    /// Whether a payload is a message of the type, to its end: what is left is padding.
+    #[must_use]
+    pub fn fits(types: &Types, payload: &[u8]) -> bool {
+        let whole = program::walk(types, &Wanted::default());
+        Cursor::new(payload).is_ok_and(|cursor| {
+            let wide = cursor.clone().with_wide_characters(4);
+            left_behind(&whole, &cursor).min(left_behind(&whole, &wide)) < 4
+        })
     }
 
     /// Reads a payload: `values` then holds what it has at the paths, and keeps its memory for the next.
@@ -220,6 +333,8 @@ impl Decoder {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
+        values.texts.resize(self.texts, String::new());
+        values.texts.iter_mut().for_each(String::clear);
     }
 
     /// Fills the slots that are computed from others.
@@ -365,8 +480,20 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
             (at, Step::Field(name)) => {
                 return Err(Reason::NotAMessage(name.clone(), at.type_name()));
             }
+            (At::Message(message), Step::Named(name)) if number == 0 => {
+                if key::fields(types, message).is_empty() {
+                    return Err(Reason::NoNames {
+                        name: name.clone(),
+                        list: message.short(),
+                    });
+                }
+                At::Message(message)
+            }
+            (At::Field(field), Step::Named(_)) if has_key(types, &path.first(number)) => {
+                At::Element(&field.field_type.element)
+            }
             (At::Field(field), Step::Named(name)) => {
-                let list = path.parent();
+                let list = path.first(number);
                 let is_last = number + 1 == path.steps.len();
                 let are_numbers = matches!(field.field_type.element, Element::Primitive(_));
                 return names_of(types, &list)
@@ -410,6 +537,25 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     Err(Reason::NotANumber(at.type_name(), hint))
 }
 
+/// Whether what is at `path`, a list of messages or at an empty path the message itself, says what it is called.
+fn has_key(types: &Types, path: &FieldPath) -> bool {
+    let mut message = types.root();
+    let mut is_list = true;
+    for step in &path.steps {
+        if let Step::Field(name) = step {
+            let Some(field) = find(types, message, name) else {
+                return false;
+            };
+            let Element::Message(inner) = &field.field_type.element else {
+                return false;
+            };
+            is_list = field.field_type.arity != Arity::One;
+            message = inner;
+        }
+    }
+    is_list && !key::fields(types, message).is_empty()
+}
+
 /// The path of the texts that name the elements of the list at `path`.
 fn names_of(types: &Types, path: &FieldPath) -> Option<FieldPath> {
     let (Step::Field(list), before) = path.steps.split_last()? else {
@@ -424,8 +570,7 @@ fn names_of(types: &Types, path: &FieldPath) -> Option<FieldPath> {
                 Element::Message(inner) => (inner, path.field(name)),
                 _ => return None,
             },
-            Step::Index(index) => (*message, path.element(*index)),
-            Step::Named(_) => return None,
+            Step::Index(_) | Step::Named(_) => (*message, path.with(step.clone())),
         };
         around.push((next, path));
     }

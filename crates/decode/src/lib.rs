@@ -6,11 +6,12 @@
 //! compiled in.
 //!
 //! - [`schema`]: `ros2msg` and `ros2idl` texts, read.
+//! - [`message_types`]: types by name, where no schema comes with them; [`standard`]: the definitions of ROS' own messages, for bags that hold none.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
 //! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
 //! - [`catalogue`]: every number a message type holds.
 //!
-//! Inside: `layout` knows sizes and alignment, `program` what to do with a payload, `cursor` where one is in it.
+//! Inside: `key` knows what a message is called, `layout` knows sizes and alignment, `program` what to do with a payload, `cursor` where one is in it.
 //!
 //! Nothing that comes from outside is believed: a schema is checked before use, a length costs no
 //! more than the bytes that are there.
@@ -18,15 +19,19 @@
 pub mod catalogue;
 mod cursor;
 pub mod decoder;
+mod key;
 mod layout;
+pub mod message_types;
 pub mod path;
 mod program;
 pub mod schema;
+pub mod standard;
 mod values;
 
 pub use catalogue::Catalogue;
 pub use cursor::DecodeError;
 pub use decoder::{CompileError, Decoder};
+pub use key::is_called;
 pub use path::FieldPath;
 pub use schema::Types;
 pub use values::Values;

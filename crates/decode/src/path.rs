@@ -17,7 +17,8 @@ pub enum Step {
     Field(String),
     /// To an element of a list.
     Index(usize),
-    /// To the element of that name, where another list of the message names the elements.
+    /// To the element of that name, where another list of the message names the elements, or each has a name; as the first step, to the
+    /// message itself if that is its name.
     Named(String),
 }
 
@@ -41,6 +42,13 @@ impl FromStr for FieldPath {
     fn from_str(text: &str) -> Result<Self, PathError> {
         let mut steps = Vec::new();
         let mut rest = text;
+        // The message of that name, `[base_link].pose`.
+        if let Some((name, behind)) = text.strip_prefix('[').and_then(|it| it.split_once("]."))
+            && let Ok(step @ Step::Named(_)) = element(name)
+        {
+            steps.push(step);
+            rest = behind;
+        }
         loop {
             let (name, behind) = rest.split_at(rest.find(['.', '[']).unwrap_or(rest.len()));
             if !is_name(name) {
@@ -107,10 +115,39 @@ impl FieldPath {
         self.with(Step::Index(index))
     }
 
-    fn with(&self, step: Step) -> Self {
+    pub(crate) fn with(&self, step: Step) -> Self {
         let mut steps = self.steps.clone();
         steps.push(step);
         Self { steps }
+    }
+
+    /// The paths to what its steps choose by a name, each with that name.
+    pub fn named(&self) -> impl Iterator<Item = (Self, &str)> {
+        let steps = self.steps.iter().enumerate();
+        steps.filter_map(|(number, step)| match step {
+            Step::Named(name) => Some((self.first(number), name.as_str())),
+            Step::Field(_) | Step::Index(_) => None,
+        })
+    }
+
+    /// The path of its first steps.
+    #[must_use]
+    pub fn first(&self, steps: usize) -> Self {
+        Self {
+            steps: self.steps[..steps].to_vec(),
+        }
+    }
+
+    /// The same, but with what its first steps lead to chosen by a name: in place of an index, in front where there is none.
+    #[must_use]
+    pub fn choosing(&self, steps: usize, name: &str) -> Self {
+        let mut chosen = self.clone();
+        let step = Step::Named(name.to_owned());
+        match chosen.steps.get_mut(steps.wrapping_sub(1)) {
+            Some(index) => *index = step,
+            None => chosen.steps.insert(0, step),
+        }
+        chosen
     }
 
     /// The path without its last step.
@@ -118,15 +155,6 @@ impl FieldPath {
         let (_, before) = self.steps.split_last().unwrap_or((&Step::Index(0), &[]));
         Self {
             steps: before.to_vec(),
-        }
-    }
-
-    /// The list this path's last step is an element of, and that element's name; `None` if the last step is another.
-    #[must_use]
-    pub fn named(&self) -> Option<(Self, &str)> {
-        match self.steps.last()? {
-            Step::Named(name) => Some((self.parent(), name)),
-            Step::Index(_) | Step::Field(_) => None,
         }
     }
 
@@ -155,6 +183,7 @@ mod tests {
             "a[3].b[12].c",
             "a[b]",
             "a[arm.b-1/c].d",
+            "[odom->base_link].a",
         ] {
             assert_eq!(text.parse::<FieldPath>().unwrap().to_string(), text);
         }

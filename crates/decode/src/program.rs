@@ -11,6 +11,7 @@ use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, FieldType, Primitive};
 
 use crate::cursor::{Cursor, DecodeError};
+use crate::key;
 use crate::layout::{Advance, size_of};
 use crate::path::Step;
 use crate::values::Values;
@@ -32,6 +33,7 @@ pub(crate) enum Op {
         whole: Option<usize>,
         /// Element and slot.
         picks: Vec<(usize, usize)>,
+        length: Option<usize>,
     },
     /// Finds texts in a list of them: the number of the first that is so called goes to the slot.
     Names {
@@ -39,7 +41,25 @@ pub(crate) enum Op {
         wanted: Vec<(String, usize)>,
         /// All are kept.
         are_kept: bool,
+        /// Texts by their number, and where they go.
+        picks: Vec<(usize, usize)>,
     },
+    /// Appends a text, or a number with its field, to the name of the message.
+    Name {
+        primitive: Option<Primitive>,
+        field: String,
+    },
+    /// Reads within the elements of a list of messages, or the one message, that are so called; does not advance.
+    Called {
+        count: Count,
+        key: Arc<[Op]>,
+        pass: Pass,
+        picks: Vec<(String, Vec<Op>)>,
+        /// All names are kept.
+        are_kept: bool,
+    },
+    /// Keeps what the message that begins here is called; does not advance.
+    Identity { key: Arc<[Op]>, slots: Vec<usize> },
     /// Reads within some elements of a list of messages or strings, and passes the others.
     Elements {
         count: Count,
@@ -74,8 +94,16 @@ pub(crate) struct Wanted {
     names: Vec<(String, usize)>,
     /// All texts of this list are wanted.
     all_names: bool,
+    /// What this message, or this text, says that it is: where that goes.
+    identity: Vec<usize>,
+    /// How many numbers this list has: where that goes.
+    length: Option<usize>,
+    /// This is what its message is called.
+    is_name: bool,
     fields: BTreeMap<String, Wanted>,
     elements: BTreeMap<usize, Wanted>,
+    /// Of a list of messages those that are so called; the message itself if it is.
+    named: BTreeMap<String, Wanted>,
 }
 
 impl Wanted {
@@ -95,6 +123,16 @@ impl Wanted {
         self.at(path).all_names = true;
     }
 
+    /// Asks for what the message at `path`, or the text there, says that it is to go to the text slot.
+    pub(crate) fn add_identity(&mut self, path: &FieldPath, slot: usize) {
+        self.at(path).identity.push(slot);
+    }
+
+    /// Asks for the length of the list of numbers at `path` to go to the text slot.
+    pub(crate) fn add_length(&mut self, path: &FieldPath, slot: usize) {
+        self.at(path).length = Some(slot);
+    }
+
     /// Takes it of a message that is at hand, or of a field of one. A slot that is not met stays as it was.
     pub(crate) fn pick(&self, of: &dyn Field, values: &mut Values) {
         if let Some(list) = self.slot.and_then(|slot| values.slots.get_mut(slot)) {
@@ -108,6 +146,18 @@ impl Wanted {
         for (number, wanted) in &self.elements {
             if let Some(element) = of.element(*number) {
                 wanted.pick(element, values);
+            }
+        }
+        // A message that is none of a list is the only one.
+        let elements = || {
+            let listed = (0..).map_while(|number| of.element(number));
+            std::iter::once(of)
+                .take(usize::from(of.element(0).is_none()))
+                .chain(listed)
+        };
+        for (name, wanted) in &self.named {
+            if let Some(of) = elements().find(|it| key::is_called(&key::of_message(*it), name)) {
+                wanted.pick(of, values);
             }
         }
         let texts = || (0..).map_while(|number| of.element(number)?.text());
@@ -128,7 +178,8 @@ impl Wanted {
         let mut at = self;
         for step in &path.steps {
             at = match step {
-                Step::Field(name) | Step::Named(name) => at.fields.entry(name.clone()).or_default(),
+                Step::Field(name) => at.fields.entry(name.clone()).or_default(),
+                Step::Named(name) => at.named.entry(name.clone()).or_default(),
                 Step::Index(index) => at.elements.entry(*index).or_default(),
             };
         }
@@ -151,6 +202,8 @@ pub(crate) fn walk(types: &Types, wanted: &Wanted) -> Vec<Op> {
         passes: BTreeMap::new(),
     };
     let mut ops = Vec::new();
+    let root = Element::Message(types.root().clone());
+    compiler.called(Count::Fixed(1), &root, wanted, &mut ops);
     compiler.message(types.root(), wanted, &mut ops);
     ops
 }
@@ -159,7 +212,11 @@ pub(crate) fn walk(types: &Types, wanted: &Wanted) -> Vec<Op> {
 fn trim(ops: &mut Vec<Op>) {
     while let Some(last) = ops.last_mut() {
         match last {
-            Op::Number { .. } | Op::Names { .. } => return,
+            Op::Number { .. }
+            | Op::Name { .. }
+            | Op::Names { .. }
+            | Op::Called { .. }
+            | Op::Identity { .. } => return,
             Op::Numbers { whole, picks, .. } if whole.is_some() || !picks.is_empty() => return,
             Op::Elements {
                 picks, to_the_end, ..
@@ -183,8 +240,21 @@ struct Compiler<'t> {
 impl<'t> Compiler<'t> {
     fn message(&mut self, name: &TypeName, wanted: &Wanted, ops: &mut Vec<Op>) {
         let types = self.types;
+        if !wanted.identity.is_empty()
+            && let Some(key) = self.key(name)
+        {
+            let slots = wanted.identity.clone();
+            ops.push(Op::Identity { key, slots });
+        }
         for field in types.message(name).into_iter().flat_map(|it| &it.fields) {
             match wanted.fields.get(&field.name) {
+                Some(wanted) if wanted.is_name => ops.push(Op::Name {
+                    primitive: match field.field_type.element {
+                        Element::Primitive(primitive) => Some(primitive),
+                        _ => None,
+                    },
+                    field: field.name.clone(),
+                }),
                 Some(wanted) => self.read(&field.field_type, wanted, ops),
                 None => self.pass(&field.field_type, ops),
             }
@@ -206,6 +276,7 @@ impl<'t> Compiler<'t> {
                 primitive,
                 whole: wanted.slot,
                 picks,
+                length: wanted.length,
             });
         }
         if matches!(field.element, Element::String { .. }) {
@@ -213,8 +284,12 @@ impl<'t> Compiler<'t> {
                 count,
                 wanted: wanted.names.clone(),
                 are_kept: wanted.all_names,
+                picks: (wanted.elements.iter())
+                    .flat_map(|(index, it)| it.identity.iter().map(|slot| (*index, *slot)))
+                    .collect(),
             });
         }
+        self.called(count, &field.element, wanted, ops);
         let picks = wanted
             .elements
             .iter()
@@ -230,6 +305,40 @@ impl<'t> Compiler<'t> {
             picks,
             to_the_end: true,
         });
+    }
+
+    /// Reads within the messages that are called by their names, and goes back to before them.
+    fn called(&mut self, count: Count, of: &'t Element, wanted: &Wanted, ops: &mut Vec<Op>) {
+        if wanted.named.is_empty() && !wanted.all_names {
+            return;
+        }
+        let Element::Message(name) = of else { return };
+        let Some(key) = self.key(name) else { return };
+        let picks = wanted.named.iter().map(|(called, wanted)| {
+            let mut within = Vec::new();
+            self.message(name, wanted, &mut within);
+            (called.clone(), within)
+        });
+        let picks = picks.collect();
+        ops.push(Op::Called {
+            count,
+            key,
+            pass: self.pass_of(of),
+            picks,
+            are_kept: wanted.all_names,
+        });
+    }
+
+    /// The steps that find out what a message of that type is called; none of a type without a name.
+    fn key(&mut self, name: &TypeName) -> Option<Arc<[Op]>> {
+        let mut wanted = Wanted::default();
+        for path in key::fields(self.types, name) {
+            wanted.at(&path).is_name = true;
+        }
+        let mut ops = Vec::new();
+        self.message(name, &wanted, &mut ops);
+        trim(&mut ops);
+        (!ops.is_empty()).then(|| ops.into())
     }
 
     fn read_one(&mut self, element: &'t Element, wanted: &Wanted, ops: &mut Vec<Op>) {
@@ -253,6 +362,7 @@ impl<'t> Compiler<'t> {
                 primitive: *primitive,
                 whole: None,
                 picks: Vec::new(),
+                length: None,
             }),
             (_, element) => match (count, self.pass_of(element)) {
                 (Count::Fixed(count), Pass::Fixed(one)) => {
@@ -343,8 +453,12 @@ pub(crate) fn run(
                 primitive,
                 whole,
                 picks,
+                length,
             } => {
                 let count = count.read(cursor)?;
+                if let Some(slot) = length {
+                    values.put_text(*slot, format_args!("{count} numbers"));
+                }
                 let numbers = cursor.numbers(*primitive, count)?;
                 if let Some(list) = whole.and_then(|slot| values.slots.get_mut(slot)) {
                     numbers.append_to(list);
@@ -357,9 +471,14 @@ pub(crate) fn run(
                 count,
                 wanted,
                 are_kept,
+                picks,
             } => {
                 for number in 0..count.read(cursor)? {
                     let text = cursor.text()?;
+                    for (_, slot) in picks.iter().filter(|it| it.0 as u64 == number) {
+                        let text = String::from_utf8_lossy(text);
+                        values.put_text(*slot, format_args!("{text}"));
+                    }
                     for (name, slot) in wanted {
                         let is_first = values.list(*slot).is_empty();
                         if is_first && name.as_bytes() == text {
@@ -370,6 +489,52 @@ pub(crate) fn run(
                         let text = String::from_utf8_lossy(text).into_owned();
                         values.names.push(text);
                     }
+                }
+            }
+            Op::Name { primitive, field } => {
+                let mut name = std::mem::take(&mut values.name);
+                match primitive {
+                    None => key::append(&mut name, Ok(&String::from_utf8_lossy(cursor.text()?))),
+                    Some(primitive) => {
+                        let number = cursor.numbers(*primitive, 1)?.get(0).unwrap_or(0.0);
+                        key::append(&mut name, Err((field, number)));
+                    }
+                }
+                values.name = name;
+            }
+            Op::Identity { key, slots } => {
+                named(key, cursor, values)?;
+                let name = std::mem::take(&mut values.name);
+                for slot in slots {
+                    values.put_text(*slot, format_args!("{name}"));
+                }
+                values.name = name;
+            }
+            Op::Called {
+                count,
+                key,
+                pass,
+                picks,
+                are_kept,
+            } => {
+                let mut start = cursor.clone();
+                let count = count.read(&mut start)?;
+                // Each looks from the first: most lists are short, and the first that is so called counts.
+                for (called, within) in picks {
+                    let mut at = start.clone();
+                    for _ in 0..count {
+                        named(key, &at, values)?;
+                        if key::is_called(&values.name, called) {
+                            run(within, &mut at, values)?;
+                            break;
+                        }
+                        pass.pass(1, &mut at)?;
+                    }
+                }
+                for _ in 0..if *are_kept { count } else { 0 } {
+                    named(key, &start, values)?;
+                    values.names.push(values.name.clone());
+                    pass.pass(1, &mut start)?;
                 }
             }
             Op::Elements {
@@ -396,6 +561,12 @@ pub(crate) fn run(
         }
     }
     Ok(())
+}
+
+/// What the message at the cursor is called, into the values' name.
+fn named(key: &[Op], cursor: &Cursor<'_>, values: &mut Values) -> Result<(), DecodeError> {
+    values.name.clear();
+    run(key, &mut cursor.clone(), values)
 }
 
 impl Count {

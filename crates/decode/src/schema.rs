@@ -66,6 +66,13 @@ impl Types {
         &self.root
     }
 
+    /// The type's hash, `RIHS01_...`, by which versions of a type are told apart.
+    #[must_use]
+    pub fn hash(&self) -> String {
+        // The library was checked, and the root is in it.
+        self.library.type_hash(&self.root).unwrap_or_default()
+    }
+
     /// Whether there is a wide string anywhere.
     pub(crate) fn has_wide_text(&self) -> bool {
         let fields = self.library.messages().flat_map(|message| &message.fields);

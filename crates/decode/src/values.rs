@@ -1,13 +1,28 @@
 //! The values of a payload, by the paths that were asked for.
 
+use std::fmt;
+
 /// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     pub(crate) slots: Vec<Vec<f64>>,
     pub(crate) names: Vec<String>,
+    /// What messages are called, by slot; empty where one is not there.
+    pub(crate) texts: Vec<String>,
+    /// What the message looked at is called.
+    pub(crate) name: String,
 }
 
 impl Values {
+    /// Sets a text, in the memory of the one before.
+    pub(crate) fn put_text(&mut self, slot: usize, text: fmt::Arguments<'_>) {
+        if let Some(place) = self.texts.get_mut(slot) {
+            place.clear();
+            // Writing to memory never fails.
+            let _ = fmt::Write::write_fmt(place, text);
+        }
+    }
+
     /// The values at path `index`: all elements of a list, one for a number, none if it is missing.
     #[must_use]
     pub fn list(&self, index: usize) -> &[f64] {

@@ -460,3 +460,83 @@ fn numbers_behind_wide_strings_are_found_however_wide_their_characters_are() {
         }
     }
 }
+
+#[test]
+fn elements_and_messages_are_chosen_by_what_they_are_called() {
+    let mut message = transforms(3);
+    for (transform, (frame, child)) in message.transforms.iter_mut().zip([
+        ("odom", "base_link"),
+        ("map", "odom"),
+        ("/odom", "/camera"),
+    ]) {
+        transform.header.frame_id = frame.to_owned();
+        transform.child_frame_id = child.to_owned();
+    }
+    let types = types_of::<TFMessage>();
+    for (name, expected) in [
+        ("base_link", Some(0.0)),
+        ("odom->base_link", Some(0.0)),
+        ("odom", Some(1.0)),
+        ("camera", Some(2.0)),
+        ("/camera", Some(2.0)),
+        ("map->base_link", None),
+        ("base", None),
+    ] {
+        let paths = [
+            path(&format!("transforms[{name}].transform.translation.y")),
+            path("transforms[1].transform.translation.y"),
+        ];
+        let decoder = Decoder::compile(&types, &paths).unwrap();
+        for values in readings(&decoder, &message) {
+            assert_eq!(values.number(0), expected, "{name}");
+            assert_eq!(values.number(1), Some(1.0));
+        }
+    }
+    let odometry = odometry();
+    let types = types_of::<Odometry>();
+    for (name, is_it) in [
+        ("base_link", true),
+        ("odo->base_link", true),
+        ("odo", false),
+    ] {
+        let path = path(&format!("[{name}].pose.pose.position.z"));
+        let decoder = Decoder::compile(&types, &[path]).unwrap();
+        for values in readings(&decoder, &odometry) {
+            assert_eq!(values.number(0).is_some(), is_it, "{name}");
+        }
+    }
+    // A name where nothing has one.
+    let types = types_of::<PlaneMotion>();
+    let refusal = Decoder::compile(&types, &[path("dive_planes[x]")]).unwrap_err();
+    assert!(refusal.to_string().contains("nothing in the message names"));
+}
+
+#[test]
+fn a_message_tells_what_each_of_its_numbers_is_of() {
+    let mut joints = joints(3);
+    joints.header.frame_id = "arm".to_owned();
+    let paths = [
+        path("position[2]"),
+        path("effort[0]"),
+        path("position[xx]"),
+        path("header.stamp.sec"),
+    ];
+    let types = types_of::<JointState>();
+    let decoder = Decoder::compile_with_identities(&types, &paths).unwrap();
+    let mut values = Values::default();
+    let mut identities = |joints: &JointState| {
+        decoder.read(&cdr::to_bytes(joints), &mut values).unwrap();
+        let texts = |index| {
+            let along = decoder.identity(index, &values);
+            along.map(|it| it.1.to_owned()).collect::<Vec<_>>()
+        };
+        [0, 1, 2, 3].map(texts)
+    };
+    let named = identities(&joints);
+    // The first joint's name is empty.
+    assert_eq!(named[0], ["arm", "xx"]);
+    assert_eq!(named[1], ["arm", "1 numbers"]);
+    assert_eq!([&named[2][..], &named[3]], [["arm"], ["arm"]]);
+    joints.name.clear();
+    assert_eq!(identities(&joints)[0], ["arm", "3 numbers"]);
+}

@@ -3,7 +3,9 @@
 use std::time::Instant;
 
 use planesman_identification::IdentificationError;
-use planesman_identification::analysis::{Analysis, Options, analyse, analyse_validated};
+use planesman_identification::analysis::{
+    Analysis, Options, Reason, Verdict, analyse, analyse_validated,
+};
 use planesman_identification::estimators::Method;
 use planesman_identification::selection::Candidate;
 use planesman_model_file::ModelFile;
@@ -60,12 +62,14 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
             (best.ok_or(FitError::NoMethod)?, tried)
         }
     };
-    Ok(FitResult {
+    let mut result = FitResult {
         prepared,
         validation,
         analysis,
         tried,
-    })
+    };
+    result.judge_clock();
+    Ok(result)
 }
 
 impl FitOptions {
@@ -120,6 +124,19 @@ impl FitOptions {
 }
 
 impl FitResult {
+    /// Says at the verdict what was found of the clock.
+    fn judge_clock(&mut self) {
+        let readings = std::iter::once(&self.prepared).chain(&self.validation);
+        let readings: Vec<_> = readings.map(|it| &it.reading).collect();
+        let told = readings.iter().flat_map(|it| &it.clock);
+        let told: Vec<Reason> = told.cloned().map(Reason::Data).collect();
+        self.analysis.reasons.splice(0..0, told);
+        let is_doubtful = readings.iter().any(|it| it.is_time_doubtful);
+        if is_doubtful && matches!(self.analysis.verdict, Verdict::Good | Verdict::Usable) {
+            self.analysis.verdict = Verdict::TimeDoubtful;
+        }
+    }
+
     /// Everything but the record's numbers, as `--json` prints it.
     ///
     /// # Errors
@@ -155,6 +172,7 @@ impl FitResult {
             "attainable_fit": analysis.attainable_fit,
             "predicted_fit": analysis.predicted_fit,
             "share_of_input": analysis.share,
+            "integrator_gain": analysis.reading().integrator_gain().map(|(gain, _)| [gain.value.re, gain.real_deviation()]),
             "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
             "bootstrap": analysis.bootstrap,
             "residuals": analysis.residuals,

@@ -9,7 +9,7 @@ use planesman_identification::estimators::recursive::{Forgetting, Options as Rec
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
 use planesman_signals::{
-    Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend,
+    Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend, Unwrap,
 };
 use planesman_vehicle::{pitch, vehicle_file};
 
@@ -76,6 +76,8 @@ pub struct GridOptions {
     /// The longest interval between two samples that is not a gap, s; `None` for five sample intervals, and for none of a held
     /// input.
     pub max_gap: Option<f64>,
+    /// What becomes of angles and counters that wrap.
+    pub unwrap: Unwrap,
 }
 
 impl Default for GridOptions {
@@ -86,6 +88,7 @@ impl Default for GridOptions {
             input_method: Resampling::Mean,
             output_method: Resampling::Linear,
             max_gap: None,
+            unwrap: Unwrap::Automatic,
         }
     }
 }
@@ -191,7 +194,7 @@ impl MethodChoice {
 /// Every option of a fit by its name, with its words where it takes one of several.
 #[must_use]
 pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
-    const OTHERS: [&str; 30] = [
+    const OTHERS: [&str; 31] = [
         "input",
         "output",
         "reference",
@@ -201,6 +204,7 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
         "rate",
         "window",
         "max_gap",
+        "unwrap",
         "validation",
         "order",
         "numerator",

@@ -30,6 +30,7 @@ impl GridOptions {
             input_method: self.input_method,
             output_method: self.output_method,
             max_gap: self.max_gap,
+            unwrap: self.unwrap,
         };
         windows.iter().map(of).collect()
     }

@@ -1,6 +1,9 @@
 //! The values that options take, each rule stated once: the command line's parsers and the library's checks use it.
 
+use std::f64::consts::PI;
 use std::ops::RangeInclusive;
+
+use planesman_signals::Unwrap;
 
 use crate::error::FitError;
 pub use crate::error::RuleError;
@@ -65,12 +68,31 @@ pub const MAX_GAP: Rule = Rule::new(LEAST, 1e9, "expected a time between 0 and 1
 pub const FORGETTING: Rule = Rule::new(1e-3, 1.0, "a number from 0.001 to 1 is expected");
 /// A vehicle's speed, m/s.
 pub const SPEED: Rule = Rule::new(1e-3, 100.0, "a number from 0.001 to 100 m/s is expected");
+/// Periods of an angle or a counter.
+pub const PERIOD: Rule = Rule::new(
+    1e-6,
+    1e15,
+    "expected automatic, no, 2pi or a period above 0, as 360 or 65536",
+);
 /// Numbers above 0.
 pub const ABOVE_ZERO: Rule = Rule::new(LEAST, f64::MAX, "expected a number above 0");
 /// Numbers of 0 or more.
 pub const NOT_NEGATIVE: Rule = Rule::new(0.0, f64::MAX, "expected a number of 0 or more");
 /// Numbers that are not infinite.
 pub const FINITE: Rule = Rule::new(f64::MIN, f64::MAX, "expected a finite number");
+
+/// What becomes of angles and counters that wrap: `automatic`, `no`, or the period.
+///
+/// # Errors
+/// [`RuleError`].
+pub fn unwrap(text: &str) -> Result<Unwrap, RuleError> {
+    Ok(match text.trim() {
+        "automatic" => Unwrap::Automatic,
+        "no" => Unwrap::No,
+        "2pi" => Unwrap::Period(2.0 * PI),
+        period => Unwrap::Period(PERIOD.parse(period)?),
+    })
+}
 
 /// The four coefficients of heave that are written `NU,ZETA,ETA,EPSILON`.
 ///

@@ -10,12 +10,13 @@ use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath,
 use planesman_parallel::Progress;
 use planesman_signals::{
     self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, SourceError,
-    Take, Timing,
+    Stamps, Take, Timing,
 };
 use serde::Serialize;
 
 use crate::data::{DataOptions, reading};
 use crate::error::FitError;
+use crate::suggestion::suggestion;
 
 /// Fields of a topic that are read, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
@@ -23,6 +24,9 @@ const FIELDS: usize = 20_000;
 
 /// Topics that are read.
 const TOPICS: usize = 1000;
+
+/// Names of a topic's messages that are counted.
+const NAMES: usize = 100;
 
 /// Numbers of a time history at most.
 pub const SPARKS: usize = 24;
@@ -37,6 +41,8 @@ pub struct Survey {
     pub topics: Vec<TopicSurvey>,
     /// Everything that could not be read or is not listed, and why.
     pub notes: Vec<String>,
+    /// A command that identifies something, and the signals to choose from; none where nothing looks like an input and an output.
+    pub suggestion: Option<String>,
 }
 
 /// A topic and its fields.
@@ -50,6 +56,8 @@ pub struct TopicSurvey {
     pub stamps: String,
     /// How its messages lie in time.
     pub timing: Timing,
+    /// The share of intervals below a tenth of the mean, 0 to 1, as of messages that come in bursts.
+    pub bursts: f64,
     /// Its numeric fields, in the order in which they lie in a message.
     pub fields: Vec<FieldSurvey>,
     /// Why the topic could not be read, whole or in part.
@@ -83,15 +91,15 @@ pub fn survey(
     progress: &dyn Progress,
 ) -> Result<Survey, FitError> {
     let source = data.open()?;
-    reading(source.bytes(), progress, |told| match source {
+    let found = reading(source.bytes(), progress, |told| match source {
         Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
         Source::Csv(table) => of_csv(table, told),
         Source::Tables(tables) => {
             let mut all = Survey::default();
             for table in tables.apart() {
-                let Survey { topics, notes } = of_csv(table, told)?;
-                all.topics.extend(topics);
-                all.notes.extend(notes);
+                let one = of_csv(table, told)?;
+                all.topics.extend(one.topics);
+                all.notes.extend(one.notes);
             }
             Ok(all)
         }
@@ -113,6 +121,10 @@ pub fn survey(
                 columns.read(requests, take).map_err(FitError::data)
             })
         }
+    });
+    found.map(|survey| Survey {
+        suggestion: suggestion(&survey, &data.sources),
+        ..survey
     })
 }
 
@@ -192,8 +204,11 @@ impl SegmentMeans {
 #[derive(Clone, Debug, thiserror::Error)]
 enum Unreadable {
     /// No schema is known for them.
-    #[error(transparent)]
-    Schema(Arc<SourceError>),
+    #[error("{0}")]
+    Schema(String),
+    /// They bear no signals.
+    #[error("{0}: its fields are not listed")]
+    NoSignals(&'static str),
     /// The schema has no such fields.
     #[error(transparent)]
     Fields(#[from] CompileError),
@@ -210,14 +225,26 @@ struct Plan {
     /// The fields; seconds and nanoseconds of a stamp stand behind them.
     paths: Vec<FieldPath>,
     has_stamp: bool,
+    /// What a message is called, if it is.
+    names: Option<Decoder>,
     /// Whether there are more fields.
     is_cut: bool,
 }
 
 impl Plan {
-    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, Unreadable> {
-        let types = signals::types(topic).map_err(|error| Unreadable::Schema(error.into()))?;
+    fn of(source: &BagSource, topic: &Topic) -> Result<Self, Unreadable> {
+        if topic.kind.type_name == "rcl_interfaces/msg/ParameterEvent" {
+            return Err(Unreadable::NoSignals("changes of parameters"));
+        }
+        let types = signals::types(source.bag(), topic).map_err(|error| {
+            // Topics of a kind share it, each below its own name.
+            let reason = error.to_string();
+            let own = reason.strip_prefix(&format!("{}: ", topic.name));
+            Unreadable::Schema(own.unwrap_or(&reason).to_owned())
+        })?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
+        catalogue.fields = signals::by_name(source.bag(), topic, &types, catalogue.fields);
+        let clock = source.clock();
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
         if let Some(stamp) = &stamp {
@@ -233,6 +260,7 @@ impl Plan {
             decoder: Decoder::compile(&types, &paths)?,
             paths: catalogue.fields,
             has_stamp: stamp.is_some(),
+            names: Decoder::of_names(&types, &FieldPath { steps: Vec::new() }),
             is_cut: catalogue.is_cut,
         })
     }
@@ -248,7 +276,12 @@ struct TopicScan {
     messages: u64,
     refused: u64,
     note: Option<String>,
+    /// By the stamps of the messages, and by the recorder's.
     meter: Meter,
+    log_meter: Meter,
+    stamps: Stamps,
+    /// What its messages are called, the first few.
+    names: BTreeMap<String, u64>,
 }
 
 impl TopicScan {
@@ -262,6 +295,9 @@ impl TopicScan {
             refused: 0,
             note: None,
             meter: Meter::default(),
+            log_meter: Meter::default(),
+            stamps: Stamps::of(&topic.name),
+            names: BTreeMap::new(),
         };
         match plan {
             Ok(plan) => {
@@ -278,8 +314,15 @@ impl TopicScan {
 
     fn take(&mut self, payload: &[u8], log_time: i64, values: &mut Values) {
         self.messages += 1;
-        match self.read(payload, log_time, values) {
-            Ok(stamp) => self.meter.take(stamp),
+        match self.read(payload, values) {
+            Ok(own) => {
+                if self.stamps.take(own, log_time) {
+                    self.meter.take(own.unwrap_or(log_time));
+                }
+                if own.is_some() {
+                    self.log_meter.take(log_time);
+                }
+            }
             Err(reason) => {
                 if self.refused == 0 {
                     self.note = Some(reason.to_string());
@@ -289,16 +332,21 @@ impl TopicScan {
         }
     }
 
-    /// Takes the numbers of a message; returns its stamp.
-    fn read(
-        &mut self,
-        payload: &[u8],
-        log_time: i64,
-        values: &mut Values,
-    ) -> Result<i64, Unreadable> {
+    /// Takes the numbers of a message; returns its own stamp, if it has one.
+    fn read(&mut self, payload: &[u8], values: &mut Values) -> Result<Option<i64>, Unreadable> {
         let Some(plan) = &self.plan else {
-            return Ok(log_time);
+            return Ok(None);
         };
+        if let Some(names) = &plan.names
+            && names.read(payload, values).is_ok()
+            && let [name] = values.names()
+        {
+            if let Some(count) = self.names.get_mut(name) {
+                *count += 1;
+            } else if self.names.len() < NAMES {
+                self.names.insert(name.clone(), 1);
+            }
+        }
         plan.decoder.read(payload, values)?;
         for (index, field) in self.fields.iter_mut().enumerate() {
             if let Some(value) = values.number(index) {
@@ -306,9 +354,10 @@ impl TopicScan {
             }
         }
         if !plan.has_stamp {
-            return Ok(log_time);
+            return Ok(None);
         }
-        signals::nanoseconds(values, plan.paths.len()).ok_or(Unreadable::Stamp)
+        let stamp = signals::nanoseconds(values, plan.paths.len());
+        stamp.map(Some).ok_or(Unreadable::Stamp)
     }
 
     fn survey(self) -> TopicSurvey {
@@ -320,7 +369,36 @@ impl TopicScan {
             )),
             (None, _) => None,
         };
-        let is_header = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
+        // Messages of several, met often: not numbers that count them.
+        let often = |count: &u64| *count > 2 && *count * 100 > self.messages;
+        let names: Vec<&str> = (self.names.iter())
+            .filter_map(|(name, count)| often(count).then_some(name.as_str()))
+            .collect();
+        let several = (names.len() > 1).then(|| {
+            let first = names.iter().find(|it| !it.is_empty()).unwrap_or(&"NAME");
+            format!(
+                "its messages are of '{}': '{}:[{first}].FIELD' takes those of one",
+                names.join("', '"),
+                self.topic.name
+            )
+        });
+        let standing = self.stamps.unfit();
+        let clock = match self.stamps.note(Clock::Header) {
+            _ if standing.is_some() => standing.clone(),
+            note => note,
+        };
+        let prefix = format!("{}: ", self.topic.name);
+        let all = [note, several, clock].into_iter().flatten();
+        let all: Vec<String> = all
+            .map(|it| it.strip_prefix(&prefix).unwrap_or(&it).to_owned())
+            .collect();
+        let note = (!all.is_empty()).then(|| all.join("; "));
+        let has_stamp = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
+        let is_header = has_stamp && standing.is_none();
+        let meter = match has_stamp && !is_header {
+            true => &self.log_meter,
+            false => &self.meter,
+        };
         let fields = self.plan.map(|plan| {
             let each = plan.paths.iter().zip(&self.fields);
             each.map(|(path, field)| field.survey(path.to_string()))
@@ -330,7 +408,8 @@ impl TopicScan {
             name: self.topic.name.clone(),
             type_name: self.topic.kind.type_name.clone(),
             stamps: if is_header { "header" } else { "log" }.to_owned(),
-            timing: self.meter.timing(),
+            timing: meter.timing(),
+            bursts: meter.bursts(),
             fields: fields.unwrap_or_default(),
             note,
         }
@@ -346,8 +425,13 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     let mut room = FIELDS;
     let mut omitted = 0;
+    let mut of_services = 0;
     for TopicCount { topic, .. } in bag.topics() {
         if wanted.is_some_and(|text| !topic.name.contains(text)) {
+            continue;
+        }
+        if is_of_service(&topic.kind.type_name) {
+            of_services += 1;
             continue;
         }
         if scans.len() == TOPICS || room == 0 {
@@ -356,11 +440,18 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         }
         let plan = plans
             .entry(Arc::as_ptr(&topic.kind))
-            .or_insert_with(|| Plan::of(topic, source.clock()).map(Rc::new));
+            .or_insert_with(|| Plan::of(source, topic).map(Rc::new));
         let scan = TopicScan::new(topic, plan.clone(), room);
         room -= scan.fields.len();
         places.insert((&topic.name, &topic.kind.type_name), scans.len());
         scans.push(scan);
+    }
+    survey.notes.extend(bag.renamed().map(str::to_owned));
+    if of_services > 0 {
+        let s = if of_services == 1 { "" } else { "s" };
+        survey.notes.push(format!(
+            "{of_services} topic{s} of service events not listed"
+        ));
     }
     if omitted > 0 {
         survey.notes.push(format!(
@@ -421,6 +512,7 @@ fn of_log<'a>(
     let mut survey = Survey {
         topics: Vec::new(),
         notes: reading.notes,
+        suggestion: None,
     };
     let mut first = 0;
     for (name, requests) in topics {
@@ -438,6 +530,7 @@ fn of_log<'a>(
             fields: each
                 .map(|(field, request)| field.survey(path(request)))
                 .collect(),
+            bursts: meters.get(here.start).map_or(0.0, Meter::bursts),
             note: None,
         });
     }
@@ -486,13 +579,20 @@ fn of_table(
             type_name: String::new(),
             stamps: reading.stamps,
             timing: meters.first().map_or_else(Timing::default, Meter::timing),
+            bursts: meters.first().map_or(0.0, Meter::bursts),
             fields: fields
                 .map(|(field, request)| field.survey(request.name))
                 .collect(),
             note: None,
         }],
         notes: reading.notes,
+        suggestion: None,
     })
+}
+
+/// Whether messages are what is sent to a service and answered, `PACKAGE/srv/NAME_Event`.
+fn is_of_service(type_name: &str) -> bool {
+    type_name.ends_with("_Event") && type_name.contains("/srv/")
 }
 
 #[cfg(test)]

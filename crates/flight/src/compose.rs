@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use planesman_hydraulics::Group;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::loop_topics::Sink;
@@ -17,7 +17,9 @@ use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_parallel::stop_point;
 use planesman_plant::StaticMessages;
 
-use crate::parts::{Actuator, Estimator, Law, Model, Motion, Observation, PartError, Parts, Plant};
+use crate::parts::{
+    Actuator, Estimator, Law, Model, Motion, Observation, Parts, Plant, in_place_of,
+};
 use crate::scenario::Scenario;
 
 /// Every message of the loop in one tick.
@@ -119,11 +121,6 @@ pub struct Loop {
     k: i64,
     /// Ticks in all.
     ticks: u64,
-}
-
-/// A refusal, with the name of the node in whose place the part is.
-fn of(node: &'static str) -> impl Fn(PartError) -> Error {
-    move |reason| Error::Part { node, reason }
 }
 
 impl Loop {
@@ -230,18 +227,21 @@ impl Loop {
     /// Everybody's answers to the present tick's state, on which the vehicle moves on.
     fn answer(&mut self, state: &VehicleState) -> Result<Answers> {
         stop_point();
-        let (command, control) = self.law.on_state(state).map_err(of("depth_controller"))?;
+        let (command, control) = self
+            .law
+            .on_state(state)
+            .map_err(in_place_of("depth_controller"))?;
         let actuator = self
             .actuator
             .on_command(&command)
-            .map_err(of("dha_actuator"))?;
+            .map_err(in_place_of("dha_actuator"))?;
         let models = self
             .estimator
             .learn(state, actuator.motion())
-            .map_err(of("sysid"))?;
+            .map_err(in_place_of("sysid"))?;
         self.plant
             .advance(actuator.motion())
-            .map_err(of("plant_sim"))?;
+            .map_err(in_place_of("plant_sim"))?;
         self.k += 1;
         Ok(Answers {
             command,

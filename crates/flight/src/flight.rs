@@ -103,14 +103,14 @@ impl Flight {
     /// When the path is no bag.
     pub fn read(path: &Path) -> Result<Self> {
         let bag = BagReader::open(path)?;
-        let mut account = Account::of(&bag);
+        let mut account = Account::new(&bag);
         let damage = account.read_all(&bag);
         let mut flight = account.flight();
         flight.step = account.step(&bag, &mut flight.notes);
         flight.counts = recorded(&bag);
         if bag.dropped() > 0 {
-            let of = |(topic, lost): (&str, u64)| format!("{lost} of {topic}");
-            let lost: Vec<_> = bag.dropped_by_topic().take(LOST_SHOWN).map(of).collect();
+            let loss = |(topic, lost): (&str, u64)| format!("{lost} of {topic}");
+            let lost: Vec<_> = bag.dropped_by_topic().take(LOST_SHOWN).map(loss).collect();
             let note = format!("messages lost while recording: {}", lost.join(", "));
             flight.notes.push(note);
         }
@@ -204,7 +204,7 @@ struct States {
     /// The first and the last, ns.
     span: Option<(i64, i64)>,
     ticks: u64,
-    held: u64,
+    planes_held: u64,
     last_depth: f64,
     depth: TimeHistory,
     pitch: TimeHistory,
@@ -218,7 +218,7 @@ impl Collected for States {
         let (first, _) = self.span.unwrap_or((stamp, stamp));
         self.span = Some((first, stamp));
         self.ticks += 1;
-        self.held += u64::from(state.planes_source == VehicleState::PLANES_HELD);
+        self.planes_held += u64::from(state.planes_source == VehicleState::PLANES_HELD);
         self.last_depth = state.depth;
         self.depth.take(t, state.depth);
         self.pitch.take(t, state.pitch);
@@ -226,13 +226,18 @@ impl Collected for States {
 }
 
 /// The depth held (m), and since when, after one more state of the controller; `None` where none is.
-pub(crate) fn held<T>(held: Option<(f64, T)>, control: &ControlState, now: T) -> Option<(f64, T)> {
+pub(crate) fn depth_held<T>(
+    since: Option<(f64, T)>,
+    control: &ControlState,
+    now: T,
+) -> Option<(f64, T)> {
     if control.feedback_stale {
-        return held;
+        return since;
     }
     let target = control.depth_target;
     (control.mode == ControlState::MODE_DEPTH).then(|| {
-        held.filter(|(held, _)| *held == target)
+        since
+            .filter(|(depth, _)| *depth == target)
             .unwrap_or((target, now))
     })
 }
@@ -253,7 +258,7 @@ pub(crate) fn step_meter(
 #[derive(Default)]
 struct Controls {
     /// The depth held (m), and since when (ns); `None` where none is.
-    held: Option<(f64, i64)>,
+    depth_held: Option<(f64, i64)>,
     depth_setpoint: TimeHistory,
     pitch_command: TimeHistory,
 }
@@ -264,7 +269,7 @@ impl Collected for Controls {
     fn take(&mut self, t: f64, control: &ControlState) {
         self.depth_setpoint.take(t, control.depth_setpoint);
         self.pitch_command.take(t, control.pitch_command);
-        self.held = held(self.held, control, control.stamp());
+        self.depth_held = depth_held(self.depth_held, control, control.stamp());
     }
 }
 
@@ -376,7 +381,7 @@ struct Account {
 }
 
 impl Account {
-    fn of(bag: &BagReader) -> Self {
+    fn new(bag: &BagReader) -> Self {
         let of_states = bag
             .topics()
             .iter()
@@ -407,8 +412,8 @@ impl Account {
         let damage = each(&mut messages, |message| {
             let topic = &message.topic;
             let name = topic.name.strip_prefix(&namespace).unwrap_or_default();
-            let taken = self.take_one(name, &topic.kind.type_name, &message.payload);
-            if let Err(reason) = taken {
+            let outcome = self.take_one(name, &topic.kind.type_name, &message.payload);
+            if let Err(reason) = outcome {
                 let (count, _) = self
                     .refused
                     .entry(topic.name.clone())
@@ -485,7 +490,7 @@ impl Account {
         let (setpoint, since) = self
             .controls
             .data
-            .held
+            .depth_held
             .unwrap_or((states.last_depth, start));
         let mut order = InOrder::default();
         let mut response = Response {
@@ -536,7 +541,7 @@ impl Account {
         Flight {
             notes: self.notes(),
             ticks: states.ticks,
-            held_ticks: states.held,
+            held_ticks: states.planes_held,
             actuators: self.rams.iter().map(actuator).collect(),
             model: models.and_then(|line| line.data.valid.clone()),
             no_model,

@@ -10,7 +10,7 @@ pub struct InOrder<M> {
     first: Option<i64>,
     last: Option<i64>,
     /// The message that waits for the next one.
-    held: Option<(i64, M)>,
+    waiting: Option<(i64, M)>,
     /// Messages out of plain order.
     pub statistics: ReorderStatistics,
 }
@@ -40,7 +40,7 @@ impl<M> Default for InOrder<M> {
         Self {
             first: None,
             last: None,
-            held: None,
+            waiting: None,
             statistics: ReorderStatistics::default(),
         }
     }
@@ -49,29 +49,29 @@ impl<M> Default for InOrder<M> {
 impl<M> InOrder<M> {
     /// Takes the message with the stamp `stamp` (ns), as it lies in the bag; the one before may then be clear.
     pub fn take(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
-        let Some((held, _)) = self.held else {
-            self.held = Some((stamp, message));
+        let Some((waiting, _)) = self.waiting else {
+            self.waiting = Some((stamp, message));
             return None;
         };
-        if stamp == held || Some(stamp) == self.last {
+        if stamp == waiting || Some(stamp) == self.last {
             self.statistics.repeated += 1;
             return None;
         }
-        let follows_held = stamp > held;
+        let follows_waiting = stamp > waiting;
         let follows_last = self.last.is_none_or(|last| stamp > last);
-        let held_follows_last = self.last.is_none_or(|last| held > last);
-        let (held, before) = self.held.replace((stamp, message))?;
-        match (held_follows_last, follows_held) {
-            (true, true) => self.hand_on(held, before),
+        let waiting_follows_last = self.last.is_none_or(|last| waiting > last);
+        let (waiting, before) = self.waiting.replace((stamp, message))?;
+        match (waiting_follows_last, follows_waiting) {
+            (true, true) => self.hand_on(waiting, before),
             // Back behind one that came too early; or behind both, which the next shows.
             (true, false) if follows_last => self.leave_out(),
-            (true, false) => self.hand_on(held, before),
+            (true, false) => self.hand_on(waiting, before),
             // The one before went back: alone, or for good.
             (false, true) if follows_last => self.leave_out(),
-            (false, true) if self.is_nearer_to_the_first(held) => {
+            (false, true) if self.is_nearer_to_the_first(waiting) => {
                 self.statistics.restarts += 1;
-                (self.first, self.last) = (Some(held), Some(held));
-                Some(Next::Restarted(held, before))
+                (self.first, self.last) = (Some(waiting), Some(waiting));
+                Some(Next::Restarted(waiting, before))
             }
             // A sender that has been behind catches up.
             (false, true) => self.leave_out(),
@@ -82,14 +82,14 @@ impl<M> InOrder<M> {
     /// Whether any message has come.
     #[must_use]
     pub fn has_begun(&self) -> bool {
-        self.last.is_some() || self.held.is_some()
+        self.last.is_some() || self.waiting.is_some()
     }
 
     /// The message that waited for another.
     pub fn finish(&mut self) -> Option<Next<M>> {
-        let (held, message) = self.held.take()?;
-        if self.last.is_none_or(|last| held > last) {
-            self.hand_on(held, message)
+        let (waiting, message) = self.waiting.take()?;
+        if self.last.is_none_or(|last| waiting > last) {
+            self.hand_on(waiting, message)
         } else {
             self.leave_out()
         }
@@ -143,16 +143,19 @@ mod tests {
 
     #[test]
     fn a_tick_said_again_counts_once() {
-        let (runs, found) = ordered(&[0, 1, 1, 2, 2, 2, 3, 3]);
-        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3]], statistics(4, 0, 0)));
+        let (runs, counted) = ordered(&[0, 1, 1, 2, 2, 2, 3, 3]);
+        assert_eq!(
+            (runs, counted),
+            (vec![vec![0, 1, 2, 3]], statistics(4, 0, 0))
+        );
     }
 
     #[test]
     fn a_single_message_from_another_time_is_left_out() {
         let stamps = [0, 1, 900, 2, 3, -900, 4, 5, 900];
-        let (runs, found) = ordered(&stamps);
+        let (runs, counted) = ordered(&stamps);
         assert_eq!(runs, [vec![0, 1, 2, 3, 4, 5, 900]]);
-        assert_eq!(found, statistics(0, 2, 0));
+        assert_eq!(counted, statistics(0, 2, 0));
         // The first and the last one have a neighbour on one side only.
         assert_eq!(ordered(&[900, 0, 1, 2]).0, [vec![0, 1, 2]]);
         assert_eq!(ordered(&[0, 1, 2, -900]).0, [vec![0, 1, 2]]);
@@ -160,24 +163,24 @@ mod tests {
 
     #[test]
     fn a_stranger_who_speaks_in_turn_with_the_vehicle_is_not_heard() {
-        let (runs, found) = ordered(&[0, 1, 900, 2, 901, 3, 902, 4, 903, 5]);
+        let (runs, counted) = ordered(&[0, 1, 900, 2, 901, 3, 902, 4, 903, 5]);
         assert_eq!(
-            (runs, found),
+            (runs, counted),
             (vec![vec![0, 1, 2, 3, 4, 5]], statistics(0, 4, 0))
         );
     }
 
     #[test]
     fn a_sender_that_catches_up_begins_no_new_flight() {
-        let (runs, found) = ordered(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 7, 8, 9, 10, 11]);
+        let (runs, counted) = ordered(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 7, 8, 9, 10, 11]);
         assert_eq!(runs, [(0..=11).collect::<Vec<_>>()]);
-        assert_eq!(found, statistics(1, 3, 0));
+        assert_eq!(counted, statistics(1, 3, 0));
     }
 
     #[test]
     fn a_vehicle_that_begins_again_begins_a_new_flight() {
-        let (runs, found) = ordered(&[0, 1, 2, 3, 0, 1, 2, 0, 1]);
+        let (runs, counted) = ordered(&[0, 1, 2, 3, 0, 1, 2, 0, 1]);
         let expected = vec![vec![0, 1, 2, 3], vec![0, 1, 2], vec![0, 1]];
-        assert_eq!((runs, found), (expected, statistics(0, 0, 2)));
+        assert_eq!((runs, counted), (expected, statistics(0, 0, 2)));
     }
 }

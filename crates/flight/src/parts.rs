@@ -335,12 +335,12 @@ impl fmt::Debug for Parts {
 }
 
 /// A refusal, with the node's name.
-fn of<E: fmt::Display>(node: &'static str) -> impl Fn(E) -> Error {
+fn refused_by<E: fmt::Display>(node: &'static str) -> impl Fn(E) -> Error {
     move |e| refused!("node {node}: {e}")
 }
 
-/// What the maker of a part refuses.
-fn own<R: Into<PartError>>(node: &'static str) -> impl Fn(R) -> Error {
+/// What a part or its maker refuses, with the name of the node in whose place it is.
+pub(crate) fn in_place_of<R: Into<PartError>>(node: &'static str) -> impl Fn(R) -> Error {
     move |reason| Error::Part {
         node,
         reason: reason.into(),
@@ -353,25 +353,27 @@ impl Default for Parts {
             plant: Arc::new(|scenario| {
                 let parameters = scenario.parameters_of("plant_sim")?;
                 Ok(Box::new(
-                    Simulated::new(&parameters).map_err(of("plant_sim"))?,
+                    Simulated::new(&parameters).map_err(refused_by("plant_sim"))?,
                 ))
             }),
             law: Arc::new(|scenario| {
                 let parameters = scenario.parameters_of("depth_controller")?;
                 Ok(Box::new(
-                    Controller::new(&parameters).map_err(of("depth_controller"))?,
+                    Controller::new(&parameters).map_err(refused_by("depth_controller"))?,
                 ))
             }),
             actuator: Arc::new(|scenario| {
                 let parameters = scenario.parameters_of("dha_actuator")?;
                 Ok(Box::new(
                     Hydraulic::new(&parameters, scenario.tick_nanos())
-                        .map_err(of("dha_actuator"))?,
+                        .map_err(refused_by("dha_actuator"))?,
                 ))
             }),
             estimator: Arc::new(|scenario| {
                 let parameters = scenario.parameters_of("sysid")?;
-                Ok(Box::new(Identifier::new(&parameters).map_err(of("sysid"))?))
+                Ok(Box::new(
+                    Identifier::new(&parameters).map_err(refused_by("sysid"))?,
+                ))
             }),
         }
     }
@@ -385,7 +387,7 @@ impl Parts {
         make: impl Fn(&Scenario) -> Result<P, R> + Send + Sync + 'static,
     ) -> Self {
         let plant: Make<dyn Plant> = Arc::new(move |it| {
-            let made = make(it).map_err(own("plant_sim"))?;
+            let made = make(it).map_err(in_place_of("plant_sim"))?;
             Ok(Box::new(made))
         });
         Self { plant, ..self }
@@ -398,7 +400,7 @@ impl Parts {
         make: impl Fn(&Scenario) -> Result<L, R> + Send + Sync + 'static,
     ) -> Self {
         let law: Make<dyn Law> = Arc::new(move |it| {
-            let made = make(it).map_err(own("depth_controller"))?;
+            let made = make(it).map_err(in_place_of("depth_controller"))?;
             Ok(Box::new(made))
         });
         Self { law, ..self }
@@ -411,7 +413,7 @@ impl Parts {
         make: impl Fn(&Scenario) -> Result<A, R> + Send + Sync + 'static,
     ) -> Self {
         let actuator: Make<dyn Actuator> = Arc::new(move |it| {
-            let made = make(it).map_err(own("dha_actuator"))?;
+            let made = make(it).map_err(in_place_of("dha_actuator"))?;
             Ok(Box::new(made))
         });
         Self { actuator, ..self }
@@ -424,7 +426,7 @@ impl Parts {
         make: impl Fn(&Scenario) -> Result<E, R> + Send + Sync + 'static,
     ) -> Self {
         let estimator: Make<dyn Estimator> = Arc::new(move |it| {
-            let made = make(it).map_err(own("sysid"))?;
+            let made = make(it).map_err(in_place_of("sysid"))?;
             Ok(Box::new(made))
         });
         Self { estimator, ..self }

@@ -77,9 +77,9 @@ impl Summary {
     /// The distance of the identified dominant pole from the true one, relative to its magnitude.
     #[must_use]
     pub fn pole_error(&self) -> Option<f64> {
-        let found = self.identified.as_ref()?.dominant()?;
+        let identified = self.identified.as_ref()?.dominant()?;
         let truth = self.truth.dominant()?;
-        Some((found - truth).norm() / truth.norm())
+        Some((identified - truth).norm() / truth.norm())
     }
 
     /// The quantities that flights are compared by.
@@ -173,12 +173,12 @@ impl Summary {
             )
         });
         let model = match (&self.identified, self.pole_error()) {
-            (Some(found), Some(error)) => {
+            (Some(model), Some(error)) => {
                 let within = if error <= POLE_TOLERANCE { "" } else { "NOT " };
                 format!(
                     "Pitch response identified {within}within {:.0} %: {}. The dominant pole is {} from the true one.",
                     100.0 * POLE_TOLERANCE,
-                    found.modes().join("; "),
+                    model.modes().join("; "),
                     distance_text(error)
                 )
             }
@@ -268,7 +268,7 @@ pub struct Quantity {
     /// Behind the point.
     pub decimals: usize,
     /// Its value, or why there is none.
-    pub value: Result<f64, String>,
+    value: Result<f64, String>,
 }
 
 impl Quantity {
@@ -323,8 +323,8 @@ impl fmt::Display for Summary {
         )?;
         match &self.identified {
             None => writeln!(f, "  no valid model: {}", self.no_model)?,
-            Some(found) => {
-                let rows = found.poles.len().max(self.truth.poles.len());
+            Some(model) => {
+                let rows = model.poles.len().max(self.truth.poles.len());
                 let text = |poles: &[Complex<f64>], i: usize| {
                     poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
                 };
@@ -333,12 +333,12 @@ impl fmt::Display for Summary {
                         f,
                         "  pole {} [1/s]              {:>22}  {:>22}",
                         i + 1,
-                        text(&found.poles, i),
+                        text(&model.poles, i),
                         text(&self.truth.poles, i)
                     )?;
                 }
-                for (name, found, truth) in self.gains() {
-                    writeln!(f, "  {name:<26}{found:>22}  {truth:>22}")?;
+                for (name, identified, truth) in self.gains() {
+                    writeln!(f, "  {name:<26}{identified:>22}  {truth:>22}")?;
                 }
                 if let Some(error) = self.pole_error() {
                     writeln!(

@@ -13,7 +13,6 @@ mod core;
 mod error;
 mod estimate;
 mod learner;
-pub mod message_types;
 pub mod pair;
 pub mod parameters;
 mod reader;

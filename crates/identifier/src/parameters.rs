@@ -1,5 +1,6 @@
 //! The identifier's parameters: the only place where its defaults and ranges stand.
 
+use planesman_decode::message_types;
 use planesman_identification::Structure;
 use planesman_identification::estimators::kalman::Settings;
 use planesman_identification::estimators::recursive::{Forgetting, Kind, Options};
@@ -8,7 +9,6 @@ use planesman_parameters::{Choice, Parameters};
 use planesman_signals::Signal;
 
 use crate::error::Error;
-use crate::message_types;
 
 /// Parameters that are not a pair's.
 pub(crate) const OF_THE_NODE: [&str; 4] = ["pairs", "answer", "input", "output"];

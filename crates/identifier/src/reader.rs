@@ -4,7 +4,7 @@ use planesman_decode::{Decoder, Types, Values};
 use planesman_identification::Input;
 use planesman_msgs::Field;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_signals::Signal;
+use planesman_signals::{Identity, Signal};
 
 use crate::error::Error;
 use crate::parameters::Config;
@@ -33,6 +33,8 @@ pub struct Reader {
     break_on: Option<(Signal, usize)>,
     /// The place of the stamp's seconds; nanoseconds follow.
     stamp: Option<usize>,
+    /// What input and output were of.
+    identities: [Identity; 2],
 }
 
 impl Reader {
@@ -71,22 +73,37 @@ impl Reader {
             paths.len() - 2
         });
         Ok(Some(Self {
-            decoder: Decoder::compile(types, &paths)
+            decoder: Decoder::compile_with_identities(types, &paths)
                 .map_err(|reason| Error::NoSignal(topic.to_owned(), Box::new(reason)))?,
             values: Values::default(),
             input,
             output,
             break_on,
             stamp,
+            identities: Default::default(),
         }))
     }
 
     /// Reads a payload.
     ///
     /// # Errors
-    /// With the signal's name, when the payload does not hold it as a finite number or list of such.
+    /// With the signal's name, when the payload does not hold it as a finite number or list of such, or now holds that of another frame,
+    /// joint or motor.
     pub fn read(&mut self, payload: &[u8]) -> Result<Sample, Error> {
         self.decoder.read(payload, &mut self.values)?;
+        for (signal, identity) in [&self.input, &self.output]
+            .into_iter()
+            .zip(&mut self.identities)
+        {
+            let Some((signal, place)) = signal else {
+                continue;
+            };
+            if !self.values.list(*place).is_empty() {
+                identity.take(&self.decoder, *place, &self.values);
+                let judged = identity.judge(signal);
+                judged.map_err(|reason| Error::Message(reason.to_string()))?;
+            }
+        }
         self.sample()
     }
 
@@ -106,8 +123,14 @@ impl Reader {
             Some((signal, place)) => signal.output(values.list(*place))? != 0.0,
             None => false,
         };
-        let input = self.input.as_ref();
-        let output = self.output.as_ref();
+        // A message without the element of a name that was there before is of something else.
+        let [of_input, of_output] = &self.identities;
+        let is_there = |(signal, place): &(Signal, usize), identity: &Identity| {
+            let is_named = signal.path().named().next().is_some();
+            !(is_named && identity.is_known() && values.list(*place).is_empty())
+        };
+        let input = self.input.as_ref().filter(|it| is_there(it, of_input));
+        let output = self.output.as_ref().filter(|it| is_there(it, of_output));
         Ok(Sample {
             stamp: self.stamp.and_then(|place| {
                 Some(Time {

@@ -78,7 +78,7 @@ pub(crate) struct ActionServer<A: Action> {
 pub struct Goal<A: Action> {
     server: Rc<ActionServer<A>>,
     id: GoalId,
-    asked: A::Goal,
+    request: A::Goal,
 }
 
 impl<A: Action> Goal<A> {
@@ -90,8 +90,8 @@ impl<A: Action> Goal<A> {
 
     /// The request.
     #[must_use]
-    pub fn asked(&self) -> &A::Goal {
-        &self.asked
+    pub fn request(&self) -> &A::Goal {
+        &self.request
     }
 
     /// Tells how it goes.
@@ -197,10 +197,10 @@ impl<A: Action> ActionServer<A> {
         asker: RmwRequestId,
         SendGoalRequest { goal_id, goal }: SendGoalRequest<Wire<A::Goal>>,
     ) -> Option<Goal<A>> {
-        let Wire(asked) = goal;
+        let Wire(request) = goal;
         let now = self.shared.clock.now();
-        let accepted =
-            self.is_finite("goal", &asked) && self.goals.borrow_mut().accept(goal_id, now.clone());
+        let accepted = self.is_finite("goal", &request)
+            && self.goals.borrow_mut().accept(goal_id, now.clone());
         let response = SendGoalResponse {
             accepted,
             stamp: time(&now),
@@ -223,7 +223,7 @@ impl<A: Action> ActionServer<A> {
         Some(Goal {
             server: Rc::clone(self),
             id: goal_id,
-            asked,
+            request,
         })
     }
 
@@ -367,7 +367,7 @@ where
     Answer: ros2_client::Message + 'static,
 {
     match server.receive_request_stream().poll_next_unpin(cx) {
-        Poll::Ready(Some(Ok((asker, asked)))) => Poll::Ready(request(asker, asked)),
+        Poll::Ready(Some(Ok((asker, message)))) => Poll::Ready(request(asker, message)),
         Poll::Ready(Some(Err(error))) => Poll::Ready(Request::Refused(error)),
         Poll::Ready(None) | Poll::Pending => Poll::Pending,
     }

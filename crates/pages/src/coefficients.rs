@@ -1,8 +1,5 @@
 //! A vehicle's coefficients computed from its geometry beside those of its file, as tables for a terminal.
 
-use std::fmt::Write as _;
-
-use planesman_console::Format;
 use planesman_text::number;
 use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
@@ -44,9 +41,9 @@ pub fn in_one(found: &Table) -> planesman_console::Table {
     table
 }
 
-/// Both tables, within the terminal.
+/// Both tables, within the terminal if standard output is one.
 #[must_use]
-pub fn narrow(found: &Table, name: &str, speed: f64) -> String {
+pub fn text(found: &Table, name: &str, speed: f64) -> String {
     let written = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
     let both = |value: f64, unit: &str| format!("{} {unit}", number(value));
     let columns = [
@@ -88,69 +85,8 @@ pub fn narrow(found: &Table, name: &str, speed: f64) -> String {
     format!(
         "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{}\n{}{}",
         speed / FOOT,
-        coefficients.text(Format::Table),
-        figures.text(Format::Table),
+        coefficients.aligned(),
+        figures.aligned(),
         planesman_console::wrapped(&missing.collect::<String>())
     )
-}
-
-/// The table as text.
-#[must_use]
-pub fn text(table: &Table, name: &str, speed: f64) -> String {
-    let mut text = format!(
-        "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{:<13} {:<40} {:>10} {:>10} {:>8} {:>11} {:<11} {:>11}\n",
-        speed / FOOT,
-        "coefficient",
-        "method",
-        "computed",
-        "file",
-        "off",
-        "imperial",
-        "",
-        "SI"
-    );
-    for row in &table.rows {
-        let file = row
-            .in_the_file
-            .map_or_else(|| "-".into(), |v| format!("{v:.4}"));
-        let off = row
-            .difference()
-            .map_or_else(|| "-".into(), |d| format!("{:+.1} %", 100.0 * d));
-        // Writing to a String does not fail.
-        let _ = writeln!(
-            text,
-            "{:<13} {:<40} {:>10.4} {file:>10} {off:>8} {:>11.4} {:<11} {:>11.4} {}",
-            row.coefficient,
-            row.method,
-            row.computed,
-            row.imperial(),
-            row.unit.imperial,
-            row.si(),
-            row.unit.si
-        );
-    }
-    let _ = writeln!(
-        text,
-        "\n{:<22} {:<30} {:>11} {:<11} {:>11}",
-        "quantity", "method", "imperial", "", "SI"
-    );
-    for figure in &table.figures {
-        let uncertainty = figure
-            .uncertainty
-            .map_or_else(String::new, |u| format!("  +- {u:.4}"));
-        let _ = writeln!(
-            text,
-            "{:<22} {:<30} {:>11.4} {:<11} {:>11.4} {}{uncertainty}",
-            figure.quantity,
-            figure.method,
-            figure.si / figure.unit.size,
-            figure.unit.imperial,
-            figure.si,
-            figure.unit.si
-        );
-    }
-    for missing in &table.missing {
-        let _ = writeln!(text, "not computed: {missing}");
-    }
-    text
 }

@@ -8,10 +8,11 @@
 //! what it was. A refused motion or a diverging step leaves the plant as it was.
 
 use planesman_msgs::{
-    builtin_interfaces::msg::Time,
+    builtin_interfaces::msg::{Duration, Time},
     loop_topics::Sink,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{PlaneMotion, VehicleState},
+    sensor_msgs::msg::JointState,
     std_msgs::msg::String as Text,
     tf2_msgs::msg::TFMessage,
 };
@@ -205,7 +206,7 @@ impl Plant {
     #[must_use]
     pub fn observe(&mut self, stamp: Time) -> Observation {
         let readings = self.readings();
-        let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
+        let odometry = odometry::Odometry::new(&self.body, self.settings.motion.current);
         let frames = self.frames(stamp);
         Observation {
             state: self.state_message(&frames),
@@ -257,6 +258,20 @@ impl Plant {
             .into_iter()
             .zip([together + apart, together - apart, together])
             .collect()
+    }
+
+    /// The motion that a foreign actuator's joint state stands for: its angle, held over the tick. `None` without a joint `dive_planes` with
+    /// a position.
+    #[must_use]
+    pub fn motion(&self, planes: &JointState) -> Option<PlaneMotion> {
+        let joint = planes.name.iter().position(|n| n == "dive_planes")?;
+        let angle = *planes.position.get(joint)?;
+        Some(PlaneMotion {
+            header: planes.header.clone(),
+            duration: Duration::from_nanos(self.tick_nanos()),
+            dive_planes: vec![angle, angle],
+            ..PlaneMotion::default()
+        })
     }
 
     /// Moves on by one tick, the planes along `motion`; without one they stay where they are,
@@ -1045,9 +1060,9 @@ mod tests {
             }
             (plant.body.roll.angle, plant.body.roll.rate)
         };
-        let (free, held) = (heel("none"), heel("sine"));
+        let (free, righted) = (heel("none"), heel("sine"));
         assert!(free.1 > 0.0, "nothing turns it back: {free:?}");
-        assert!(free.0 > 10.0 * held.0.abs());
+        assert!(free.0 > 10.0 * righted.0.abs());
     }
 
     /// The state after so many ticks with the planes at an angle for 10 s and then neutral.

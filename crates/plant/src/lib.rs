@@ -2,11 +2,13 @@
 //!
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
 //! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
+//! - [`Answers`]: what a tick is flown on, and when it is over.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
 //! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
 
+mod answers;
 mod core;
 mod description;
 mod error;
@@ -16,6 +18,7 @@ mod parameters;
 mod sensors;
 mod settings;
 
+pub use answers::Answers;
 pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
 pub use description::robot_description;
 pub use error::Error;

@@ -32,7 +32,7 @@ impl Odometry {
     /// The state in ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in
     /// the fixed frame.
     #[must_use]
-    pub(crate) fn of(body: &Body, current: [f64; 3]) -> Self {
+    pub(crate) fn new(body: &Body, current: [f64; 3]) -> Self {
         let attitude = body.attitude();
         let [qx, qy, qz, qw] = attitude.quaternion();
         let drift = attitude.to_body(current);
@@ -115,7 +115,7 @@ mod tests {
             pitch: 0.3,
             ..State::default()
         };
-        let odometry = Odometry::of(&Body::upright(state, 0.3), [0.0; 3]);
+        let odometry = Odometry::new(&Body::upright(state, 0.3), [0.0; 3]);
         let bow = turned(odometry.orientation, [1.0, 0.0, 0.0]);
         assert!((bow[0] - 0.3_f64.cos()).abs() < 1e-15);
         assert!((bow[2] - 0.3_f64.sin()).abs() < 1e-15);
@@ -129,7 +129,7 @@ mod tests {
             angle: 0.3,
             rate: 0.1,
         };
-        let odometry = Odometry::of(&turning, [0.0; 3]);
+        let odometry = Odometry::new(&turning, [0.0; 3]);
         let bow = turned(odometry.orientation, [1.0, 0.0, 0.0]);
         assert!((bow[1] + 0.3_f64.sin()).abs() < 1e-15, "y is left");
         assert!(
@@ -141,12 +141,12 @@ mod tests {
     #[test]
     fn the_twist_turned_into_odom_is_the_velocity_over_ground() {
         let current = [0.1, -0.2, 0.05];
-        let odometry = Odometry::of(&body(), current);
+        let odometry = Odometry::new(&body(), current);
         let velocity = turned(odometry.orientation, odometry.velocity);
         let [x, y, z] = body().attitude().to_fixed([0.3, 0.0, 0.05]);
         let expected = [x + 0.1, -(y - 0.2), -(z + 0.05)];
-        for (found, expected) in velocity.into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-15);
+        for (value, expected) in velocity.into_iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-15);
         }
         assert_eq!(odometry.position, [3.0, -0.5, -2.0]);
     }

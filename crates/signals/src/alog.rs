@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 use crate::csv_cell::{decimal, number};
 use crate::log_source::{LogMessage, LogReader, VALUE};
-use crate::request::TimeUnit;
+use crate::time_unit::TimeUnit;
 
 /// The longest line, bytes; what is behind is a line of its own.
 const LONGEST: u64 = 1 << 20;

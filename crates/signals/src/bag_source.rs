@@ -4,27 +4,35 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use planesman_bag::reader::Messages;
 use planesman_bag::{BagReader, Message, Order, Topic};
-use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
+use planesman_decode::path::Step;
+use planesman_decode::{Decoder, FieldPath, Types, Values, is_called};
 use planesman_record::Input;
 use planesman_text::did_you_mean;
 
+use crate::bag_types::types;
 use crate::error::{Result, SourceError};
+use crate::identity::Identity;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
+use crate::stamps::{self, Stamps};
 
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
 
-/// Messages of a topic of which the delay from stamp to reception is looked at.
-const DELAYS: usize = 10_000;
-
-/// A lag between stamp and reception that is reported, s.
-const LAG: f64 = 1e-3;
+/// Messages of a topic, and of all, whose stamps are looked at before the clock is chosen, and bytes of the bag in which they are sought.
+const STAMPS: u64 = 200;
+const ALL_STAMPS: usize = 5000;
+const STAMP_BYTES: u64 = 16 << 20;
 
 /// Messages in which the names of a list's elements are looked for, and names that are kept.
 const NAMED_IN: usize = 10_000;
 const MOST_NAMES: usize = 1000;
+
+/// Messages in which names are looked for to list them, and elements of a list that are told apart by name.
+const NAMED_FIRST: usize = 500;
+const MOST_ELEMENTS: usize = 16;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -83,7 +91,7 @@ impl BagSource {
             .collect::<Result<Vec<_>>>()?;
         let places: Vec<_> = wanted.iter().map(|it| (&it.topic, &it.path)).collect();
         distinct(requests, &places)?;
-        let clock = self.chosen(&wanted)?;
+        let (clock, reason, seen) = self.chosen(&wanted)?;
         let mut reading = Reading {
             stamps: match clock {
                 Clock::Header => "of the messages' headers",
@@ -92,11 +100,11 @@ impl BagSource {
             .to_owned(),
             ..Reading::default()
         };
-        let mut plans: Vec<Plan> = Vec::new();
-        let mut messages = self.bag.messages_of(
-            |topic| wanted.iter().any(|it| it.topic == topic.name),
-            Order::File,
-        );
+        let mut messages = self.messages(&wanted);
+        let mut plans = Plans::new(&self.bag, &wanted, clock);
+        for (stamps, seen) in plans.stamps.iter_mut().zip(&seen) {
+            *stamps = seen.anew();
+        }
         let mut count = 0_u64;
         while let Some(message) = messages.next() {
             let message = match message {
@@ -110,33 +118,43 @@ impl BagSource {
             if count.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(messages.bytes_read());
             }
-            let known = plans
-                .iter()
-                .position(|it| Arc::ptr_eq(&it.topic, &message.topic));
-            let place = match known {
-                Some(place) => place,
-                None => {
-                    plans.push(Plan::of(&message.topic, &wanted, clock)?);
-                    plans.len() - 1
-                }
-            };
-            if !plans[place].read(&message, take) {
+            if !plans.read(&message, take)? {
                 break;
             }
         }
-        for plan in &mut plans {
+        for plan in &plans.list {
             plan.judge(&mut reading)?;
-            if let Some(latency) = plan.latency() {
-                let known = reading.latencies.entry(plan.topic.name.clone());
-                known.or_insert(latency);
+        }
+        for (wanted, identity) in wanted.iter().zip(&plans.identities) {
+            reading.notes.extend(identity.judge(&wanted.signal)?);
+        }
+        let unfit = match self.clock {
+            None => stamps::unfit(&mut plans.stamps),
+            Some(_) => stamps::standing(&plans.stamps),
+        };
+        match (unfit, reason) {
+            (_, Some(reason)) => reading
+                .notes
+                .push(format!("{reason}; so the recorder's time is taken for all")),
+            (Some(reason), None) if clock == Clock::Header => {
+                return Err(SourceError::Data(format!(
+                    "{reason}; --stamp log takes the recorder's time for all"
+                )));
+            }
+            (_, None) => {
+                let latencies = stamps::latencies(&mut plans.stamps);
+                reading.notes.extend(stamps::lag(&latencies, clock));
+                reading.latencies.extend(latencies);
             }
         }
-        reading.notes.extend(lag(&reading.latencies, clock));
+        let notes = plans.stamps.iter().filter_map(|it| it.note(clock));
+        reading.notes.extend(notes);
         if count == 0
             && let [note] = &reading.notes[..]
         {
             return Err(SourceError::Data(note.clone()));
         }
+        (reading.notes).extend(self.bag.renamed().map(str::to_owned));
         if !self.bag.completeness().is_whole() {
             reading
                 .notes
@@ -145,23 +163,57 @@ impl BagSource {
         Ok(reading)
     }
 
-    /// The clock asked for, or the messages' own if all have one.
-    fn chosen(&self, wanted: &[Wanted]) -> Result<Clock> {
+    /// The messages of the wanted topics, of those types in which the signals were found.
+    fn messages<'a>(&'a self, wanted: &'a [Wanted]) -> Messages<'a> {
+        self.bag
+            .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), Order::File)
+    }
+
+    /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why. With the stamps that were seen.
+    fn chosen(&self, wanted: &[Wanted]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
                 "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
                 wanted.topic, wanted.type_name
             ))),
-            (Some(clock), _) => Ok(clock),
-            (None, None) => Ok(Clock::Header),
-            (None, Some(_)) => Ok(Clock::Log),
+            (Some(Clock::Log), _) => Ok((Clock::Log, None, Vec::new())),
+            (Some(Clock::Header), None) => Ok((Clock::Header, None, self.first_stamps(wanted)?)),
+            (None, Some(_)) => Ok((Clock::Log, None, Vec::new())),
+            (None, None) => {
+                let mut stamps = self.first_stamps(wanted)?;
+                let reason = stamps::unfit(&mut stamps);
+                let clock = match reason {
+                    Some(_) => Clock::Log,
+                    None => Clock::Header,
+                };
+                Ok((clock, reason, stamps))
+            }
         }
+    }
+
+    /// The stamps of the first messages.
+    fn first_stamps(&self, wanted: &[Wanted]) -> Result<Vec<Stamps>> {
+        let mut plans = Plans::new(&self.bag, wanted, Clock::Log);
+        let mut messages = self.messages(wanted);
+        for _ in 0..ALL_STAMPS {
+            let Some(Ok(message)) = messages.next() else {
+                break;
+            };
+            plans.read(&message, &mut |_, _, _| true)?;
+            if plans.stamps.iter().all(|it| it.messages() >= STAMPS)
+                || messages.bytes_read() > STAMP_BYTES
+            {
+                break;
+            }
+        }
+        Ok(plans.stamps)
     }
 }
 
 /// A signal, and the topic that has it.
 struct Wanted {
+    signal: Signal,
     topic: String,
     type_name: String,
     path: FieldPath,
@@ -170,6 +222,11 @@ struct Wanted {
 }
 
 impl Wanted {
+    /// Whether the signal is in the messages of this topic. Another type's on the same topic are other messages.
+    fn is_on(&self, topic: &Topic) -> bool {
+        topic.name == self.topic && topic.kind.type_name == self.type_name
+    }
+
     fn find(bag: &BagReader, request: &Request) -> Result<Self> {
         let signal: Signal = request.name.parse()?;
         let mut found: Vec<&Arc<Topic>> = bag
@@ -194,12 +251,19 @@ impl Wanted {
                 listed(found.iter().map(|it| it.name.as_str()))
             )));
         }
-        let types = types(topic)?;
-        let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
-            .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
+        // Of several types on the topic, the first that has the signal.
+        let readers = found.iter().map(|topic| {
+            let types = types(bag, topic)?;
+            let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
+                .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
+            Ok((topic, types, decoder))
+        });
+        let mut readers: Vec<Result<_>> = readers.collect();
+        let place = readers.iter().position(Result::is_ok).unwrap_or(0);
+        let (topic, types, decoder) = readers.swap_remove(place)?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
-            let known = names_in(bag, &topic.name, &types, signal.path(), None);
+            let known = names_in(bag, &topic.name, &types, signal.path(), None, 1);
             let example = known.first().map_or("0", String::as_str);
             return Err(SourceError::Request(format!(
                 "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
@@ -208,8 +272,8 @@ impl Wanted {
                 listed(known.iter().map(String::as_str))
             )));
         }
-        if let Some((list, name)) = signal.path().named() {
-            let known = names_in(bag, &topic.name, &types, &list, Some(name));
+        for (list, name) in signal.path().named() {
+            let known = names_in(bag, &topic.name, &types, &list, Some(name), NAMED_IN);
             if !known.iter().any(|it| it == name) {
                 return Err(SourceError::Request(format!(
                     "{signal}: there is no '{name}'; there are {}{}",
@@ -224,6 +288,7 @@ impl Wanted {
             path: signal.path().clone(),
             role: request.role,
             has_stamp: types.stamp().is_some(),
+            signal,
         })
     }
 }
@@ -246,6 +311,7 @@ fn names_in(
     types: &Types,
     list: &FieldPath,
     wanted: Option<&str>,
+    most: usize,
 ) -> Vec<String> {
     let Some(decoder) = Decoder::of_names(types, list) else {
         return Vec::new();
@@ -253,7 +319,7 @@ fn names_in(
     let mut values = Values::default();
     let mut known: Vec<String> = Vec::new();
     let messages = bag.messages_of(|it| it.name == topic, Order::File);
-    for message in messages.flatten().take(NAMED_IN) {
+    for message in messages.flatten().take(most) {
         if decoder.read(&message.payload, &mut values).is_err() {
             continue;
         }
@@ -262,13 +328,59 @@ fn names_in(
                 known.push(name.clone());
             }
         }
-        let is_known = |wanted: &str| values.names().iter().any(|it| it == wanted);
-        if wanted.is_none_or(is_known) {
+        let is_known = |wanted: &str| values.names().iter().any(|it| is_called(it, wanted));
+        if wanted.is_some_and(is_known) {
             known.extend(wanted.map(str::to_owned));
             break;
         }
     }
     known
+}
+
+/// The numbers at `paths` of the messages of a topic, those of lists whose elements say what they are by these names: `transforms[base_link]`
+/// in place of `transforms[0]`.
+#[must_use]
+pub fn by_name(
+    bag: &BagReader,
+    topic: &Topic,
+    types: &Types,
+    paths: Vec<FieldPath>,
+) -> Vec<FieldPath> {
+    let mut lists: BTreeMap<FieldPath, Vec<String>> = BTreeMap::new();
+    let mut named = Vec::new();
+    for path in paths {
+        let is_within = |it: &usize| matches!(path.steps[*it], Step::Index(_));
+        let Some(at) = (0..path.steps.len().saturating_sub(1)).find(is_within) else {
+            named.push(path);
+            continue;
+        };
+        let list = path.first(at);
+        let names = lists.entry(list.clone()).or_insert_with(|| {
+            let all = names_in(bag, &topic.name, types, &list, None, NAMED_FIRST);
+            short_names(&all)
+        });
+        match (&path.steps[at], names.len()) {
+            (_, 0) => named.push(path),
+            (_, count) if count > MOST_ELEMENTS => named.push(path),
+            (Step::Index(0), _) => named.extend(names.iter().map(|it| path.choosing(at + 1, it))),
+            _ => {}
+        }
+    }
+    named
+}
+
+/// Names without the frames around them where they are not needed to tell them apart; none where one has no name.
+fn short_names(names: &[String]) -> Vec<String> {
+    let last = |name: &String| name.rsplit("->").next().unwrap_or_default().to_owned();
+    let short = names.iter().map(|name| {
+        let same = names.iter().filter(|it| last(it) == last(name)).count();
+        if same == 1 { last(name) } else { name.clone() }
+    });
+    let short: Vec<String> = short.collect();
+    match short.iter().any(String::is_empty) {
+        true => Vec::new(),
+        false => short,
+    }
 }
 
 /// The topic that was probably meant; without a leading `/`, by the end of its name.
@@ -306,36 +418,52 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// The types a topic's schema defines.
-///
-/// # Errors
-/// A line naming the topic, when its messages are not CDR or its schema cannot be read.
-pub fn types(topic: &Topic) -> Result<Types> {
-    let name = &topic.name;
-    if topic.kind.message_encoding != "cdr" {
-        return Err(SourceError::Data(format!(
-            "{name}: messages are encoded as '{}'; cdr is read",
-            topic.kind.message_encoding.escape_default()
-        )));
-    }
-    let kind = &topic.kind;
-    if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
-        return Err(SourceError::Data(format!(
-            "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
-             convert' to mcap, where that type is installed, adds it",
-            kind.type_name
-        )));
-    }
-    schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
-        .map_err(|error| SourceError::Data(format!("{name}: {}", brief(error.to_string()))))
+/// How the messages of the wanted topics are read, and what was seen of them.
+struct Plans<'w> {
+    bag: &'w BagReader,
+    wanted: &'w [Wanted],
+    clock: Clock,
+    list: Vec<Plan>,
+    /// By topic; the plans of its files share it.
+    stamps: Vec<Stamps>,
+    /// By signal.
+    identities: Vec<Identity>,
 }
 
-/// A reason that quotes what a file says, which may be long.
-fn brief(reason: String) -> String {
-    const LONGEST: usize = 300;
-    match reason.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} ...", &reason[..end]),
-        None => reason,
+impl<'w> Plans<'w> {
+    fn new(bag: &'w BagReader, wanted: &'w [Wanted], clock: Clock) -> Self {
+        let mut topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
+        topics.sort_unstable();
+        topics.dedup();
+        Self {
+            bag,
+            wanted,
+            clock,
+            list: Vec::new(),
+            stamps: topics.into_iter().map(Stamps::of).collect(),
+            identities: wanted.iter().map(|_| Identity::default()).collect(),
+        }
+    }
+
+    /// Reads a message; returns whether more is wanted.
+    fn read(&mut self, message: &Message, take: &mut Take<'_>) -> Result<bool> {
+        let known = self.list.iter();
+        let mut known = known.map(|it| &it.topic);
+        let place = match known.position(|it| Arc::ptr_eq(it, &message.topic)) {
+            Some(place) => place,
+            None => {
+                let plan = Plan::of(self.bag, &message.topic, self.wanted)?;
+                self.list.push(plan);
+                self.list.len() - 1
+            }
+        };
+        let plan = &mut self.list[place];
+        let stamps = self.stamps.iter_mut();
+        let mut stamps = stamps.filter(|it| it.topic == message.topic.name);
+        let Some(stamps) = stamps.next() else {
+            return Ok(true);
+        };
+        Ok(plan.read(message, self.clock, stamps, &mut self.identities, take))
     }
 }
 
@@ -346,24 +474,16 @@ struct Plan {
     values: Values,
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
     signals: Vec<(usize, Role)>,
-    clock: Clock,
     has_stamp: bool,
     messages: u64,
-    /// How long after its own stamp the recorder received a message, ns.
-    delays: Vec<i64>,
     refused: u64,
     reason: String,
 }
 
 impl Plan {
-    fn of(topic: &Arc<Topic>, wanted: &[Wanted], clock: Clock) -> Result<Self> {
-        let types = types(topic)?;
-        let here = || {
-            wanted
-                .iter()
-                .enumerate()
-                .filter(|(_, it)| it.topic == topic.name)
-        };
+    fn of(bag: &BagReader, topic: &Arc<Topic>, wanted: &[Wanted]) -> Result<Self> {
+        let types = types(bag, topic)?;
+        let here = || wanted.iter().enumerate().filter(|(_, it)| it.is_on(topic));
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
         let stamp = types.stamp();
         if let Some(stamp) = &stamp {
@@ -371,21 +491,26 @@ impl Plan {
         }
         Ok(Self {
             topic: Arc::clone(topic),
-            decoder: Decoder::compile(&types, &paths)
+            decoder: Decoder::compile_with_identities(&types, &paths)
                 .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?,
             values: Values::default(),
             signals: here().map(|(signal, it)| (signal, it.role)).collect(),
-            clock,
             has_stamp: stamp.is_some(),
             messages: 0,
-            delays: Vec::new(),
             refused: 0,
             reason: String::new(),
         })
     }
 
     /// Returns whether more is wanted.
-    fn read(&mut self, message: &Message, take: &mut Take<'_>) -> bool {
+    fn read(
+        &mut self,
+        message: &Message,
+        clock: Clock,
+        stamps: &mut Stamps,
+        identities: &mut [Identity],
+        take: &mut Take<'_>,
+    ) -> bool {
         self.messages += 1;
         let values = &mut self.values;
         if let Err(error) = self.decoder.read(&message.payload, values) {
@@ -396,13 +521,10 @@ impl Plan {
             true => nanoseconds(values, self.signals.len()),
             false => None,
         };
-        if let Some(own) = own
-            && self.delays.len() < DELAYS
-        {
-            self.delays.push(message.log_time.saturating_sub(own));
-        }
-        let stamp = match self.clock {
+        let is_filled = stamps.take(own, message.log_time);
+        let stamp = match clock {
             Clock::Log => Some(message.log_time),
+            Clock::Header if !is_filled => return true,
             Clock::Header => own,
         };
         let Some(stamp) = stamp else {
@@ -411,16 +533,13 @@ impl Plan {
         };
         let mut more = true;
         for (index, (signal, role)) in self.signals.iter().enumerate() {
-            more &= take(*signal, stamp, number(values.list(index), *role));
+            let list = values.list(index);
+            if !list.is_empty() {
+                identities[*signal].take(&self.decoder, index, values);
+            }
+            more &= take(*signal, stamp, number(list, *role));
         }
         more
-    }
-
-    /// The median time from a message's stamp to its reception, s.
-    fn latency(&mut self) -> Option<f64> {
-        let middle = self.delays.len().checked_sub(1)? / 2;
-        let (_, median, _) = self.delays.select_nth_unstable(middle);
-        Some(*median as f64 * 1e-9)
     }
 
     fn refuse(&mut self, reason: String) {
@@ -448,38 +567,6 @@ impl Plan {
         reading.notes.push(note);
         Ok(())
     }
-}
-
-/// How much later than their stamps the topics' messages were received, and what that means for a model; nothing where all
-/// are as late as each other.
-fn lag(latencies: &BTreeMap<String, f64>, clock: Clock) -> Option<String> {
-    let least = latencies.values().copied().fold(f64::INFINITY, f64::min);
-    let most = latencies
-        .values()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let (difference, meaning) = match clock {
-        Clock::Header => (
-            most - least,
-            "lie between them; by the stamps of the headers this is no delay of the system",
-        ),
-        Clock::Log => (
-            most.max(most - least),
-            "count as delay of the system by the stamps of the recorder",
-        ),
-    };
-    if latencies.is_empty() || difference <= LAG {
-        return None;
-    }
-    let each = latencies.iter();
-    let each: Vec<String> = each
-        .map(|(topic, latency)| format!("{topic} {:.1} ms", latency * 1e3))
-        .collect();
-    Some(format!(
-        "received after their own stamps (median): {}; {:.1} ms {meaning}",
-        each.join(", "),
-        difference * 1e3
-    ))
 }
 
 /// The stamp whose seconds are at `index`, nanoseconds behind.

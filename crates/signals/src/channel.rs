@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::unwrap::Unwrap;
+
 /// One signal of a record, and how it came onto the grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Channel {
@@ -16,6 +18,66 @@ pub struct Channel {
     /// The longest time for which a sample of an input was held, s; 0 if that was neither beyond five of its median intervals (or two and
     /// a half of the grid) nor beyond a hundred of the grid.
     pub held: f64,
+    /// What was done to its samples before.
+    pub changes: Vec<Change>,
+}
+
+/// What is done to the samples of a signal before they go onto a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// They came in bursts, and are spread evenly over the time that they stand for.
+    Spread {
+        /// Samples of a burst, on the mean.
+        samples: f64,
+        /// From burst to burst, s.
+        period: f64,
+        /// Those of a burst have one stamp, as of a clock of whole seconds; else they were received at once.
+        share_a_stamp: bool,
+    },
+    /// A slow sensor's samples are repeated until the next: repeats are left out.
+    RepeatsLeftOut {
+        /// Rows for each sample of the sensor.
+        rows: usize,
+    },
+    /// An angle or counter that wraps is unwrapped.
+    Unwrapped {
+        /// Its period.
+        period: f64,
+        /// How often it wrapped.
+        wraps: u64,
+    },
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Spread {
+                samples,
+                period,
+                share_a_stamp,
+            } => {
+                let how = if share_a_stamp {
+                    "share a stamp"
+                } else {
+                    "come at once"
+                };
+                write!(
+                    f,
+                    "{samples:.1} samples {how} every {period:.3} s, spread evenly over that time"
+                )
+            }
+            Self::RepeatsLeftOut { rows } => write!(
+                f,
+                "a new value in every {rows}th row only: repeats are left out"
+            ),
+            Self::Unwrapped { period, wraps } => write!(
+                f,
+                "wraps {wraps} times: unwrapped by {} (--unwrap no takes it as it is)",
+                Unwrap::Period(period)
+            ),
+        }
+    }
 }
 
 /// How samples between the grid's instants become one number for each instant.

@@ -2,9 +2,10 @@
 
 use planesman_text::did_you_mean;
 
-use crate::csv_source::{TIMES, TableTime, with_unit};
+use crate::csv_source::{TableTime, with_unit};
 use crate::error::{Result, SourceError};
-use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
+use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 
 /// Columns in memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +18,7 @@ pub struct ColumnSource {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
     /// In a column, in this unit.
-    Column(usize, TimeUnit),
+    Column(usize, JudgedUnit),
     /// Nowhere: so many ns are from row to row.
     Rows(f64),
 }
@@ -46,15 +47,11 @@ impl ColumnSource {
             (Some(seconds), _) => Time::Rows(seconds * 1e9),
             (None, Some(name)) => source.time_in(source.place(name)?, time.unit),
             (None, None) => {
-                let is_time = |(name, _): &(String, Vec<f64>)| {
-                    TIMES
-                        .iter()
-                        .any(|it| it.eq_ignore_ascii_case(with_unit(name).0))
-                };
-                let found = source.columns.iter().position(is_time).ok_or_else(|| {
+                let names = source.columns.iter().map(|(name, _)| name.as_str());
+                let found = time_unit::column(names).ok_or_else(|| {
                     SourceError::Request(format!("no column is the time: none is named {}; give the interval between rows (sample_time), or name it \
                          (time)",
-                        TIMES[..4].join(", ")))
+                        time_unit::NAMES[..4].join(", ")))
                 })?;
                 source.time_in(found, time.unit)
             }
@@ -63,9 +60,11 @@ impl ColumnSource {
     }
 
     fn time_in(&self, place: usize, asked: Option<TimeUnit>) -> Time {
-        let named = with_unit(&self.columns[place].0).1;
-        let unit = asked.or_else(|| named.and_then(TimeUnit::named));
-        Time::Column(place, unit.unwrap_or(TimeUnit::S))
+        let (name, numbers) = &self.columns[place];
+        let first = || numbers.iter().copied().filter(|it| it.is_finite());
+        let judged = || time_unit::judged(&first().take(time_unit::LOOKED_AT).collect::<Vec<_>>());
+        let named = asked.or_else(|| time_unit::named(name).1);
+        Time::Column(place, named.map_or_else(judged, JudgedUnit::from))
     }
 
     fn place(&self, wanted: &str) -> Result<usize> {
@@ -117,29 +116,32 @@ impl ColumnSource {
         let rows = self.columns.first().map_or(0, |(_, numbers)| numbers.len());
         let mut reading = Reading {
             stamps: match self.time {
-                Time::Column(place, _) => format!("of the column '{}'", self.columns[place].0),
+                Time::Column(place, unit) => {
+                    format!("of the column '{}'{}", self.columns[place].0, unit.told())
+                }
                 Time::Rows(step) => format!("of the rows, {} s apart", step * 1e-9),
+            },
+            unit: match self.time {
+                Time::Column(_, unit) => unit.known,
+                Time::Rows(_) => Known::Named,
             },
             ..Reading::default()
         };
         let mut timeless = 0;
         for row in 0..rows {
             let stamp = match self.time {
-                Time::Rows(step) => row as f64 * step,
-                Time::Column(place, unit) => {
-                    self.columns[place].1[row] * 10_f64.powi(unit.places() as i32)
-                }
+                Time::Rows(step) => TimeUnit::Ns.in_nanoseconds(row as f64 * step),
+                Time::Column(place, unit) => unit.unit.in_nanoseconds(self.columns[place].1[row]),
             };
-            // What lies beyond the calendar of nanoseconds is no time, nor is NaN.
-            if stamp.is_nan() || stamp.abs() >= i64::MAX as f64 {
+            let Some(stamp) = stamp else {
                 timeless += 1;
                 continue;
-            }
+            };
             let mut more = true;
             for (signal, place) in places.iter().enumerate() {
                 let number = self.columns[*place].1[row];
                 let number = Some(number).filter(|it| !it.is_nan());
-                more &= take(signal, stamp.round() as i64, number);
+                more &= take(signal, stamp, number);
             }
             if !more {
                 break;

@@ -1,6 +1,6 @@
 //! A cell of a table: a number, or nothing.
 
-use crate::request::TimeUnit;
+use crate::time_unit::TimeUnit;
 
 /// Words for a number that is not there, as loggers and pandas write them.
 const MISSING: [&str; 14] = [
@@ -95,11 +95,10 @@ pub(crate) fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
     };
     let (whole, part) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
     let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || !is_plain(whole) || !is_plain(part) {
-        // An exponent.
-        let nanoseconds = number(text)? * f64::from(10_u32.pow(unit.places()));
-        let fits = nanoseconds.abs() < i64::MAX as f64;
-        return fits.then_some(nanoseconds.round() as i64);
+    let is_decimal = unit.nanoseconds() == 10_i64.pow(unit.places());
+    if whole.is_empty() || !is_plain(whole) || !is_plain(part) || !is_decimal {
+        // An exponent, or a unit of 60 or 24.
+        return unit.in_nanoseconds(number(text)?);
     }
     let places = unit.places() as usize;
     let padded = format!("{part:0<places$}");

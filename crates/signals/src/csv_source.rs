@@ -17,21 +17,8 @@ use crate::csv_cell::{decimal, number};
 use crate::csv_form::{Form, Lines};
 use crate::csv_time::{self, FORMS, Order, Written};
 use crate::error::{Result, SourceError};
-use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
-
-/// Names under which the time is looked for, without their unit.
-pub(crate) const TIMES: [&str; 10] = [
-    "time",
-    "t",
-    "stamp",
-    "timestamp",
-    "__time",
-    "datetime",
-    "date_time",
-    "elapsed",
-    "seconds",
-    "x_value",
-];
+use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 
 /// Units that may end a column's name behind `_`.
 const UNITS: &[&str] = &[
@@ -132,6 +119,8 @@ pub struct CsvSource {
     form: Form,
     time: Time,
     written: Written,
+    /// How its unit is known.
+    known: Known,
     /// How it is known that the time is written so, where nobody said it.
     written_told: String,
 }
@@ -161,7 +150,8 @@ impl CsvSource {
             bytes: about.len(),
             form,
             time: Time::Unknown,
-            written: Written::Number(TimeUnit::S, Order::default()),
+            written: Written::default(),
+            known: Known::Named,
             written_told: String::new(),
         };
         let start = table.start()?;
@@ -206,7 +196,7 @@ impl CsvSource {
         }
         let plain: Vec<&str> = columns.iter().map(|it| with_unit(it).0).collect();
         let find = |name: &str| plain.iter().position(|it| it.eq_ignore_ascii_case(name));
-        let named = TIMES.iter().find_map(|name| find(name));
+        let named = time_unit::column(columns.iter().map(String::as_str));
         let parts = || {
             let mut pairs = columns.windows(2).enumerate();
             pairs.find_map(|(at, pair)| {
@@ -253,7 +243,10 @@ impl CsvSource {
             return Time::Parts(0, 1, TimeUnit::Ns);
         }
         let stamp = |order| {
-            let written = Written::Number(TimeUnit::Ms, order);
+            let written = Written {
+                unit: TimeUnit::Ms,
+                order,
+            };
             let stamps = start
                 .iter()
                 .map(move |row| written.nanoseconds(row.first()?));
@@ -288,41 +281,27 @@ impl CsvSource {
         let first = cell(start, column);
         if csv_time::day_and_month(&self.dated(first, start)).is_some() {
             let (order, told) = self.find_order(column)?;
-            self.written = Written::Number(asked.unwrap_or(TimeUnit::S), order);
+            let unit = asked.unwrap_or_default();
+            self.written = Written { unit, order };
             self.written_told = told;
             return Ok(());
         }
-        let named = with_unit(&name).1.and_then(TimeUnit::named);
-        if let Some(unit) = asked.or(named) {
-            self.written = Written::Number(unit, Order::default());
-            return Ok(());
-        }
-        if with_unit(&name).0.eq_ignore_ascii_case("seconds") {
-            return Ok(());
-        }
-        let first = number(first).unwrap_or(0.0);
-        let last = start.last().and_then(|row| number(row.get(column)?));
-        let rows = start.len().saturating_sub(1).max(1) as f64;
-        if let Some(days) = csv_time::days(first, (last.unwrap_or(first) - first) / rows) {
-            self.written = Written::Days(days);
-            ", in days since 1900, as Excel counts them".clone_into(&mut self.written_told);
-            if first > 1e5 {
-                ", in days since the year 0, as MATLAB counts them"
-                    .clone_into(&mut self.written_told);
+        let named = asked.or(time_unit::named(&name).1);
+        let judged = match named {
+            Some(unit) => JudgedUnit::from(unit),
+            None if name.eq_ignore_ascii_case("seconds") => TimeUnit::S.into(),
+            None => {
+                let numbers = start.iter().filter_map(|row| number(row.get(column)?));
+                match numbers.collect::<Vec<f64>>() {
+                    // Dates have no unit.
+                    numbers if numbers.is_empty() => TimeUnit::S.into(),
+                    numbers => time_unit::judged(&numbers),
+                }
             }
-            return Ok(());
-        }
-        // From 2001 to 2286.
-        let dates = [
-            (TimeUnit::Ms, 1e12),
-            (TimeUnit::Us, 1e15),
-            (TimeUnit::Ns, 1e18),
-        ];
-        let is_date = |least: f64| (least..10.0 * least).contains(&first);
-        if let Some((unit, _)) = dates.into_iter().find(|(_, least)| is_date(*least)) {
-            self.written = Written::Number(unit, Order::default());
-            ", by their size".clone_into(&mut self.written_told);
-        }
+        };
+        self.written.unit = judged.unit;
+        self.known = judged.known;
+        self.written_told = judged.told();
         Ok(())
     }
 
@@ -550,7 +529,7 @@ impl CsvSource {
                     "{path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
                      with --time COLUMN (--time SECONDS+NANOSECONDS or DATE+TIME where it is in two), or give the interval between rows \
                      with --sample-time, as in --sample-time 0.1s",
-                    TIMES[..4].join(", ")
+                    time_unit::NAMES[..4].join(", ")
                 )));
             }
             Time::Counted => {
@@ -570,6 +549,7 @@ impl CsvSource {
             _ => {}
         }
         reading.stamps = self.stamps();
+        reading.unit = self.known;
         let notes = self.form.notes.iter();
         reading
             .notes
@@ -628,12 +608,8 @@ impl CsvSource {
         if self.time == Time::Rising {
             text += ", the first, which rises from row to row";
         }
-        match (self.time, self.written) {
-            (Time::Parts(_, _, unit), _) => text += &format!(", in s and {}", unit.described().0),
-            (_, Written::Number(unit, _)) if unit != TimeUnit::S => {
-                text += &format!(", in {}", unit.described().0);
-            }
-            _ => {}
+        if let Time::Parts(_, _, unit) = self.time {
+            text += &format!(", in s and {}", unit.described().0);
         }
         text + &self.written_told
     }

@@ -3,8 +3,8 @@
 use jiff::civil;
 use jiff::tz::TimeZone;
 
-use crate::csv_cell::number;
-use crate::request::TimeUnit;
+use crate::csv_cell::{decimal, number};
+use crate::time_unit::TimeUnit;
 
 /// What is read, for those whose time is not.
 pub(crate) const FORMS: &str = "a number (--time-unit), 2026-11-24 12:00:00.050, 2026-11-24T12:00:00.050Z, 2026/11/24 12:00:00.050, 24.11.2026 12:00:00,050, \
@@ -12,10 +12,6 @@ pub(crate) const FORMS: &str = "a number (--time-unit), 2026-11-24 12:00:00.050,
 
 const HOUR: i64 = 3_600_000_000_000;
 pub(crate) const DAY: i64 = 24 * HOUR;
-
-/// Days from the beginning of a calendar's count to 1970, by the size of the number: Excel's, MATLAB's `datenum`.
-const EXCEL: (f64, f64, i64) = (20_000.0, 80_000.0, 25_569);
-const MATLAB: (f64, f64, i64) = (690_000.0, 770_000.0, 719_529);
 
 /// The order of day and month in `11/12/2026`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,40 +21,20 @@ pub(crate) enum Order {
     MonthFirst,
 }
 
-/// How the times of a column are written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Written {
-    /// Numbers of this unit, or dates, in which the day comes first or the month.
-    Number(TimeUnit, Order),
-    /// Days since a day that lies so many before 1970.
-    Days(i64),
+/// How the times of a column are written: numbers of this unit, or dates, in which the day comes first or the month.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Written {
+    pub(crate) unit: TimeUnit,
+    pub(crate) order: Order,
 }
 
 impl Written {
     /// The time a cell holds, ns since 1970 or the beginning of the count.
     pub(crate) fn nanoseconds(self, cell: &str) -> Option<i64> {
-        match self {
-            Self::Number(unit, order) => crate::csv_cell::decimal(cell, unit)
-                .or_else(|| date(cell, order))
-                .or_else(|| duration(cell)),
-            Self::Days(epoch) => {
-                let days = number(cell)?;
-                let (whole, part) = (days.floor(), days - days.floor());
-                let fits = whole.abs() < 1e6;
-                // A day has 8.64e13 ns, of which a number of this size tells 600 at best.
-                let part = (part * 86_400e6).round() as i64 * 1000;
-                fits.then(|| ((whole as i64 - epoch) * DAY).checked_add(part))?
-            }
-        }
+        decimal(cell, self.unit)
+            .or_else(|| date(cell, self.order))
+            .or_else(|| duration(cell))
     }
-}
-
-/// The day from which numbers like these are counted, if they rise by less than two seconds as days, and by less than 20 us as
-/// seconds: Excel's days, or MATLAB's.
-pub(crate) fn days(first: f64, step: f64) -> Option<i64> {
-    let counts = [EXCEL, MATLAB].into_iter();
-    let mut counts = counts.filter(|(least, most, _)| (*least..*most).contains(&first));
-    (step > 0.0 && step < 2e-5).then(|| counts.next().map(|it| it.2))?
 }
 
 /// Whether a cell is a time that is no plain number.
@@ -80,13 +56,7 @@ pub(crate) fn is_day(cell: &str) -> bool {
 fn duration(cell: &str) -> Option<i64> {
     let end = cell.find(|it: char| it.is_alphabetic() && !matches!(it, 'e' | 'E'))?;
     let (amount, unit) = (number(cell[..end].trim())?, cell[end..].trim());
-    let nanoseconds = match unit {
-        "d" | "day" | "days" => 86_400e9,
-        "h" | "hr" | "hrs" | "hour" | "hours" => 3600e9,
-        "min" | "mins" | "minute" | "minutes" => 60e9,
-        unit => 10_f64.powi(TimeUnit::named(unit)?.places() as i32),
-    };
-    let all = amount * nanoseconds;
+    let all = amount * TimeUnit::named(unit)?.nanoseconds() as f64;
     (all.abs() < i64::MAX as f64).then_some(all.round() as i64)
 }
 
@@ -434,20 +404,5 @@ mod tests {
         ] {
             assert_eq!(date(text, Order::MonthFirst), None, "{text}");
         }
-    }
-
-    #[test]
-    fn days_of_excel_and_matlab_are_told_by_size_and_step() {
-        // 2026-11-24 12:00: openpyxl's to_excel and datenum(2026, 11, 24, 12, 0, 0).
-        let noon = Some(1_795_521_600_000_000_000);
-        let step = 0.05 / 86_400.0;
-        for (text, first) in [("46350.5", 46350.5), ("740310.5", 740_310.5)] {
-            let epoch = days(first, step).expect("a calendar");
-            assert_eq!(Written::Days(epoch).nanoseconds(text), noon, "{text}");
-        }
-        assert_eq!(days(46350.5, 0.05), None);
-        assert_eq!(days(1.5, step), None);
-        assert_eq!(Written::Days(0).nanoseconds("1e300"), None);
-        assert_eq!(Written::Days(0).nanoseconds("nan"), None);
     }
 }

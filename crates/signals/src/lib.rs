@@ -5,18 +5,21 @@
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
-//! Inside: `gridder` puts samples on the grid, for both of them.
+//! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
 
 mod ahead;
 mod align;
 mod alog;
 mod bag_source;
+mod bag_types;
 mod channel;
+mod clock;
 mod column_source;
 mod csv_cell;
 mod csv_form;
@@ -26,6 +29,7 @@ mod dataflash;
 mod decimation;
 mod error;
 mod gridder;
+mod identity;
 mod joined_tables;
 mod live_grid;
 mod log_source;
@@ -33,20 +37,28 @@ mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
+mod repeats;
 mod request;
 mod resample;
+mod sieve;
 mod signal;
 mod source;
+mod spread;
+mod stamps;
+mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, nanoseconds, topics, types};
-pub use channel::{Channel, Method, Timing};
+pub use bag_source::{BagSource, by_name, nanoseconds, topics};
+pub use bag_types::types;
+pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
+pub use identity::Identity;
 pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
 pub use log_source::LogSource;
@@ -55,9 +67,12 @@ pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
 pub use prepared_record::{PreparedRecord, read_record};
-pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
+pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source, is_table};
+pub use stamps::Stamps;
+pub use time_unit::TimeUnit;
 pub use timing::Meter;
 pub use ulog_source::UlogSource;
+pub use unwrap::Unwrap;

@@ -1,17 +1,35 @@
 //! A record from data: named signals of one source, resampled to one grid.
 
+use std::cell::Cell;
+use std::ops::RangeInclusive;
+
+use planesman_text::number;
+
 use crate::channel::{Channel, Method};
+use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
 use crate::preparation::{Preparation, Step, StepName, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
+use crate::time_unit::Known;
 
 /// A grid this many times faster than an output would have numbers that nobody measured.
 const MAX_RATE_FACTOR: f64 = 1.05;
 
 /// An output of so many times the grid's rate is decimated.
 const DECIMATED_RATE_FACTOR: f64 = 1.9;
+
+/// The share of samples in wrong order that is told, and the one that is refused.
+const LATE: f64 = 0.02;
+const MOSTLY_LATE: f64 = 0.5;
+
+/// The share of samples with a stamp that came before that is refused. Messages that are recorded twice are half of all.
+const MOSTLY_REPEATED: f64 = 0.8;
+
+/// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
+const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
+const SLOW: f64 = 0.1;
 
 /// A record, and how it was made from data.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +53,8 @@ impl PreparedRecord {
             channel.timing = channel.timing.joined(&other.timing);
         }
         self.reading.notes.extend(next.reading.notes);
+        self.reading.clock.extend(next.reading.clock);
+        self.reading.is_time_doubtful |= next.reading.is_time_doubtful;
         self
     }
 
@@ -56,8 +76,8 @@ impl PreparedRecord {
             outputs,
         } = &self.resampled;
         let mut text = format!(
-            "{:.6} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
-            1.0 / record.sample_time,
+            "{} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
+            hertz(1.0 / record.sample_time),
             record.samples(),
             record.segments.len(),
             if record.segments.len() == 1 { "" } else { "s" },
@@ -72,6 +92,9 @@ impl PreparedRecord {
                     channel_description(channel)
                 );
             }
+        }
+        for note in &self.reading.clock {
+            text += &format!("clock   {note}\n");
         }
         for note in &self.reading.notes {
             text += &format!("note    {note}\n");
@@ -104,21 +127,34 @@ pub fn read_record(
             })
         })
         .collect();
-    let mut resamplers: Vec<Resampler> = windows
-        .iter()
+    let resamplers = windows.iter();
+    let mut resamplers: Vec<Resampler> = resamplers
         .map(|options| Resampler::new(inputs, outputs, options.clone()))
         .collect();
-    let reading = source.read(
+    let is_wanted = Cell::new(true);
+    // Every window takes every sample: none may be asked first and spare the others.
+    let mut give = |followed: Followed| match followed {
+        Followed::Sample(signal, stamp, value) => {
+            let wanted = resamplers.iter_mut();
+            let wanted = wanted.map(|it| it.take(signal, stamp, value));
+            is_wanted.set(wanted.fold(false, |any, one| any | one));
+        }
+        Followed::Break(signal) => {
+            let resamplers = resamplers.iter_mut();
+            resamplers.for_each(|it| it.begin_anew(signal));
+        }
+    };
+    let mut clock = ClockFollower::new(requests.len());
+    let mut reading = source.read(
         &requests,
         &mut |signal, stamp, value| {
-            // Every window takes every sample: none may be asked first and spare the others.
-            let wanted = resamplers
-                .iter_mut()
-                .map(|it| it.take(signal, stamp, value));
-            wanted.fold(false, |any, one| any | one)
+            clock.take(signal, stamp, value, &mut give);
+            is_wanted.get()
         },
         progress,
     )?;
+    clock.finish(&mut give);
+    reading.clock = clock.notes();
     let records = resamplers.into_iter().map(Resampler::finish);
     let joined = records.reduce(|joined, next| {
         let (mut joined, next) = (joined?, next?);
@@ -132,6 +168,8 @@ pub fn read_record(
             notes => SourceError::GridOf(reason, notes.join("; ")),
         })?;
     check_times(&resampled, windows)?;
+    check_order(&resampled, &mut reading)?;
+    check_unit(&resampled, &mut reading);
     Ok(PreparedRecord {
         resampled,
         reading,
@@ -204,12 +242,75 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
     Ok(())
 }
 
+/// Tells of samples that were left out, since their stamps are behind those in front of them.
+fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
+    for channel in resampled.inputs.iter().chain(&resampled.outputs) {
+        let (late, taken) = (channel.timing.late, channel.timing.samples);
+        let repeated = channel.timing.duplicates;
+        if repeated as f64 > MOSTLY_REPEATED * (repeated + taken) as f64 {
+            return Err(SourceError::Data(format!(
+                "{}: {repeated} of {} samples have the stamp of another, so their times are not known: name the interval between \
+                 the rows of a table (--sample-time SECONDS) or another column (--time), and of a bag the recorder's time \
+                 (--stamp log)",
+                channel.name,
+                repeated + taken
+            )));
+        }
+        let share = late as f64 / (late + taken) as f64;
+        if share <= LATE {
+            continue;
+        }
+        let told = format!(
+            "{}: {late} of {} samples are stamped before those in front of them",
+            channel.name,
+            late + taken
+        );
+        if share > MOSTLY_LATE {
+            return Err(SourceError::Data(format!(
+                "{told}: sort them by time, or name another time: --time COLUMN of a table, --stamp log of a bag"
+            )));
+        }
+        reading.clock.push(told + ", and are left out");
+        reading.is_time_doubtful = true;
+    }
+    Ok(())
+}
+
+/// Questions a unit of time that nobody named.
+fn check_unit(resampled: &Resampled, reading: &mut Reading) {
+    let rate = 1.0 / resampled.record.sample_time;
+    let (how, is_doubtful) = match reading.unit {
+        Known::Likely(how) => (how, true),
+        Known::Assumed if !PLAUSIBLE.contains(&rate) => ("", true),
+        Known::Assumed if rate <= SLOW => ("", false),
+        _ => return,
+    };
+    let unit = if how.is_empty() { "s" } else { "us" };
+    let told = format!(
+        "nobody names the unit of the times: read as {unit}{}{how} they give {rate:.3e} Hz (--time-unit names another)",
+        if how.is_empty() { "" } else { ", " }
+    );
+    match is_doubtful {
+        true => reading.clock.push(told),
+        false => reading.notes.push(told),
+    }
+    reading.is_time_doubtful |= is_doubtful;
+}
+
+/// A rate to three decimals, a slow one to its digits.
+fn hertz(rate: f64) -> String {
+    match rate < 1.0 {
+        true => number(rate),
+        false => format!("{rate:.3}"),
+    }
+}
+
 fn channel_description(channel: &Channel) -> String {
     let timing = &channel.timing;
     let mut text = format!(
-        "{} samples at {:.3} Hz, jitter {:.3} ms, {}",
+        "{} samples at {} Hz, jitter {:.3} ms, {}",
         timing.samples,
-        timing.rate(),
+        hertz(timing.rate()),
         timing.jitter * 1e3,
         channel.method
     );
@@ -224,6 +325,9 @@ fn channel_description(channel: &Channel) -> String {
             "; a sample held for up to {:.3} s (--max-gap SECONDS limits it)",
             channel.held
         );
+    }
+    for change in &channel.changes {
+        text += &format!("; {change}");
     }
     for (count, what) in [
         (timing.duplicates, "with a repeated stamp"),

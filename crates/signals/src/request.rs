@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::{Result, SourceError};
+use crate::time_unit::Known;
 use serde::Serialize;
 
 /// The clock whose stamps are taken.
@@ -73,6 +74,13 @@ pub struct Reading {
     pub stamps: String,
     /// Everything that could not be read, and why.
     pub notes: Vec<String>,
+    /// What was found of the clock that bears on a model: where it goes back, or seems to be of another unit.
+    pub clock: Vec<String>,
+    /// Whether the times may be wrong as a whole.
+    pub is_time_doubtful: bool,
+    /// How the unit of the times is known.
+    #[serde(skip)]
+    pub(crate) unit: Known,
     /// By topic, how long after its own stamp the recorder received a message: the median, s.
     pub latencies: BTreeMap<String, f64>,
     /// Of each signal that was asked for without the unit in its column's name, that name.
@@ -90,54 +98,3 @@ impl Reading {
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
 pub type Take<'a> = dyn FnMut(usize, i64, Option<f64>) -> bool + 'a;
-
-/// The unit of a CSV file's time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Seconds.
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Microseconds.
-    Us,
-    /// Nanoseconds.
-    Ns,
-}
-
-impl TimeUnit {
-    /// Every unit.
-    pub const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::S => ("s", "Seconds"),
-            Self::Ms => ("ms", "Milliseconds"),
-            Self::Us => ("us", "Microseconds"),
-            Self::Ns => ("ns", "Nanoseconds"),
-        }
-    }
-
-    /// The unit of that name, as the end of a column's name has it.
-    pub(crate) fn named(text: &str) -> Option<Self> {
-        Some(match text {
-            "s" | "sec" | "secs" | "seconds" => Self::S,
-            "ms" | "msec" | "milliseconds" => Self::Ms,
-            "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => Self::Us,
-            "ns" | "nsec" | "nanoseconds" => Self::Ns,
-            _ => return None,
-        })
-    }
-
-    /// Decimal places from this unit to nanoseconds.
-    #[must_use]
-    pub fn places(self) -> u32 {
-        match self {
-            Self::S => 9,
-            Self::Ms => 6,
-            Self::Us => 3,
-            Self::Ns => 0,
-        }
-    }
-}

@@ -5,7 +5,7 @@
 //!
 //! - **The grid** begins at the first output's first sample, so that data which lies on a grid
 //!   is taken as it is. Its interval is what was asked for, or the median interval of the
-//!   slowest output among the first [`PRELUDE`] samples; within half a per cent of a whole number of hertz or milliseconds that is taken.
+//!   slowest output among the first [`PRELUDE`] samples, the mean where they come in bursts; within half a per cent of a whole number of hertz or milliseconds that is taken.
 //! - **The methods** are [`Method`]'s. An input acts over the interval that begins at an instant;
 //!   the last sample before a gap is held to the end of its interval.
 //! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
@@ -23,8 +23,10 @@ use thiserror::Error;
 
 use crate::channel::{Channel, Method};
 use crate::gridder::{Grid, Gridder, Onto, Put};
+use crate::sieve::Sieve;
 use crate::signal::LARGEST;
 use crate::timing::Meter;
+use crate::unwrap::Unwrap;
 
 /// Samples of a signal that are held back to be put in order.
 pub const ORDER: usize = 64;
@@ -92,6 +94,8 @@ pub struct Options {
     pub output_method: Method,
     /// The longest interval that is no gap, s; `None` for the default, which is none at all for an input that is held.
     pub max_gap: Option<f64>,
+    /// What becomes of angles and counters that wrap.
+    pub unwrap: Unwrap,
 }
 
 impl Default for Options {
@@ -102,6 +106,7 @@ impl Default for Options {
             input_method: Method::Mean,
             output_method: Method::Linear,
             max_gap: None,
+            unwrap: Unwrap::Automatic,
         }
     }
 }
@@ -124,8 +129,8 @@ pub struct Resampler {
     names: Vec<String>,
     inputs: usize,
     meters: Vec<Meter>,
-    /// Signal, stamp and value, until there is a grid.
-    prelude: Vec<(usize, i64, f64)>,
+    /// Signal and sample, until there is a grid; no sample where nothing is known of the time between two.
+    prelude: Vec<(usize, Option<(i64, f64)>)>,
     /// How many each signal has in the prelude.
     counts: Vec<usize>,
     running: Option<Running>,
@@ -164,9 +169,9 @@ impl Resampler {
             Some(value) if value.is_nan() || value.abs() > LARGEST => meter.not_finite(),
             Some(_) if stamp.saturating_abs() >= FARTHEST => meter.late(),
             Some(value) => match &mut self.running {
-                Some(running) => running.take(signal, stamp, value, meter),
+                Some(running) => running.take(signal, Some((stamp, value)), meter),
                 None => {
-                    self.prelude.push((signal, stamp, value));
+                    self.prelude.push((signal, Some((stamp, value))));
                     self.counts[signal] += 1;
                     let outputs = &self.counts[self.inputs..];
                     let is_known = outputs.iter().all(|count| *count >= PRELUDE);
@@ -180,15 +185,28 @@ impl Resampler {
         !full
     }
 
+    /// Nothing is known of the signal between what has come and what follows.
+    pub(crate) fn begin_anew(&mut self, signal: usize) {
+        match &mut self.running {
+            None => self.prelude.push((signal, None)),
+            Some(running) => running.take(signal, None, &mut self.meters[signal]),
+        }
+    }
+
     /// Finds the grid and puts on it what has come so far.
     fn run(&mut self) {
         let prelude = std::mem::take(&mut self.prelude);
-        let mut stamps = vec![Vec::new(); self.names.len()];
-        for (signal, stamp, _) in &prelude {
-            stamps[*signal].push(*stamp);
+        let mut samples = vec![Vec::new(); self.names.len()];
+        for (signal, sample) in &prelude {
+            samples[*signal].extend(*sample);
         }
-        stamps.iter_mut().for_each(|it| it.sort_unstable());
-        let intervals: Vec<f64> = stamps.iter().map(|it| median_interval(it)).collect();
+        let mut intervals = Vec::new();
+        let mut sieves = Vec::new();
+        for (signal, samples) in samples.iter_mut().enumerate() {
+            let sieve = Sieve::find(samples, signal >= self.inputs, self.options.unwrap);
+            intervals.push(sieve.interval);
+            sieves.push(sieve);
+        }
         let slowest = |signals: &[f64]| signals.iter().copied().fold(0.0, f64::max);
         let step = match (self.options.rate, slowest(&intervals[self.inputs..])) {
             (Some(rate), _) => 1e9 / rate,
@@ -198,15 +216,17 @@ impl Resampler {
         };
         let step = if step >= 1.0 { step } else { 1e9 };
         let first = |wanted: &dyn Fn(usize) -> bool| {
-            let stamps = prelude.iter().filter(|it| wanted(it.0)).map(|it| it.1);
+            let samples = prelude.iter().filter(|it| wanted(it.0));
+            let stamps = samples.filter_map(|it| it.1).map(|it| it.0);
             stamps.take(ORDER).min()
         };
         let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
         let grid = Grid::new(anchor.unwrap_or(0), step).within(&self.options.window);
         let tracks = intervals
             .iter()
+            .zip(sieves)
             .enumerate()
-            .map(|(signal, interval)| {
+            .map(|(signal, (interval, sieve))| {
                 let method = self.method(signal);
                 let is_held = signal < self.inputs && matches!(method, Method::Mean | Method::Hold);
                 let usual = (5.0 * interval).max(2.5 * step) as i64;
@@ -219,6 +239,7 @@ impl Resampler {
                         None => Some(usual),
                     },
                     longest_hold: 0,
+                    sieve,
                     pending: VecDeque::new(),
                     last: None,
                     gridder: Gridder::new(method),
@@ -230,8 +251,8 @@ impl Resampler {
             })
             .collect();
         let mut running = Running { grid, tracks };
-        for (signal, stamp, value) in prelude {
-            running.take(signal, stamp, value, &mut self.meters[signal]);
+        for (signal, sample) in prelude {
+            running.take(signal, sample, &mut self.meters[signal]);
         }
         self.running = Some(running);
     }
@@ -285,6 +306,7 @@ impl Resampler {
                 method,
                 timing: meter.timing(),
                 held: track.longest_hold as f64 * 1e-9,
+                changes: track.sieve.changes(),
             })
             .collect();
         for channel in &channels {
@@ -373,20 +395,6 @@ fn span(channel: &Channel) -> String {
     )
 }
 
-/// The median interval of sorted stamps, ns; repeats count for nothing.
-fn median_interval(stamps: &[i64]) -> f64 {
-    let mut intervals: Vec<i64> = stamps
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .filter(|interval| *interval > 0)
-        .collect();
-    if intervals.is_empty() {
-        return 0.0;
-    }
-    let middle = intervals.len() / 2;
-    *intervals.select_nth_unstable(middle).1 as f64
-}
-
 /// A whole number of hertz or of milliseconds within half a per cent, the nearer; else the interval as it is.
 fn rounded(interval: f64) -> f64 {
     if interval <= 0.0 {
@@ -404,9 +412,14 @@ fn rounded(interval: f64) -> f64 {
 }
 
 impl Running {
-    fn take(&mut self, signal: usize, stamp: i64, value: f64, meter: &mut Meter) {
-        if let Some(track) = self.tracks.get_mut(signal) {
-            track.take(stamp, value, &self.grid, meter);
+    /// Takes a sample, or a time of which nothing is known.
+    fn take(&mut self, signal: usize, sample: Option<(i64, f64)>, meter: &mut Meter) {
+        let Some(track) = self.tracks.get_mut(signal) else {
+            return;
+        };
+        match sample {
+            Some((stamp, value)) => track.take(stamp, value, &self.grid, meter),
+            None => track.begin_anew(&self.grid, meter),
         }
     }
 
@@ -427,6 +440,7 @@ struct Track {
     max_gap: Option<i64>,
     /// The longest time for which a sample acted, ns; 0 if none was long.
     longest_hold: i64,
+    sieve: Sieve,
     /// The latest samples, in order of stamp.
     pending: VecDeque<(i64, f64)>,
     /// The last sample given out of `pending`.
@@ -470,7 +484,28 @@ impl Run {
 }
 
 impl Track {
+    /// All that has come goes onto the grid.
+    fn give_out_all(&mut self, grid: &Grid, meter: &mut Meter) {
+        while !self.pending.is_empty() {
+            self.give_out(grid, meter);
+        }
+    }
+
+    /// Nothing is known between what has come and what follows.
+    fn begin_anew(&mut self, grid: &Grid, meter: &mut Meter) {
+        self.give_out_all(grid, meter);
+        if let Some(spreader) = &mut self.sieve.spreader {
+            spreader.begin_anew();
+        }
+        if let Some(last) = self.last.take() {
+            let put = &mut |put| self.runs.put(put, grid);
+            self.gridder.end(last, &mut Onto { grid, put });
+        }
+    }
+
     fn take(&mut self, stamp: i64, value: f64, grid: &Grid, meter: &mut Meter) {
+        let spreader = self.sieve.spreader.as_mut();
+        let stamp = spreader.map_or(stamp, |it| it.next(stamp));
         match self.last {
             Some((last, _)) if stamp < last => return meter.late(),
             Some((last, _)) if stamp == last => return meter.duplicate(),
@@ -495,7 +530,16 @@ impl Track {
         let Some(next) = self.pending.pop_front() else {
             return;
         };
+        if self
+            .sieve
+            .repeats
+            .as_mut()
+            .is_some_and(|it| it.is_one(next.1))
+        {
+            return;
+        }
         meter.take(next.0);
+        let next = (next.0, self.sieve.unwrapper.next(next.1));
         match self.last {
             Some(last) if self.max_gap.is_none_or(|most| next.0 - last.0 <= most) => {
                 self.pair(last, next, grid);
@@ -514,9 +558,7 @@ impl Track {
 
     /// All that is pending goes onto the grid; a sample that has no gap behind it acts `until` then.
     fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
-        while !self.pending.is_empty() {
-            self.give_out(grid, meter);
-        }
+        self.give_out_all(grid, meter);
         let Some(last) = self.last else { return };
         if self.max_gap.is_none() && until > last.0 {
             self.pair(last, (until, last.1), grid);

@@ -82,6 +82,20 @@ impl Meter {
         }
     }
 
+    /// The share of intervals below a tenth of the mean, 0 to 1.
+    #[must_use]
+    pub fn bursts(&self) -> f64 {
+        let repeated = self.timing.duplicates;
+        let total = repeated + self.bins.values().map(|(count, _)| count).sum::<u64>();
+        let sum: f64 = self.bins.values().map(|(_, sum)| sum).sum();
+        if total == 0 {
+            return 0.0;
+        }
+        let short = |(count, of): &&(u64, f64)| of / *count as f64 <= 0.1 * sum / total as f64;
+        let short: u64 = self.bins.values().filter(short).map(|it| it.0).sum();
+        (short + repeated) as f64 / total as f64
+    }
+
     /// The interval of that rank from below, counted from 1, ns; 0 for none.
     fn quantile(&self, rank: u64) -> f64 {
         let mut before = 0;

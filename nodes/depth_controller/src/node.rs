@@ -160,7 +160,7 @@ impl Node {
             Event::CancelManoeuvre(id) => {
                 if let Some(flown) = self.flown.take_if(|flown| flown.goal.id() == id) {
                     self.controller.stop_manoeuvre();
-                    log::info!("manoeuvre {} cancelled", flown.goal.asked().name);
+                    log::info!("manoeuvre {} cancelled", flown.goal.request().name);
                     flown.goal.cancel(ended(false, "cancelled"));
                 }
             }
@@ -182,9 +182,9 @@ impl Node {
                 let outcome = self.controller.set_setpoint(quantity, value);
                 self.refused.retain(|(other, _)| *other != quantity);
                 match outcome {
-                    Ok(held) if held == value => log::info!("{name} setpoint {value} {unit}"),
-                    Ok(held) => {
-                        log::warn!("{name} setpoint {value} {unit}: limited to {held} {unit}")
+                    Ok(limited) if limited == value => log::info!("{name} setpoint {value} {unit}"),
+                    Ok(limited) => {
+                        log::warn!("{name} setpoint {value} {unit}: limited to {limited} {unit}")
                     }
                     Err(reason) => {
                         log::warn!("{reason}; the last setpoint stays");
@@ -271,8 +271,8 @@ impl Node {
 
     /// Begins a manoeuvre in place of one under way, or says why not.
     fn begin(&mut self, goal: Goal<Manoeuvre>) {
-        let name = goal.asked().name.clone();
-        if let Err(reason) = self.controller.begin_manoeuvre(goal.asked()) {
+        let name = goal.request().name.clone();
+        if let Err(reason) = self.controller.begin_manoeuvre(goal.request()) {
             log::warn!("{reason}");
             return goal.abort(ended(false, &reason.to_string()));
         }
@@ -283,7 +283,7 @@ impl Node {
         };
         if let Some(last) = self.flown.replace(begun) {
             let reason = format!("replaced by a newer goal, {name}");
-            log::info!("manoeuvre {}: {reason}", last.goal.asked().name);
+            log::info!("manoeuvre {}: {reason}", last.goal.request().name);
             last.goal.abort(ended(false, &reason));
         }
     }
@@ -296,7 +296,7 @@ impl Node {
         if let Some(end) = self.controller.manoeuvre_end()
             && let Some(flown) = self.flown.take()
         {
-            let name = &flown.goal.asked().name;
+            let name = &flown.goal.request().name;
             match end {
                 Ok(()) => {
                     log::info!("manoeuvre {name} completed");

@@ -72,9 +72,9 @@ mod tests {
         let mut waiting = Waiting::default();
         assert_eq!(waiting.on_state(state(1), false), None);
         assert_eq!(waiting.on_state(state(1), false), None);
-        let mut found = waiting.clone();
+        let mut served = waiting.clone();
         assert_eq!(
-            found.on_instrument(|_| true),
+            served.on_instrument(|_| true),
             Some(state(1)),
             "the repeated state"
         );

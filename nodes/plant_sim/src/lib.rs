@@ -1,10 +1,7 @@
 //! The node `plant_sim`: [`planesman_plant`] over DDS.
 //!
-//! - `node`: messages, parameters and services between DDS and [`planesman_plant::Plant`]; [`main`].
-//! - `lockstep`, `answers`: when a tick may be flown.
+//! `node`: messages, parameters and services between DDS and [`planesman_plant::Plant`]; [`main`].
 
-mod answers;
-mod lockstep;
 mod node;
 
-pub use node::main;
+pub use node::{DONE, main};

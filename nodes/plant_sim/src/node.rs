@@ -27,11 +27,9 @@ use planesman_node::claim::{Claim, Stage};
 use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
-use crate::answers::Answers;
-use crate::lockstep::Lockstep;
 use planesman_plant::{
-    ActuatorAnswer, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages,
-    TimeSource,
+    ActuatorAnswer, Answers, Instruments, Observation, Plant, PlantParameters, Pose,
+    StaticMessages, TimeSource,
 };
 use planesman_vehicle::Boundary;
 
@@ -50,6 +48,9 @@ const COARSEST_CLOCK: i64 = 1_000_000_000;
 
 /// Time between two warnings about missed ticks, s.
 const WARNING_PERIOD: Duration = Duration::from_secs(5);
+
+/// The message of the status `vehicle` once `duration` is flown.
+pub const DONE: &str = "done";
 
 enum Event {
     Motion(PlaneMotion),
@@ -107,7 +108,6 @@ fn run(args: Vec<OsString>) -> Result<()> {
 enum Pace {
     /// The answers.
     Lockstep {
-        answers: Box<Lockstep>,
         /// When the present tick began, and when its `state` was last published.
         began: Instant,
         said: Instant,
@@ -143,31 +143,24 @@ struct Node {
     /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
-    /// The actuator's answers where no tick waits for them.
     answers: Answers,
     paused: bool,
     /// Whether the vehicle is to be reset before the next tick.
     reset_due: bool,
     stepping: Option<Stepping>,
-    /// Ticks without the actuator's answer, ticks flown on an older one, and ticks that the clock was ahead.
-    held: u64,
-    delayed: u64,
+    /// Ticks that the clock was ahead.
     missed: i64,
     /// Whether the next tick follows on a pause.
     resumes: bool,
     warnings: Throttle,
-    /// The age of the answer used in the last tick, in ticks.
-    age: i64,
-    /// Ticks in a row without the actuator's answer.
-    silent: i64,
     /// `answer_timeout`, s.
     answer_timeout: f64,
     /// Whether the answers have been missing for longer.
     overdue: bool,
     /// The last reading of the clock, ns, and when by the machine's monotonic clock.
     seen: Option<(Instant, i64)>,
-    /// The latest contact, its time \[ns\] by the stamps.
-    contact: Option<(Boundary, i64)>,
+    /// The latest contact, its time by the stamps.
+    contact: String,
     /// Being the only vehicle here.
     claim: Claim,
     /// Since when others were listened for, `None` once nobody was found.
@@ -180,13 +173,8 @@ impl Node {
         let factor = parameters.factor;
         let (pace, owns_time) = match parameters.time {
             TimeSource::Lockstep => {
-                let members = parameters.lockstep.members.clone();
-                let pace = Pace::Lockstep {
-                    answers: Box::new(Lockstep::new(members, Time::default())),
-                    began: Instant::now(),
-                    said: Instant::now(),
-                };
-                (pace, true)
+                let (began, said) = (Instant::now(), Instant::now());
+                (Pace::Lockstep { began, said }, true)
             }
             TimeSource::Real if factor != 1.0 || parameters.sim_time => {
                 let pace = Pace::Real {
@@ -218,39 +206,31 @@ impl Node {
             ticks: (duration > 0.0).then_some(ticks),
             end_when_flown: parameters.end_when_flown,
             observation: None,
-            answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
+            answers: Answers::new(parameters, plant.tick_nanos()),
             paused: parameters.start_paused,
             reset_due: false,
             stepping: None,
-            held: 0,
-            delayed: 0,
             missed: 0,
             resumes: true,
             warnings: Throttle::new(WARNING_PERIOD),
-            age: 0,
-            silent: 0,
             answer_timeout: parameters.answer_timeout,
             overdue: false,
             seen: None,
-            contact: None,
+            contact: "none".to_owned(),
             plant,
         })
     }
 
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
-            Event::Motion(motion) => self.on_motion(motion),
-            Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
-                Some(motion) => self.on_motion(motion),
+            Event::Motion(motion) => self.answers.on_motion(motion, self.stamp),
+            Event::Planes(planes) => match self.plant.motion(&planes) {
+                Some(motion) => self.answers.on_motion(motion, self.stamp),
                 None => {
                     log::warn!("planes refused: no joint 'dive_planes' with a position")
                 }
             },
-            Event::Answer(answer) => {
-                if let Pace::Lockstep { answers, .. } = &mut self.pace {
-                    answers.on_answer(&answer);
-                }
-            }
+            Event::Answer(answer) => self.answers.on_answer(&answer, self.stamp),
             Event::Poll => self.poll(rt)?,
             Event::Pause(request, responder) => {
                 self.paused = request.data;
@@ -278,7 +258,7 @@ impl Node {
                 self.plant
                     .set_parameters(&parameters)
                     .map_err(|e| anyhow!("{e}"))?;
-                self.answers.set_budget(parameters.delay_budget);
+                self.answers.set_parameters(&parameters);
                 self.answer_timeout = parameters.answer_timeout;
             }
         }
@@ -304,14 +284,6 @@ impl Node {
     fn reset_between_ticks(&mut self) {
         if self.observation.is_none() && std::mem::take(&mut self.reset_due) {
             self.plant.reset();
-        }
-    }
-
-    fn on_motion(&mut self, motion: PlaneMotion) {
-        if let Pace::Lockstep { answers, .. } = &mut self.pace {
-            answers.on_motion(motion);
-        } else {
-            self.answers.take(motion, self.stamp);
         }
     }
 
@@ -366,14 +338,10 @@ impl Node {
         let observation = self.plant.observe(stamp.clone());
         let Ok(()) = self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
+        self.answers.begin();
         let mut missed = 0;
         match &mut self.pace {
-            Pace::Lockstep {
-                answers,
-                began,
-                said,
-            } => {
-                answers.begin(stamp);
+            Pace::Lockstep { began, said } => {
                 *began = Instant::now();
                 *said = *began;
             }
@@ -475,7 +443,7 @@ impl Node {
     fn tick_is_over(&self, rt: &Runtime<Event>) -> bool {
         self.observation.is_some()
             && match &self.pace {
-                Pace::Lockstep { answers, .. } => answers.complete().is_some(),
+                Pace::Lockstep { .. } => self.answers.missing(self.stamp).is_empty(),
                 Pace::Real { deadline, .. } => Instant::now() >= *deadline,
                 Pace::Clock => {
                     let (now, tick) = (rt.now().nanos(), self.plant.tick_nanos());
@@ -487,24 +455,20 @@ impl Node {
 
     /// Moves the vehicle over the present tick.
     fn end_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        let answer = match &self.pace {
-            Pace::Lockstep { answers, .. } => answers.complete().map(|motion| (motion.clone(), 0)),
-            _ => self.answers.fly(self.stamp),
-        };
-        self.age = answer.as_ref().map_or(0, |(_, age)| *age);
-        self.held += u64::from(answer.is_none());
-        self.silent = if answer.is_none() { self.silent + 1 } else { 0 };
-        self.delayed += u64::from(self.age > 0);
-        let advanced = match &answer {
-            Some((motion, 1..)) => self.plant.advance_late(motion),
-            Some((motion, _)) => self.plant.advance(Some(motion)),
-            None => self.plant.advance(None),
+        let motion = self.answers.fly(self.stamp);
+        let advanced = match &motion {
+            Some(motion) if self.answers.age > 0 => self.plant.advance_late(motion),
+            motion => self.plant.advance(motion.as_ref()),
         };
         match advanced {
             Ok(()) => {
                 if let Some(contact) = self.plant.contact() {
+                    let boundary = match contact.boundary {
+                        Boundary::Surface => "surface",
+                        Boundary::Bottom => "bottom",
+                    };
                     let time = self.stamp + (contact.time * 1e9).round() as i64;
-                    self.contact = Some((contact.boundary, time));
+                    self.contact = format!("{boundary} at {:.6} s", time as f64 * 1e-9);
                 }
             }
             Err(reason) => {
@@ -549,34 +513,26 @@ impl Node {
         self.begin_tick(rt)?;
         let mut status = (Level::Ok, "running".to_owned());
         // The actuator's silence by the stamps; below, that of a tick's members by the wall clock.
-        let held = self.observation.as_ref().map_or(0, |_| self.silent);
-        let mut silence = (held * self.plant.tick_nanos()) as f64 * 1e-9;
+        let silent = self.observation.as_ref().map_or(0, |_| self.answers.silent);
+        let mut silence = (silent * self.plant.tick_nanos()) as f64 * 1e-9;
         let mut outcome = "no answer of the actuator, planes held".to_owned();
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
             status = match (self.is_flown(), self.paused) {
-                (true, _) => (Level::Ok, "done".to_owned()),
+                (true, _) => (Level::Ok, DONE.to_owned()),
                 (false, true) => (Level::Ok, "paused".to_owned()),
                 (false, false) => (Level::Warn, "waiting for /clock".to_owned()),
             };
-        } else if self.age > 0 {
-            status = (
-                Level::Warn,
-                format!("using an answer {} ticks old", self.age),
-            );
-        } else if let (
-            Pace::Lockstep {
-                answers,
-                began,
-                said,
-            },
-            Some(observation),
-        ) = (&mut self.pace, &self.observation)
+        } else if self.answers.age > 0 {
+            let age = self.answers.age;
+            status = (Level::Warn, format!("using an answer {age} ticks old"));
+        } else if let (Pace::Lockstep { began, said }, Some(observation)) =
+            (&mut self.pace, &self.observation)
             && began.elapsed() >= REPEAT_AFTER
         {
             // The status stays until the tick is over: diagnostics go out once a second.
-            let missing = answers.waiting_for().join(", ");
+            let missing = self.answers.missing(self.stamp).join(", ");
             silence = began.elapsed().as_secs_f64();
             outcome = format!("waiting for {missing}");
             status = (Level::Warn, outcome.clone());
@@ -603,10 +559,13 @@ impl Node {
             &status.1,
             &[
                 ("ticks", self.k.to_string()),
-                ("ticks without the actuator's answer", self.held.to_string()),
-                ("ticks on an older answer", self.delayed.to_string()),
+                (
+                    "ticks without the actuator's answer",
+                    self.answers.unanswered.to_string(),
+                ),
+                ("ticks on an older answer", self.answers.delayed.to_string()),
                 ("ticks missed", self.missed.to_string()),
-                ("latest contact", contact_of(self.contact)),
+                ("latest contact", self.contact.clone()),
             ],
         );
         Ok(())
@@ -702,30 +661,4 @@ impl Sink for Opened<'_> {
             .insert(topic.to_owned(), Box::new(publisher));
         Ok(())
     }
-}
-
-/// A contact as text, its time in seconds of the stamps' clock.
-fn contact_of(contact: Option<(Boundary, i64)>) -> String {
-    match contact {
-        None => "none".to_owned(),
-        Some((boundary, time)) => {
-            let boundary = match boundary {
-                Boundary::Surface => "surface",
-                Boundary::Bottom => "bottom",
-            };
-            format!("{boundary} at {:.6} s", time as f64 * 1e-9)
-        }
-    }
-}
-
-/// The motion that a foreign actuator's joint state stands for: its angle, held over the tick.
-fn motion_of(planes: &JointState, tick_nanos: i64) -> Option<PlaneMotion> {
-    let joint = planes.name.iter().position(|n| n == "dive_planes")?;
-    let angle = *planes.position.get(joint)?;
-    Some(PlaneMotion {
-        header: planes.header.clone(),
-        duration: planesman_msgs::builtin_interfaces::msg::Duration::from_nanos(tick_nanos),
-        dive_planes: vec![angle, angle],
-        ..PlaneMotion::default()
-    })
 }

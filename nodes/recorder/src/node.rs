@@ -103,7 +103,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),
         selection: Selection::new(&parameters.record, expand)?,
-        found: BTreeMap::new(),
+        types: BTreeMap::new(),
         warned: BTreeSet::new(),
         definitions: Definitions::from_environment(),
         paused: parameters.record.start_paused,
@@ -183,7 +183,7 @@ struct Node {
     topics: Vec<Recorded>,
     selection: Selection,
     /// The type of each topic that is recorded or about to be.
-    found: BTreeMap<String, String>,
+    types: BTreeMap<String, String>,
     /// What was said once of topics that are not recorded.
     warned: BTreeSet<String>,
     definitions: Definitions,
@@ -234,7 +234,7 @@ impl Node {
                 true => qos.of_one_publisher_until(OUTLASTED),
                 false => qos,
             };
-            self.found
+            self.types
                 .insert(name.clone(), topic.info.type_name.to_owned());
             self.subscribe(rt, in_bag(&topic, &name), qos)?;
         }
@@ -273,12 +273,12 @@ impl Node {
             if !self.selection.takes(name, type_name) {
                 continue;
             }
-            let unfit = match self.found.get(name) {
+            let unfit = match self.types.get(name) {
                 Some(known) if known == type_name => continue,
                 Some(known) => Some(format!(
                     "'{name}' is published as {type_name}, too, which is not recorded: its type is {known}"
                 )),
-                None => (self.found.len() >= MOST_TOPICS).then(|| {
+                None => (self.types.len() >= MOST_TOPICS).then(|| {
                     format!("{MOST_TOPICS} topics are recorded: those that come later are not")
                 }),
             };
@@ -288,9 +288,9 @@ impl Node {
                 }
                 continue;
             }
-            self.found.insert(name.clone(), type_name.clone());
+            self.types.insert(name.clone(), type_name.clone());
             match self.definitions.local(&topic) {
-                Ok(definition) => self.subscribe_found(rt, &topic, definition),
+                Ok(definition) => self.subscribe_published(rt, &topic, definition),
                 Err(_) => {
                     let finding = self.definitions.find(rt, &topic);
                     rt.when_done(async { Event::Described(topic, finding.await) });
@@ -300,13 +300,13 @@ impl Node {
     }
 
     /// Subscribes to a topic as its publishers offer it.
-    fn subscribe_found(
+    fn subscribe_published(
         &mut self,
         rt: &Runtime<Event>,
-        found: &PublishedTopic,
+        published: &PublishedTopic,
         definition: Definition,
     ) {
-        let all = |offers: fn(&Offer) -> bool| found.offers.iter().all(offers);
+        let all = |offers: fn(&Offer) -> bool| published.offers.iter().all(offers);
         let qos = match (all(|it| it.reliable), all(|it| it.latched)) {
             (true, true) => Qos::record_latched(),
             (true, false) => Qos::record_reliable(),
@@ -314,20 +314,25 @@ impl Node {
         };
         let has_text = !definition.text.is_empty();
         let kind = TopicKind {
-            type_name: found.type_name.clone(),
+            type_name: published.type_name.clone(),
             definition: definition.text,
             definition_encoding: if has_text { "ros2msg" } else { "" }.to_owned(),
             message_encoding: "cdr".to_owned(),
             type_hash: definition.type_hash,
-            offered_qos: found.offers.iter().take(MOST_OFFERS).map(offered).collect(),
+            offered_qos: published
+                .offers
+                .iter()
+                .take(MOST_OFFERS)
+                .map(offered)
+                .collect(),
         };
         let topic = Topic {
-            name: found.name.clone(),
+            name: published.name.clone(),
             kind: Arc::new(kind),
         };
         match self.subscribe(rt, topic, qos) {
-            Ok(()) => log::info!("Subscribed to topic '{}'", found.name),
-            Err(error) => log::error!("'{}' is not recorded: {error:#}", found.name),
+            Ok(()) => log::info!("Subscribed to topic '{}'", published.name),
+            Err(error) => log::error!("'{}' is not recorded: {error:#}", published.name),
         }
     }
 
@@ -362,7 +367,7 @@ impl Node {
                         ..Definition::default()
                     }
                 });
-                self.subscribe_found(rt, &topic, definition);
+                self.subscribe_published(rt, &topic, definition);
             }
             Event::Pause(responder) => {
                 self.set_paused(rt, true);

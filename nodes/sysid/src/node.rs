@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
+use planesman_decode::message_types;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, TickAnswer};
 use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, FitResponse};
@@ -15,9 +16,7 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder
 use planesman_parameters::Choice as _;
 
 use planesman_identifier::parameters::{Config, Reliability};
-use planesman_identifier::{
-    Change, Identifier, IdentifierParameters, Pair, TopicReader, message_types, pair,
-};
+use planesman_identifier::{Change, Identifier, IdentifierParameters, Pair, TopicReader, pair};
 
 /// Time between two looks at who has fallen silent.
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
@@ -63,8 +62,8 @@ fn run(args: Vec<OsString>) -> Result<()> {
         topics: Vec::new(),
     };
     for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
-        let found = message_types::find(&listened.type_name)?;
-        let reader = node.identifier.reader(&topic, &found.types);
+        let message_type = message_types::find(&listened.type_name)?;
+        let reader = node.identifier.reader(&topic, &message_type.types);
         node.topics.push(Topic {
             reader: reader?,
             trouble: None,
@@ -78,7 +77,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         rt.subscribe_raw(
             &topic,
             &listened.type_name,
-            Some(&found.hash),
+            Some(&message_type.hash),
             match is_of_the_loop {
                 true => qos.of_one_publisher(),
                 false => qos,
@@ -375,9 +374,9 @@ mod tests {
             reliable(&[member, ("pairs", [foreign].as_slice().into())]),
             is(&[("/gyro", false), ("plane_motion", true), ("state", true)])
         );
-        let asked = ("reliability", "reliable".into());
+        let reliably = ("reliability", "reliable".into());
         assert_eq!(
-            reliable(&[asked]),
+            reliable(&[reliably]),
             is(&[("plane_motion", true), ("state", true)])
         );
     }

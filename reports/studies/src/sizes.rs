@@ -39,21 +39,8 @@ pub fn table(set: &ActuatorSet) -> Table {
 /// The sizes, and the limit cycles foreseen in two loops.
 #[must_use]
 pub fn text(set: &ActuatorSet) -> String {
-    let mut text = format!("{}\n{}\n\n", set.name, set.source);
-    for size in sizes(set) {
-        let report = match size.report_unit {
-            "" => String::new(),
-            unit => format!("{:>12.5} {unit}", size.value / size.report_size),
-        };
-        // Writing to a String does not fail.
-        let _ = writeln!(
-            text,
-            "{:<40} {:>12} {:<6} {report}",
-            size.quantity,
-            significant(size.value),
-            size.unit,
-        );
-    }
+    let mut text = format!("{}\n{}\n\n{}", set.name, set.source, table(set).aligned());
+    // Writing to a String does not fail.
     let _ = writeln!(
         text,
         "\nLimit cycles foreseen by describing functions, open loop, single-speed:"
@@ -69,15 +56,6 @@ pub fn text(set: &ActuatorSet) -> String {
         yaw_cycle(set)
     );
     text
-}
-
-/// Five digits, whatever the size.
-fn significant(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        format!("{value:.5}")
-    } else {
-        format!("{value:.4e}")
-    }
 }
 
 fn depth_cycle(set: &ActuatorSet) -> String {
@@ -135,7 +113,7 @@ mod tests {
         let text = text(&actuator_file::load("table_4_1").unwrap());
         let quantum = text.lines().find(|l| l.contains("V_c/A_L")).unwrap();
         assert!(
-            quantum.contains("0.15200 in") && quantum.contains("0.00386 m"),
+            quantum.contains("0.0038608 m") && quantum.contains("0.152 in"),
             "{quantum}"
         );
         assert!(text.contains("10.45 volumes a second"), "{text}");

@@ -241,15 +241,15 @@ mod tests {
     #[test]
     fn what_is_proposed_keeps_its_margins_and_limits_and_is_faster_than_the_start() {
         let wishes = wishes(&[FOOT, 2.0 * FOOT]);
-        let found = wishes.propose(&START).unwrap().unwrap();
-        for judged in &found.judgements {
+        let proposed = wishes.propose(&START).unwrap().unwrap();
+        for judged in &proposed.judgements {
             assert!(judged.is_stable());
             assert!(judged.phase_margin().unwrap() >= wishes.phase_margin);
             let (above, below) = judged.gain_limits();
             assert!(above.is_none_or(|m| m.factor >= 2.0));
             assert!(below.is_none_or(|m| m.factor <= 0.5));
         }
-        let gains = found.gains;
+        let gains = proposed.gains;
         assert!(gains.depth_p * wishes.step <= wishes.pitch_limit);
         assert!(gains.pitch_p * gains.depth_p * wishes.step <= wishes.planes_limit);
         let start = wishes.judge(&START).unwrap();
@@ -258,9 +258,12 @@ mod tests {
             let itae = judged.iter().map(|j| j.step.unwrap().itae);
             itae.zip(speeds).map(|(a, b)| a * b).fold(0.0, f64::max)
         };
-        assert!(found.worst < 0.9 * worst(&start), "{found:?}");
-        assert!((found.worst / worst(&found.judgements) - 1.0).abs() < 1e-12);
-        let overshoots = found.judgements.iter().map(|j| j.step.unwrap().overshoot);
+        assert!(proposed.worst < 0.9 * worst(&start), "{proposed:?}");
+        assert!((proposed.worst / worst(&proposed.judgements) - 1.0).abs() < 1e-12);
+        let overshoots = proposed
+            .judgements
+            .iter()
+            .map(|j| j.step.unwrap().overshoot);
         assert!(overshoots.fold(0.0, f64::max) <= wishes.overshoot);
     }
 

@@ -1,6 +1,6 @@
 //! The schedule on a model from a file: the gains that [`adaptive`](super::adaptive) would reach on the same model,
 //! at once and for good. It is believed on the same terms, but that it does not age; away from
-//! the speed it was found at, it goes with the speed as the schedule's own model does.
+//! the speed it was identified at, it goes with the speed as the schedule's own model does.
 
 use std::path::Path;
 
@@ -45,8 +45,8 @@ impl FromFile {
         if file.has_feedthrough() {
             return Err(Distrust::Feedthrough);
         }
-        let found = Identified::from_estimate(&estimate(file))?;
-        let model = trust.believed(&found, schedule, speed)?;
+        let identified = Identified::from_estimate(&estimate(file))?;
+        let model = trust.believed(&identified, schedule, speed)?;
         Ok(Self {
             law: SpeedLaw {
                 model,

@@ -186,7 +186,7 @@ pub(super) mod tests {
         dt: f64,
         deviation: f64,
     ) -> ModelEstimate {
-        let held = pitch::state_space(&[-model.plane, model.damping, model.restoring])
+        let sampled = pitch::state_space(&[-model.plane, model.damping, model.restoring])
             .unwrap()
             .zero_order_hold(dt)
             .unwrap()
@@ -196,15 +196,15 @@ pub(super) mod tests {
         for i in 0..5 {
             covariance[6 * i] = deviation * deviation;
         }
-        let offset = held.num.len() - 2;
+        let offset = sampled.num.len() - 2;
         ModelEstimate {
             input: "plane_motion:dive_planes".to_owned(),
             output: "state:pitch_rate".to_owned(),
             sample_time: dt,
             order: 2,
             samples: 1000,
-            a: held.den[1..].to_vec(),
-            b: held.num[offset..].to_vec(),
+            a: sampled.den[1..].to_vec(),
+            b: sampled.num[offset..].to_vec(),
             covariance,
             fit: 95.0,
             valid: true,
@@ -220,20 +220,20 @@ pub(super) mod tests {
 
     #[test]
     fn an_exact_model_gives_the_vehicle_back() {
-        let found = Identified::from_estimate(&estimate_of(&VEHICLE, 0.05, 0.0)).unwrap();
+        let identified = Identified::from_estimate(&estimate_of(&VEHICLE, 0.05, 0.0)).unwrap();
         assert!(
-            (found.model.plane / VEHICLE.plane - 1.0).abs() < 1e-3,
-            "{found:?}"
+            (identified.model.plane / VEHICLE.plane - 1.0).abs() < 1e-3,
+            "{identified:?}"
         );
         assert!(
-            (found.model.damping / VEHICLE.damping - 1.0).abs() < 3e-3,
-            "{found:?}"
+            (identified.model.damping / VEHICLE.damping - 1.0).abs() < 3e-3,
+            "{identified:?}"
         );
         assert!(
-            (found.model.restoring / VEHICLE.restoring - 1.0).abs() < 1e-2,
-            "{found:?}"
+            (identified.model.restoring / VEHICLE.restoring - 1.0).abs() < 1e-2,
+            "{identified:?}"
         );
-        assert_eq!(found.plane_deviation, 0.0);
+        assert_eq!(identified.plane_deviation, 0.0);
     }
 
     #[test]
@@ -257,8 +257,11 @@ pub(super) mod tests {
                     3 => estimate.b = vec![wild; 2],
                     _ => estimate.covariance = vec![wild; 25],
                 }
-                if let Ok(found) = Identified::from_estimate(&estimate) {
-                    assert!(found.model.plane.is_finite() && found.plane_deviation.is_finite());
+                if let Ok(identified) = Identified::from_estimate(&estimate) {
+                    assert!(
+                        identified.model.plane.is_finite()
+                            && identified.plane_deviation.is_finite()
+                    );
                 }
             }
         }

@@ -36,18 +36,23 @@ impl Trust {
     /// Why not.
     pub fn believed(
         &self,
-        found: &Identified,
+        identified: &Identified,
         schedule: &Schedule,
         speed: f64,
     ) -> Result<PitchModel, Distrust> {
         let expected = schedule.law.at(schedule.scheduled(speed));
-        let Identified { model, .. } = found;
+        let Identified { model, .. } = identified;
         for (name, value, deviation, expected) in [
-            ("K/J", model.plane, found.plane_deviation, expected.plane),
+            (
+                "K/J",
+                model.plane,
+                identified.plane_deviation,
+                expected.plane,
+            ),
             (
                 "B/J",
                 model.damping,
-                found.damping_deviation,
+                identified.damping_deviation,
                 expected.damping,
             ),
         ] {

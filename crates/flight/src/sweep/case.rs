@@ -6,7 +6,7 @@ use planesman_linear::{Complex, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::compose::{Answers, Loop, Step};
-use crate::flight::{held, step_meter};
+use crate::flight::{depth_held, step_meter};
 use crate::model_summary::identified;
 use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
@@ -75,7 +75,7 @@ impl Metrics {
                 models,
                 ..
             } = answers;
-            since = held(since, &control, depths.len());
+            since = depth_held(since, &control, depths.len());
             depths.push(state.depth);
             for angle in &actuator.motion().dive_planes {
                 metrics.travel += (angle - stood).abs();
@@ -99,7 +99,7 @@ impl Metrics {
     /// The numbers of [`COLUMNS`], then real and imaginary part of so many poles, 1/s, slowest first.
     pub(super) fn numbers(&self, poles: usize) -> Vec<Option<f64>> {
         let response = |of: fn(&StepMetrics) -> Option<f64>| self.response.as_ref().and_then(of);
-        let found = self.model.as_ref().map(identified);
+        let summary = self.model.as_ref().map(identified);
         let model = |of: fn(&ModelEstimate) -> f64| self.model.as_ref().map(of);
         let mut numbers = vec![
             self.setpoint,
@@ -114,11 +114,11 @@ impl Metrics {
             Some(self.work),
             model(|it| it.samples as f64),
             model(|it| it.fit),
-            found.as_ref().and_then(|it| it.steady_state_gain),
-            found.as_ref().map(|it| it.first_markov_parameter),
+            summary.as_ref().and_then(|it| it.steady_state_gain),
+            summary.as_ref().map(|it| it.first_markov_parameter),
         ];
         for place in 0..poles {
-            let pole = found.as_ref().and_then(|it| it.poles.get(place));
+            let pole = summary.as_ref().and_then(|it| it.poles.get(place));
             numbers.extend([
                 pole.map(|pole: &Complex<f64>| pole.re),
                 pole.map(|pole: &Complex<f64>| pole.im),

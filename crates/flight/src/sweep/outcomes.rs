@@ -64,7 +64,7 @@ impl Outcomes {
     /// # Errors
     /// A file that cannot be read.
     pub fn read(folder: &Path, parts: Option<u64>, space: &Space) -> Result<Self> {
-        let mut found = Self::default();
+        let mut outcomes = Self::default();
         for file in files(folder, parts)? {
             let mut rows = csv::Reader::from_path(&file)?;
             for row in rows.records() {
@@ -75,17 +75,17 @@ impl Outcomes {
                 let case: u64 = case.parse().map_err(|_| {
                     refused!("'{}': no case has the number '{case}'", file.display())
                 })?;
-                let combination = found
+                let combination = outcomes
                     .combinations
                     .entry(case / u64::from(space.seeds))
                     .or_default();
-                found.cases += 1;
+                outcomes.cases += 1;
                 combination.cases += 1;
                 if row
                     .get(row.len() - 1)
                     .is_some_and(|error| !error.is_empty())
                 {
-                    found.failed += 1;
+                    outcomes.failed += 1;
                     continue;
                 }
                 let settling = metric(SETTLING);
@@ -94,7 +94,7 @@ impl Outcomes {
                 combination.travel.take(metric(TRAVEL));
             }
         }
-        Ok(found)
+        Ok(outcomes)
     }
 }
 

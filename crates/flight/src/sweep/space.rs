@@ -69,8 +69,8 @@ impl Axis {
                 (shares.into_iter().map(at).collect(), true)
             }
             (None, [from, to, step]) if is_number => {
-                let found = steps(number(from)?, number(to)?, number(step)?)?;
-                (found.into_iter().map(typed).collect(), false)
+                let numbers = steps(number(from)?, number(to)?, number(step)?)?;
+                (numbers.into_iter().map(typed).collect(), false)
             }
             _ => {
                 let items = items(values).into_iter().map(|it| parameter.value(it));

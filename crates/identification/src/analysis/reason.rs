@@ -10,6 +10,8 @@ use crate::validation::residuals::Correlation;
 pub enum Reason {
     /// Samples of the validation data, the simulated fit on them, the fit of predictions.
     Validated(usize, Option<f64>, Option<f64>),
+    /// What reading the data has found that bears on the model, in words.
+    Data(String),
     /// The record may not determine the model.
     Doubt(Doubt),
     /// Segments used, of so many, with the share of the samples.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use planesman_linear::digits::with_interval;
+
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
 use super::verdict::Verdict;
@@ -60,6 +62,10 @@ impl Verdict {
                 "usable with care: it does not hold all along the record",
                 "fit segments apart: --window FROM..TO, once for each",
             ),
+            Self::TimeDoubtful => (
+                "usable with care: the times are in doubt",
+                "name their unit or column: --time-unit, --time; of a bag the clock: --stamp log",
+            ),
             Self::Early => (
                 "usable with care: the output seems to come before its input",
                 "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
@@ -105,6 +111,7 @@ impl fmt::Display for Reason {
                     percent(predicted)
                 )
             }
+            Self::Data(told) => f.write_str(told),
             Self::Doubt(doubt) => doubt.fmt(f),
             Self::SegmentsLeftOut(used, all, share) => write!(
                 f,
@@ -150,7 +157,7 @@ impl fmt::Display for Reason {
                 apart,
             } => {
                 let size = |(size, deviation): &(f64, f64)| {
-                    format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation)
+                    with_interval(*size, SIGMAS_95 * deviation)
                 };
                 let (staged, direct) = (size(staged), size(direct));
                 write!(
@@ -215,9 +222,8 @@ impl fmt::Display for Reason {
             }
             Self::GainUndetermined(gain) => write!(
                 f,
-                "the steady-state gain, {:.4} ± {:.4}, is not significantly different from 0",
-                gain.value.re,
-                SIGMAS_95 * gain.real_deviation()
+                "the steady-state gain, {}, is not significantly different from 0",
+                with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
             ),
             Self::Early(samples) => write!(
                 f,

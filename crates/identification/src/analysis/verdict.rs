@@ -75,6 +75,8 @@ pub enum Verdict {
     Unusable,
     /// It does not hold all along the record.
     Unsteady,
+    /// The times of the data are in doubt.
+    TimeDoubtful,
     /// The output seems to come before its input.
     Early,
     /// Its steady-state gain is not determined.

@@ -371,8 +371,8 @@ mod tests {
     #[test]
     fn without_errors_the_drivers_read_the_truth_and_the_wires_the_calibrations() {
         let readings = once(&Sensors::default(), &DIVING);
-        for (found, expected) in readings.angular_velocity.iter().zip([0.02, 0.1, -0.03]) {
-            assert!((found - expected).abs() < 1e-15);
+        for (rate, expected) in readings.angular_velocity.iter().zip([0.02, 0.1, -0.03]) {
+            assert!((rate - expected).abs() < 1e-15);
         }
         assert_eq!(readings.specific_force, DIVING.specific_force);
         let port_depth = 0.3 + 0.5 * INCH * 0.02_f64.sin();

@@ -1,4 +1,4 @@
-//! Message types by name: those that are compiled in, else those of the ROS installation.
+//! Message types by name: those that are compiled in, those of the ROS installation, else ROS' own.
 //!
 //! An installation lists its packages in the ament index: each prefix in `AMENT_PREFIX_PATH` holds
 //! `share/PACKAGE/msg/TYPE.msg` (REP 122). The type hash, by which DDS peers know each other's types, is computed
@@ -8,9 +8,10 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use planesman_decode::{Types, schema};
 use planesman_rosidl::definition::Kind;
 use planesman_rosidl::{Library, TypeName, parse_message};
+
+use crate::{Types, schema, standard};
 
 /// The longest definition file taken, bytes, and the most files of one type.
 const LONGEST: u64 = 1 << 20;
@@ -76,6 +77,29 @@ pub fn find(type_name: &str) -> Result<MessageType, TypeError> {
             hash: info.type_hash.to_owned(),
         });
     }
+    let known = |types: Types| MessageType {
+        hash: types.hash(),
+        types,
+    };
+    installed(type_name).or_else(|error| {
+        let standard = standard::versions(type_name).into_iter().next();
+        standard.map(known).ok_or(error)
+    })
+}
+
+/// What a message of that name may be, where a bag does not say: the types compiled in, installed, and of ROS' distributions.
+#[must_use]
+pub fn versions(type_name: &str) -> Vec<Types> {
+    let compiled = planesman_msgs::type_info(type_name);
+    let compiled =
+        compiled.and_then(|it| schema::read(it.type_name, "ros2msg", it.definition).ok());
+    let installed = installed(type_name).map(|it| it.types);
+    let all = compiled.into_iter().chain(installed);
+    all.chain(standard::versions(type_name)).collect()
+}
+
+/// The type as it is in the ament index.
+fn installed(type_name: &str) -> Result<MessageType, TypeError> {
     let index = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let prefixes: Vec<PathBuf> = std::env::split_paths(&index)
         .filter(|prefix| !prefix.as_os_str().is_empty())
@@ -140,7 +164,7 @@ mod tests {
     use super::*;
 
     /// The project's own definitions, laid out as an installation.
-    fn installed(folder: &Path) {
+    fn lay_out(folder: &Path) {
         let standard = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../msgs/standard");
         for package in [
             "sensor_msgs",
@@ -160,7 +184,7 @@ mod tests {
     #[test]
     fn a_type_read_from_the_index_is_the_one_compiled_in() {
         let folder = tempfile::tempdir().unwrap();
-        installed(folder.path());
+        lay_out(folder.path());
         let prefixes = [PathBuf::from("/nowhere"), folder.path().to_owned()];
         for name in ["sensor_msgs/msg/Imu", "std_msgs/msg/Float64"] {
             assert_eq!(

@@ -1,0 +1,91 @@
+//! The type of a topic's messages: by the definition that the bag holds, else by those that are known.
+
+use planesman_bag::{BagReader, Order, Topic};
+use planesman_decode::{Decoder, Types, message_types, schema};
+
+use crate::error::{Result, SourceError};
+
+/// The types a topic's schema defines. Where the bag holds none, those that are built in, or installed below `AMENT_PREFIX_PATH`, of which the
+/// topic's first message is to its end.
+///
+/// # Errors
+/// A line naming the topic, when its messages are not CDR, its schema cannot be read, or its type is not known.
+pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
+    let (name, kind) = (&topic.name, &topic.kind);
+    let refuse = |reason: String| Err(SourceError::Data(format!("{name}: {reason}")));
+    if kind.message_encoding != "cdr" {
+        return refuse(format!(
+            "messages are encoded as '{}'; cdr is read; {}",
+            kind.message_encoding.escape_default(),
+            remedy(&kind.message_encoding)
+        ));
+    }
+    let is_written = ["ros2msg", "ros2idl"].contains(&kind.definition_encoding.as_str());
+    let read = schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition);
+    if is_written && !kind.definition.trim().is_empty() {
+        return read.or_else(|reason| refuse(brief(reason.to_string())));
+    }
+    if kind.type_name.is_empty() {
+        return refuse(
+            "the file names no type for this topic and holds no definition, so its bytes cannot be read; record it anew, or write the \
+             channel's schema with the 'mcap' library"
+                .to_owned(),
+        );
+    }
+    let mut known = message_types::versions(&kind.type_name);
+    // A message may have no field.
+    let (empty, reason) = match read {
+        Ok(types) => (Some(types), String::new()),
+        Err(reason) => (None, reason.to_string()),
+    };
+    let first = bag.messages_of(|it| it == topic, Order::File).next();
+    let payload = first.and_then(std::result::Result::ok).map(|it| it.payload);
+    let are_there = !known.is_empty();
+    known.extend(empty.filter(|_| payload.is_some()));
+    let fits = |types: &Types| {
+        let is_its = kind.type_hash.is_empty() || kind.type_hash == types.hash();
+        is_its && (payload.as_ref()).is_none_or(|payload| Decoder::fits(types, payload))
+    };
+    if let Some(types) = known.into_iter().find(fits) {
+        return Ok(types);
+    }
+    let type_name = &kind.type_name;
+    let none = match (kind.definition_encoding.as_str(), &*kind.definition) {
+        (_, "") | ("ros2msg" | "ros2idl", _) => {
+            format!("the bag does not hold the definition of {type_name}")
+        }
+        _ => format!("{} (of {type_name})", brief(reason)),
+    };
+    refuse(match are_there {
+        true => format!(
+            "{none}, and its messages are not those of the {type_name} that is known here: it is of another version; {RECIPE}"
+        ),
+        false => format!("{none}, which is no standard type; {RECIPE}"),
+    })
+}
+
+/// How one has a definition read that is not in the bag.
+const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this again, or convert the bag \
+                      there with 'ros2 bag convert' to mcap, which adds it";
+
+/// What makes messages of that encoding readable.
+fn remedy(encoding: &str) -> &'static str {
+    match encoding {
+        "ros1" => {
+            "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags) makes a bag of ROS 2 of its .bag file"
+        }
+        _ => {
+            "write the numbers as a table: python -c \"from mcap.reader import make_reader; ...\" with the decoder of PyPI's \
+             mcap-protobuf-support for protobuf, or export a CSV from PlotJuggler or Foxglove"
+        }
+    }
+}
+
+/// A reason that quotes what a file says, which may be long.
+fn brief(reason: String) -> String {
+    const LONGEST: usize = 300;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &reason[..end]),
+        None => reason,
+    }
+}

@@ -1,0 +1,355 @@
+//! One time that goes on, from the stamps of clocks that wrap, are set back or begin anew.
+//!
+//! A stamp behind the newest of its signal is a straggler, or the clock went back. Stragglers fill holes that they left; samples
+//! of a clock that went back follow each other where samples have been already. So a few are kept until that is clear.
+//!
+//! - **A wrap** is known by its period ([`COUNTERS`], [`CALENDAR`]): the stamps before it end there, those behind it begin at 0. The time goes on.
+//! - **Else** nobody knows how long the time between was: the stamps go on a little later, and a new segment begins.
+//!
+//! All signals of a record have one clock. Where the first has gone back, the others are expected to.
+
+use std::collections::VecDeque;
+
+use crate::resample::ORDER;
+
+/// Stamps kept of each signal, to know where samples have been.
+const RECENT: usize = 256;
+
+/// Samples in a row behind the newest after which the clock has gone back.
+const BEHIND: usize = 8;
+
+/// Of a clock that is set back by less, the samples until it is where it was.
+const BEHIND_BRIEFLY: usize = 3;
+
+/// A hole is an interval of so many medians.
+const HOLE: f64 = 1.6;
+
+/// So many median intervals before and behind a wrap are none but its own.
+const AT_WRAP: f64 = 4.0;
+
+/// The time between two segments of which nobody knows it: at least so many ns, and so many intervals.
+const PAUSE: f64 = 1e9;
+const SHORTEST_PAUSE: f64 = 10.0;
+
+const SECOND: i64 = 1_000_000_000;
+
+/// Periods of counters that wrap, ns, with their names. A counter may be signed.
+const COUNTERS: [(i64, &str); 5] = [
+    ((1 << 32) * 1000, "2^32 us"),
+    ((1 << 31) * 1000, "2^31 us"),
+    ((1 << 32) * 1_000_000, "2^32 ms"),
+    ((1 << 16) * 1_000_000, "2^16 ms"),
+    (1 << 32, "2^32 ns"),
+];
+
+/// Periods of the calendar likewise. A run may last as long: it is a wrap where the record did not begin at 0.
+const CALENDAR: [(i64, &str); 5] = [
+    (604_800 * SECOND, "a week"),
+    (86_400 * SECOND, "a day"),
+    (43_200 * SECOND, "12 hours"),
+    (3600 * SECOND, "an hour"),
+    (60 * SECOND, "a minute"),
+];
+
+/// Returns that are told one by one.
+const TOLD: usize = 3;
+
+/// What becomes of a sample's stamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Followed {
+    /// A sample of a signal, on the time that goes on.
+    Sample(usize, i64, Option<f64>),
+    /// Nothing is known of the signal between its last sample and its next.
+    Break(usize),
+}
+
+/// The clock that went back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Return {
+    /// The newest stamp before, and the first behind, ns.
+    from: i64,
+    to: i64,
+    /// What is added to the stamps from there, ns.
+    offset: i64,
+    /// The name of its period, if it wrapped.
+    wrap: Option<&'static str>,
+    /// The newest stamp since, of any signal.
+    newest: i64,
+}
+
+/// Follows the clock of a record's signals.
+#[derive(Clone, Debug)]
+pub(crate) struct ClockFollower {
+    signals: Vec<Stamps>,
+    returns: Vec<Return>,
+    /// The newest stamp of any signal on the time that goes on.
+    newest: Option<i64>,
+}
+
+/// The stamps of one signal.
+#[derive(Clone, Debug, Default)]
+struct Stamps {
+    /// How often its clock has gone back.
+    returns: usize,
+    /// The first since then.
+    first: Option<i64>,
+    /// The latest on its own clock, in order, with their values.
+    recent: VecDeque<(i64, f64)>,
+    /// Behind the newest, in the order in which they came.
+    behind: Vec<(i64, f64)>,
+}
+
+impl Stamps {
+    fn newest(&self) -> Option<i64> {
+        self.recent.back().map(|it| it.0)
+    }
+
+    /// The median of the latest intervals, ns.
+    fn interval(&self) -> f64 {
+        let stamps = self.recent.iter().map(|it| it.0);
+        let later = stamps.clone().skip(1);
+        let intervals = later.zip(stamps).map(|(b, a)| b.saturating_sub(a));
+        let mut intervals: Vec<i64> = intervals.filter(|it| *it > 0).collect();
+        if intervals.is_empty() {
+            return 0.0;
+        }
+        let middle = intervals.len() / 2;
+        *intervals.select_nth_unstable(middle).1 as f64
+    }
+
+    fn keep(&mut self, stamp: i64, value: f64) {
+        self.first.get_or_insert(stamp);
+        if self.recent.len() == RECENT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back((stamp, value));
+    }
+
+    /// Whether samples have been about that stamp already: it fills no hole.
+    fn is_covered(&self, stamp: i64, interval: f64) -> bool {
+        let place = self.recent.partition_point(|it| it.0 <= stamp);
+        match (place.checked_sub(1), self.recent.get(place)) {
+            (Some(before), Some((after, _))) => {
+                let hole = after.saturating_sub(self.recent[before].0);
+                hole as f64 <= HOLE * interval
+            }
+            // Before all that are known, it may still be a straggler.
+            (None, Some((after, _))) => {
+                self.recent.len() == RECENT
+                    || after.saturating_sub(stamp) as f64 > ORDER as f64 * interval
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether what is behind says that the clock has gone back; `next` is the sample in front, if one has come.
+    fn has_gone_back(&self, next: Option<i64>) -> bool {
+        let interval = self.interval();
+        let rises = self.behind.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        let is_covered = |it: &&(i64, f64)| self.is_covered(it.0, interval);
+        let covered = self.behind.iter().filter(is_covered).count();
+        // A value that does not change says nothing.
+        let changes = self.behind.windows(2).any(|pair| pair[0].1 != pair[1].1);
+        let is_repeated = changes && (self.behind.iter()).all(|it| self.recent.contains(it));
+        if !rises || is_repeated {
+            return false;
+        }
+        match (next, self.behind.last()) {
+            _ if self.behind.len() >= BEHIND => covered + 1 >= self.behind.len(),
+            (Some(next), Some((last, _))) => {
+                self.behind.len() >= BEHIND_BRIEFLY
+                    && covered == self.behind.len()
+                    && next.saturating_sub(*last) as f64 <= HOLE * interval
+            }
+            _ => self.behind.len() >= BEHIND_BRIEFLY && covered == self.behind.len(),
+        }
+    }
+}
+
+impl ClockFollower {
+    pub(crate) fn new(signals: usize) -> Self {
+        Self {
+            signals: vec![Stamps::default(); signals],
+            returns: Vec::new(),
+            newest: None,
+        }
+    }
+
+    /// Takes a sample, and gives out what is clear.
+    pub(crate) fn take(
+        &mut self,
+        signal: usize,
+        stamp: i64,
+        value: Option<f64>,
+        give: &mut dyn FnMut(Followed),
+    ) {
+        let number = value.filter(|it| it.is_finite() && signal < self.signals.len());
+        let Some(value) = number else {
+            return give(Followed::Sample(signal, stamp, value));
+        };
+        if self.is_of_next(signal, stamp) {
+            self.go_back(signal, stamp, give);
+            return self.pass(signal, stamp, value, give);
+        }
+        let stamps = &mut self.signals[signal];
+        match stamps.newest() {
+            Some(newest) if stamp < newest => {
+                stamps.behind.push((stamp, value));
+                if stamps.behind.len() >= BEHIND {
+                    self.settle(signal, None, give);
+                }
+            }
+            _ => {
+                if !stamps.behind.is_empty() {
+                    self.settle(signal, Some(stamp), give);
+                }
+                self.pass(signal, stamp, value, give);
+            }
+        }
+    }
+
+    /// Gives out what is left.
+    pub(crate) fn finish(&mut self, give: &mut dyn FnMut(Followed)) {
+        for signal in 0..self.signals.len() {
+            self.settle(signal, None, give);
+        }
+    }
+
+    /// What has become of the clock, for people.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let seconds = |stamp: i64| stamp as f64 * 1e-9;
+        let told = self.returns.iter().take(TOLD).map(|it| match it.wrap {
+            Some(period) => format!(
+                "the clock wraps at {:.3} s ({period}): its time goes on",
+                seconds(it.from)
+            ),
+            None => format!(
+                "the clock goes back from {:.3} to {:.3} s: what follows is a segment of its own",
+                seconds(it.from),
+                seconds(it.to)
+            ),
+        });
+        let mut notes: Vec<String> = told.collect();
+        let more = self.returns.len().saturating_sub(TOLD);
+        if more > 0 {
+            notes.push(format!("the clock goes back {more} more times"));
+        }
+        notes
+    }
+
+    /// Whether a sample is of the clock that has gone back for another signal already.
+    fn is_of_next(&self, signal: usize, stamp: i64) -> bool {
+        let stamps = &self.signals[signal];
+        let Some(next) = self.returns.get(stamps.returns) else {
+            return false;
+        };
+        let distance = |other: i64| stamp.saturating_sub(other).saturating_abs();
+        stamps.newest().is_some_and(|newest| stamp < newest)
+            || distance(next.newest) < distance(next.from)
+    }
+
+    /// Decides what the samples behind the newest are.
+    fn settle(&mut self, signal: usize, next: Option<i64>, give: &mut dyn FnMut(Followed)) {
+        let stamps = &mut self.signals[signal];
+        if let Some((first, _)) = stamps.behind.first()
+            && stamps.has_gone_back(next)
+        {
+            let first = *first;
+            return self.go_back(signal, first, give);
+        }
+        let offset = self.offset(signal);
+        for (stamp, value) in std::mem::take(&mut self.signals[signal].behind) {
+            let stamp = stamp.saturating_add(offset);
+            give(Followed::Sample(signal, stamp, Some(value)));
+        }
+    }
+
+    /// The clock of the signal has gone back, and what is behind is of its new time.
+    fn go_back(&mut self, signal: usize, first: i64, give: &mut dyn FnMut(Followed)) {
+        let stamps = &self.signals[signal];
+        let newest = stamps.newest().unwrap_or(first);
+        let first = stamps.behind.first().map_or(first, |it| it.0);
+        if stamps.returns == self.returns.len() {
+            let told = self.returned(signal, newest, first);
+            self.returns.push(told);
+        }
+        let behind = {
+            let stamps = &mut self.signals[signal];
+            stamps.returns += 1;
+            stamps.recent.clear();
+            stamps.first = None;
+            std::mem::take(&mut stamps.behind)
+        };
+        let goes_on = self.returns[self.signals[signal].returns - 1]
+            .wrap
+            .is_some();
+        if !goes_on {
+            give(Followed::Break(signal));
+        }
+        for (stamp, value) in behind {
+            self.pass(signal, stamp, value, give);
+        }
+    }
+
+    fn returned(&self, signal: usize, from: i64, to: i64) -> Return {
+        let interval = self.signals[signal].interval();
+        let before = self.offset(signal);
+        let near = |stamp: i64, edge: i64| {
+            (stamp.saturating_sub(edge)).unsigned_abs() as f64 <= AT_WRAP * interval
+        };
+        let wraps = |period: i64| {
+            [0, -period / 2]
+                .into_iter()
+                .any(|start| near(to, start) && near(from, start + period))
+        };
+        let began_at_zero = self.signals[signal]
+            .first
+            .is_some_and(|first| near(first, 0));
+        let calendar = CALENDAR.into_iter().filter(|_| !began_at_zero);
+        let mut periods = COUNTERS.into_iter().chain(calendar);
+        let wrap = periods.find(|(period, _)| wraps(*period));
+        let offset = match wrap {
+            Some((period, _)) => before.saturating_add(period),
+            None => {
+                // Whole intervals, so that a grid through the samples before goes through those behind.
+                let ours = from.saturating_add(before);
+                let ahead = self.newest.unwrap_or(ours).saturating_sub(ours) as f64;
+                let interval = interval.max(1.0);
+                let intervals = ((ahead.max(0.0) + PAUSE) / interval)
+                    .ceil()
+                    .max(SHORTEST_PAUSE);
+                let goes_on = ours.saturating_add((intervals * interval) as i64);
+                goes_on.saturating_sub(to)
+            }
+        };
+        Return {
+            from,
+            to,
+            offset,
+            wrap: wrap.map(|it| it.1),
+            newest: to,
+        }
+    }
+
+    fn offset(&self, signal: usize) -> i64 {
+        let returns = self.signals[signal].returns;
+        returns
+            .checked_sub(1)
+            .map_or(0, |it| self.returns[it].offset)
+    }
+
+    /// A sample in front.
+    fn pass(&mut self, signal: usize, stamp: i64, value: f64, give: &mut dyn FnMut(Followed)) {
+        let returns = self.signals[signal].returns;
+        if let Some(last) = returns
+            .checked_sub(1)
+            .and_then(|it| self.returns.get_mut(it))
+        {
+            last.newest = last.newest.max(stamp);
+        }
+        let on = stamp.saturating_add(self.offset(signal));
+        self.newest = self.newest.max(Some(on));
+        self.signals[signal].keep(stamp, value);
+        give(Followed::Sample(signal, on, Some(value)));
+    }
+}

@@ -1,0 +1,153 @@
+//! Whether a signal is of one thing: which frame, joint or motor its numbers are of, from message to message.
+
+use std::collections::BTreeMap;
+
+use planesman_decode::{Decoder, FieldPath, Values};
+
+use crate::error::{Result, SourceError};
+use crate::signal::Signal;
+
+/// Names that are kept, and that are listed.
+const MOST_NAMES: usize = 1000;
+const LISTED: usize = 6;
+
+/// So many changes of a name, or one in so many messages, may be a frame that was renamed; more are two publishers, or two elements that
+/// change places.
+const RENAMED: u64 = 2;
+const SELDOM: u64 = 1000;
+
+/// Where numbers tell things apart, or lists have no names, every so many messages at least must change for that to be another thing, and
+/// there are no more things than that: a number that counts up is none.
+const EVERY: u64 = 10;
+const MOST_NUMBERS: usize = 32;
+
+/// The things that a signal's numbers were of.
+#[derive(Clone, Debug, Default)]
+pub struct Identity {
+    messages: u64,
+    /// From the message inwards.
+    levels: Vec<Level>,
+}
+
+/// A message or an element on the way to the number.
+#[derive(Clone, Debug, Default)]
+struct Level {
+    /// The steps of the path that lead there.
+    steps: usize,
+    last: String,
+    changes: u64,
+    /// Messages of each name, but for those of the last since it came.
+    names: BTreeMap<String, u64>,
+    since: u64,
+}
+
+impl Identity {
+    /// Whether there was a number at all.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.messages > 0
+    }
+
+    /// Takes what number `index` of a message is of.
+    pub fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
+        self.messages += 1;
+        for (place, (steps, name)) in decoder.identity(index, values).enumerate() {
+            let Some(level) = self.levels.get_mut(place) else {
+                self.levels.push(Level {
+                    steps,
+                    last: name.to_owned(),
+                    changes: 0,
+                    names: BTreeMap::from([(name.to_owned(), 0)]),
+                    since: 1,
+                });
+                continue;
+            };
+            if level.last == name {
+                level.since += 1;
+                continue;
+            }
+            if let Some(count) = level.names.get_mut(&level.last) {
+                *count += level.since;
+            }
+            level.changes += 1;
+            level.since = 1;
+            name.clone_into(&mut level.last);
+            if level.names.len() < MOST_NAMES && !level.names.contains_key(name) {
+                level.names.insert(name.to_owned(), 0);
+            }
+        }
+    }
+
+    /// A note on a name that changed, where that may be right.
+    ///
+    /// # Errors
+    /// When the numbers are now of one thing, now of another, with the signals to choose from.
+    pub fn judge(&self, signal: &Signal) -> Result<Option<String>> {
+        let often = |count: u64| count > RENAMED && count.saturating_mul(SELDOM) > self.messages;
+        for level in self.levels.iter().filter(|it| it.changes > 0) {
+            // A name that is met once is a message's number, or damage.
+            let count = |name: &str, before: u64| match name == level.last {
+                true => before + level.since,
+                false => before,
+            };
+            let known = level.names.iter();
+            let known = known.filter(|(name, before)| often(count(name, **before)));
+            let names: Vec<&str> = known.map(|(name, _)| name.as_str()).collect();
+            let all = |sign: char| names.iter().all(|name| name.contains(sign));
+            let most = match (all('='), all(' ')) {
+                (true, _) => MOST_NUMBERS,
+                (_, true) => 2,
+                _ => MOST_NAMES,
+            };
+            let are_numbers = all('=') || all(' ');
+            let is_seldom = are_numbers && level.changes.saturating_mul(EVERY) <= self.messages;
+            if names.len() < 2 || level.names.len() > most || is_seldom {
+                continue;
+            }
+            if !often(level.changes) {
+                return Ok(Some(format!(
+                    "{signal}: its name changed within the data; it is of '{}'",
+                    names.join("' and of '")
+                )));
+            }
+            return Err(SourceError::Request(level.refusal(signal, &names)));
+        }
+        Ok(None)
+    }
+}
+
+impl Level {
+    fn refusal(&self, signal: &Signal, names: &[&str]) -> String {
+        let path = signal.path();
+        let what = match self.steps {
+            0 => "the messages are".to_owned(),
+            steps => format!("{} is", path.first(steps)),
+        };
+        let more = names.len().saturating_sub(LISTED);
+        let few = &names[..names.len() - more];
+        let mut turns = few.join(", now of ");
+        if more > 0 {
+            turns += &format!(" and {more} more");
+        }
+        let changes = self.changes;
+        if names.iter().all(|it| it.contains(' ')) {
+            return format!(
+                "{signal}: the list has now {}, with {changes} changes, and no names: two publishers share {}, or its numbers change their \
+                 meaning; give each publisher a topic of its own ('ros2 run topic_tools relay', or a remap), as no message tells which is which",
+                few.join(", now "),
+                signal.topic()
+            );
+        }
+        let chosen = few.iter().filter(|it| !it.is_empty()).map(|name| {
+            let last = |name: &str| name.rsplit("->").next().map(str::to_owned);
+            let is_alone = names.iter().filter(|it| last(it) == last(name)).count() == 1;
+            let short = last(name).filter(|_| is_alone);
+            let path: FieldPath = path.choosing(self.steps, short.as_deref().unwrap_or(name));
+            format!("'{}:{path}'", signal.topic())
+        });
+        format!(
+            "{signal}: {what} now of {turns}, with {changes} changes, so that the signal is of several things; name one: {}",
+            chosen.collect::<Vec<_>>().join(" or ")
+        )
+    }
+}

@@ -1,0 +1,66 @@
+//! The samples of a slow sensor in a fast log, where each is repeated until the next.
+
+/// New values from which the sensor's rate is found.
+const FEWEST: usize = 10;
+
+/// The share of new values that come so many rows behind the one before, one row more or less.
+const MOST: f64 = 0.85;
+
+/// The share of new values that are like no other: a switch has few.
+const DISTINCT: f64 = 0.5;
+
+/// How many rows a value stands for, if each is repeated as often: at least 2.
+pub(crate) fn rows_per_sample(values: &[f64]) -> Option<usize> {
+    let mut changes = vec![];
+    for (row, pair) in values.windows(2).enumerate() {
+        if pair[0] != pair[1] {
+            changes.push(row + 1);
+        }
+    }
+    let mut runs: Vec<usize> = changes.windows(2).map(|it| it[1] - it[0]).collect();
+    if runs.len() < FEWEST {
+        return None;
+    }
+    let middle = runs.len() / 2;
+    let rows = *runs.select_nth_unstable(middle).1;
+    let usual = runs
+        .iter()
+        .filter(|it| it.abs_diff(rows) <= usize::from(rows > 2));
+    if rows < 2 || (usual.count() as f64) < MOST * runs.len() as f64 {
+        return None;
+    }
+    let mut levels: Vec<f64> = changes.iter().map(|row| values[*row]).collect();
+    levels.sort_unstable_by(f64::total_cmp);
+    levels.dedup();
+    (levels.len() as f64 >= DISTINCT * changes.len() as f64).then_some(rows)
+}
+
+/// Leaves repeats out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Repeats {
+    /// Rows that a value stands for.
+    pub(crate) rows: usize,
+    last: Option<f64>,
+    /// Rows since then.
+    since: usize,
+}
+
+impl Repeats {
+    pub(crate) fn new(rows: usize) -> Self {
+        Self {
+            rows,
+            last: None,
+            since: 0,
+        }
+    }
+
+    /// Whether the row repeats the sample before. A sensor may measure the same value again.
+    pub(crate) fn is_one(&mut self, value: f64) -> bool {
+        self.since += 1;
+        if self.last == Some(value) && self.since < self.rows + usize::from(self.rows > 2) {
+            return true;
+        }
+        (self.last, self.since) = (Some(value), 0);
+        false
+    }
+}

@@ -1,0 +1,78 @@
+//! What happens to the samples of one signal before they go onto a grid.
+
+use crate::channel::Change;
+use crate::repeats::{Repeats, rows_per_sample};
+use crate::spread::{Bursts, Spreader, mean_interval};
+use crate::unwrap::{Unwrap, Unwrapper};
+
+/// A mean interval of so many medians says that the median is not what samples stand for.
+const UNEVEN: f64 = 1.5;
+
+/// The changes of one signal.
+#[derive(Clone, Debug)]
+pub(crate) struct Sieve {
+    /// From sample to sample, ns; 0 where fewer than two are known.
+    pub(crate) interval: f64,
+    bursts: Option<Bursts>,
+    pub(crate) spreader: Option<Spreader>,
+    pub(crate) repeats: Option<Repeats>,
+    pub(crate) unwrapper: Unwrapper,
+}
+
+impl Sieve {
+    /// Finds what the first samples need; they are put in the order of their stamps. Repeats of an output are left out.
+    pub(crate) fn find(samples: &mut [(i64, f64)], is_output: bool, unwrap: Unwrap) -> Self {
+        samples.sort_by_key(|it| it.0);
+        let stamps: Vec<i64> = samples.iter().map(|it| it.0).collect();
+        let bursts = Bursts::find(&stamps);
+        let mut interval = match bursts {
+            Some(bursts) => bursts.interval,
+            None => interval(&stamps),
+        };
+        let values: Vec<f64> = samples.iter().map(|it| it.1).collect();
+        let repeats = rows_per_sample(&values)
+            .filter(|_| is_output)
+            .map(Repeats::new);
+        if let Some(repeats) = &repeats {
+            interval *= repeats.rows as f64;
+        }
+        Self {
+            interval,
+            bursts,
+            spreader: bursts.map(Spreader::new),
+            repeats,
+            unwrapper: Unwrapper::new(unwrap, &values),
+        }
+    }
+
+    /// What was done to the samples.
+    pub(crate) fn changes(&self) -> Vec<Change> {
+        let spread = self.bursts.map(|it| Change::Spread {
+            samples: it.samples(),
+            period: it.period * 1e-9,
+            share_a_stamp: it.share_a_stamp,
+        });
+        let repeats = self
+            .repeats
+            .map(|it| Change::RepeatsLeftOut { rows: it.rows });
+        let unwrapped = self.unwrapper.period.map(|period| Change::Unwrapped {
+            period,
+            wraps: self.unwrapper.wraps,
+        });
+        [spread, repeats, unwrapped].into_iter().flatten().collect()
+    }
+}
+
+/// The median interval of sorted stamps, or the mean without gaps where that is far longer, ns; repeated stamps count for nothing.
+fn interval(stamps: &[i64]) -> f64 {
+    let mut stamps = stamps.to_vec();
+    stamps.dedup();
+    let mut intervals: Vec<i64> = stamps.windows(2).map(|it| it[1] - it[0]).collect();
+    if intervals.is_empty() {
+        return 0.0;
+    }
+    let middle = intervals.len() / 2;
+    let median = *intervals.select_nth_unstable(middle).1 as f64;
+    let mean = mean_interval(&stamps);
+    if mean > UNEVEN * median { mean } else { median }
+}

@@ -1,0 +1,151 @@
+//! Samples that share a stamp, or come in bursts, spread over the time that they stand for.
+//!
+//! A clock of whole seconds stamps all samples of a second alike: they belong behind their stamp. A recorder that is woken now and
+//! then receives several at once: they belong before their stamp. Of either, the number per burst and the time between bursts give
+//! the interval; stamps from one sample to the next do not.
+
+/// Stamps nearer than this, in mean intervals, are of one burst.
+const TOGETHER: f64 = 0.2;
+
+/// The share of samples that come together with others, in data that comes in bursts.
+const MOST: f64 = 0.6;
+
+/// Bursts from which the interval is found.
+const FEWEST: usize = 4;
+
+/// A time of so many usual ones between two bursts is a gap.
+const GAP: f64 = 3.0;
+
+/// How samples come in bursts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bursts {
+    /// From sample to sample, ns.
+    pub(crate) interval: f64,
+    /// From burst to burst, ns.
+    pub(crate) period: f64,
+    /// Samples of a burst have one stamp: that of its beginning.
+    pub(crate) share_a_stamp: bool,
+    /// From the first burst's stamp to the first sample, ns.
+    first: f64,
+}
+
+/// The mean interval of sorted stamps without gaps, ns; 0 for none.
+pub(crate) fn mean_interval(stamps: &[i64]) -> f64 {
+    let intervals = || stamps.windows(2).map(|pair| (pair[1] - pair[0]) as f64);
+    let mean = |longest: f64| {
+        let (sum, count) = intervals()
+            .filter(|it| *it <= longest)
+            .fold((0.0, 0_usize), |(sum, count), it| (sum + it, count + 1));
+        if count == 0 { 0.0 } else { sum / count as f64 }
+    };
+    // Bursts' own pauses are no gaps: the median of what is at least the mean tells of them.
+    let mut long: Vec<f64> = intervals()
+        .filter(|it| *it >= mean(f64::INFINITY))
+        .collect();
+    if long.is_empty() {
+        return 0.0;
+    }
+    let middle = long.len() / 2;
+    let usual = *long.select_nth_unstable_by(middle, f64::total_cmp).1;
+    mean(GAP * usual)
+}
+
+impl Bursts {
+    /// The bursts of sorted stamps; `None` where samples come one by one.
+    pub(crate) fn find(stamps: &[i64]) -> Option<Self> {
+        let together = TOGETHER * mean_interval(stamps);
+        let mut bursts: Vec<(i64, usize)> = Vec::new();
+        let mut shared = 0;
+        for (place, stamp) in stamps.iter().enumerate() {
+            let before = place.checked_sub(1).map(|it| stamps[it]);
+            match (before, bursts.last_mut()) {
+                (Some(before), Some((_, count))) if ((stamp - before) as f64) < together => {
+                    *count += 1;
+                    shared += usize::from(*stamp == before);
+                }
+                _ => bursts.push((*stamp, 1)),
+            }
+        }
+        let in_company: usize = bursts.iter().map(|it| it.1).filter(|it| *it > 1).sum();
+        if bursts.len() < FEWEST || (in_company as f64) < MOST * stamps.len() as f64 {
+            return None;
+        }
+        let mut times: Vec<f64> = (bursts.windows(2))
+            .map(|it| (it[1].0 - it[0].0) as f64)
+            .collect();
+        let middle = times.len() / 2;
+        let period = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let share_a_stamp = 2 * shared > stamps.len() - bursts.len();
+        let (mut time, mut samples) = (0.0, 0);
+        // The first second may have begun before the recording, and the last burst may not be all there.
+        let pairs = bursts.len() - 1;
+        for (place, pair) in bursts.windows(2).enumerate() {
+            if (share_a_stamp && place == 0) || (!share_a_stamp && place + 1 == pairs) {
+                continue;
+            }
+            let between = (pair[1].0 - pair[0].0) as f64;
+            if between <= GAP * period {
+                time += between;
+                samples += pair[usize::from(!share_a_stamp)].1;
+            }
+        }
+        if samples == 0 {
+            return None;
+        }
+        let interval = time / samples as f64;
+        // The recording may have begun within the first second, or burst.
+        let count = bursts[0].1 as f64;
+        let first = match share_a_stamp {
+            true => (bursts[1].0 - bursts[0].0) as f64 - count * interval,
+            false => (1.0 - count) * interval,
+        };
+        Some(Self {
+            interval,
+            period,
+            share_a_stamp,
+            first,
+        })
+    }
+
+    /// Samples of a burst, on the mean.
+    pub(crate) fn samples(&self) -> f64 {
+        self.period / self.interval
+    }
+}
+
+/// Samples of one signal, spread as they come: each an interval behind the one before, within what its stamp allows.
+#[derive(Clone, Debug)]
+pub(crate) struct Spreader {
+    bursts: Bursts,
+    /// The last sample's time, ns: a whole stamp, and what is added.
+    last: Option<(i64, f64)>,
+}
+
+impl Spreader {
+    pub(crate) fn new(bursts: Bursts) -> Self {
+        Self { bursts, last: None }
+    }
+
+    /// The time of the next sample.
+    pub(crate) fn next(&mut self, stamp: i64) -> i64 {
+        let Bursts {
+            interval, period, ..
+        } = self.bursts;
+        // Relative to the stamp: those of our time are not exact as 64-bit floating point.
+        let expected = match self.last {
+            Some((last, more)) => last.saturating_sub(stamp) as f64 + more + interval,
+            None => self.bursts.first,
+        };
+        let since = match self.bursts.share_a_stamp {
+            true => expected.min(period - 1.0).max(0.0),
+            false => expected.max(interval - period).min(0.0),
+        };
+        self.last = Some((stamp, since));
+        stamp.saturating_add(since.round() as i64)
+    }
+
+    /// Nothing is known of the time between what has come and what follows.
+    pub(crate) fn begin_anew(&mut self) {
+        self.last = None;
+    }
+}

@@ -1,0 +1,218 @@
+//! The clocks of a bag: whether the stamps of its messages are of use, and what separates them from the recorder's.
+
+use crate::request::Clock;
+
+/// Messages of a topic of which the delay from stamp to reception is looked at.
+const DELAYS: usize = 10_000;
+
+/// A lag between stamp and reception that is reported, s.
+const LAG: f64 = 1e-3;
+
+/// No message takes so long to the recorder, s: its clock is another one.
+const OTHER_CLOCK: f64 = 60.0;
+
+/// A stamp so long after its reception is of another clock, or of a prediction, s.
+const AHEAD: f64 = 0.1;
+
+/// Stamps beyond this are not counted from a start, ns: a hundred days.
+const CALENDAR: i64 = 8_640_000_000_000_000;
+
+/// Messages that tell something of stamps.
+const FEW: u64 = 20;
+
+/// The stamps of a topic, as its messages came.
+#[derive(Clone, Debug)]
+pub struct Stamps {
+    pub(crate) topic: String,
+    messages: u64,
+    last: Option<i64>,
+    /// Stamps that are those of the message before, and those that were never filled.
+    repeats: u64,
+    unfilled: u64,
+    /// The newest, ns.
+    newest: i64,
+    /// How long after its own stamp the recorder received a message, ns.
+    delays: Vec<i64>,
+}
+
+impl Stamps {
+    /// Before the first message of the topic.
+    #[must_use]
+    pub fn of(topic: &str) -> Self {
+        Self {
+            topic: topic.to_owned(),
+            messages: 0,
+            last: None,
+            repeats: 0,
+            unfilled: 0,
+            newest: 0,
+            delays: Vec::new(),
+        }
+    }
+
+    /// The same topic before its first message, which is known to have stamps up to this one.
+    pub(crate) fn anew(&self) -> Self {
+        Self {
+            newest: self.newest,
+            ..Self::of(&self.topic)
+        }
+    }
+
+    /// Takes a message's own stamp, if it has one. Returns whether that stamp is filled. A zero is the beginning of a simulated time, or none:
+    /// behind another, and where stamps are those of a calendar.
+    pub fn take(&mut self, own: Option<i64>, log_time: i64) -> bool {
+        let stamp = own.unwrap_or(log_time);
+        self.messages += 1;
+        self.newest = self.newest.max(stamp);
+        let is_repeat = self.last == Some(stamp);
+        let is_filled = own != Some(0) || !(is_repeat || self.newest > CALENDAR);
+        self.repeats += u64::from(is_repeat);
+        self.last = Some(stamp);
+        self.unfilled += u64::from(!is_filled);
+        if let Some(own) = own
+            && own != 0
+            && self.delays.len() < DELAYS
+        {
+            self.delays.push(log_time.saturating_sub(own));
+        }
+        is_filled
+    }
+
+    pub(crate) fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    /// The median time from a message's stamp to its reception, s; none where its stamps tell no time.
+    fn latency(&mut self) -> Option<f64> {
+        if self.unfit().is_some() {
+            return None;
+        }
+        let middle = self.delays.len().checked_sub(1)? / 2;
+        let (_, median, _) = self.delays.select_nth_unstable(middle);
+        Some(*median as f64 * 1e-9)
+    }
+
+    /// Why its own stamps do not tell when its messages were sent.
+    #[must_use]
+    pub fn unfit(&self) -> Option<String> {
+        let all = |count: u64| self.messages >= FEW && count >= self.messages / 10 * 9;
+        let topic = &self.topic;
+        if all(self.unfilled) {
+            return Some(format!("the headers of {topic} are not filled (stamp 0)"));
+        }
+        all(self.repeats).then(|| {
+            format!(
+                "the stamps of {topic} stand still: {} of {} are that of the message before",
+                self.repeats, self.messages
+            )
+        })
+    }
+
+    /// What is to be said of messages that are there twice, or without a stamp.
+    #[must_use]
+    pub fn note(&self, clock: Clock) -> Option<String> {
+        let (topic, messages) = (&self.topic, self.messages);
+        let half = messages / 2;
+        if messages >= FEW && self.repeats.abs_diff(half) <= messages / 20 {
+            return Some(format!(
+                "{topic}: {} of {messages} messages bear the stamp of the one before: they are recorded twice, or of two publishers",
+                self.repeats
+            ));
+        }
+        (clock == Clock::Header && self.unfilled > 0).then(|| {
+            format!(
+                "{topic}: {} of {messages} messages have no stamp (0) and are left out; --stamp log takes the recorder's",
+                self.unfilled
+            )
+        })
+    }
+}
+
+/// Why the stamps of these topics tell no time.
+pub(crate) fn standing(topics: &[Stamps]) -> Option<String> {
+    topics.iter().find_map(Stamps::unfit)
+}
+
+/// Why the stamps of these topics cannot be put beside each other.
+pub(crate) fn unfit(topics: &mut [Stamps]) -> Option<String> {
+    if let Some(reason) = standing(topics) {
+        return Some(reason);
+    }
+    let latencies = latencies(topics);
+    let (least, most) = range(&latencies)?;
+    let is_ahead = least < -AHEAD && most - least > AHEAD;
+    (most - least > OTHER_CLOCK || is_ahead).then(|| {
+        format!(
+            "the stamps of the headers are of several clocks: they lie before reception by (median) {}",
+            listed(&latencies)
+        )
+    })
+}
+
+/// The median latency of each topic that has some, s.
+pub(crate) fn latencies(topics: &mut [Stamps]) -> Vec<(String, f64)> {
+    let each = topics.iter_mut();
+    each.filter_map(|it| Some((it.topic.clone(), it.latency()?)))
+        .collect()
+}
+
+fn range(latencies: &[(String, f64)]) -> Option<(f64, f64)> {
+    let each = latencies.iter().map(|it| (it.1, it.1));
+    each.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+fn listed(latencies: &[(String, f64)]) -> String {
+    let each = latencies
+        .iter()
+        .map(|(topic, latency)| match latency.abs() > OTHER_CLOCK {
+            true => format!("{topic} {latency:.1} s"),
+            false => format!("{topic} {:.1} ms", latency * 1e3),
+        });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// How much later than their stamps the topics' messages were received, and what that means for a model; nothing where all
+/// are as late as each other, or their clocks cannot be compared.
+pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
+    let (least, most) = range(latencies)?;
+    let spread = most - least;
+    // All by the same other clock, as in a bag of a bag that was played.
+    let is_other = most > OTHER_CLOCK || least < -LAG;
+    let (difference, meaning) = match clock {
+        Clock::Header => (
+            spread,
+            "lie between them; by the stamps of the headers this is no delay of the system",
+        ),
+        Clock::Log if is_other => (
+            spread,
+            "lie between them, and count as delay of the system by the stamps of the recorder",
+        ),
+        Clock::Log => (
+            most,
+            "count as delay of the system by the stamps of the recorder",
+        ),
+    };
+    if difference <= LAG {
+        return None;
+    }
+    let each = listed(latencies);
+    if difference > OTHER_CLOCK || (least < -LAG && clock == Clock::Log) {
+        let remedy = match clock {
+            Clock::Header => "; --stamp log takes the recorder's for all",
+            Clock::Log => "",
+        };
+        return Some(format!(
+            "received after their own stamps (median): {each}: the clocks differ, so that no delay can be told from that{remedy}"
+        ));
+    }
+    let ahead = match least < -LAG {
+        true => {
+            "; stamps later than their reception are of a clock that is ahead (--stamp log takes the recorder's for all)"
+        }
+        false => "",
+    };
+    Some(format!(
+        "received after their own stamps (median): {each}; {:.1} ms {meaning}{ahead}",
+        difference * 1e3
+    ))
+}

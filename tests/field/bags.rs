@@ -1,0 +1,621 @@
+//! Bags: which frame, joint or publisher a number is of, whose clock stamped it, and types whose definition is not there.
+
+use std::path::{Path, PathBuf};
+
+use planesman_msgs::geometry_msgs::msg::TransformStamped;
+use planesman_msgs::nav_msgs::msg::Odometry;
+use planesman_msgs::sensor_msgs::msg::JointState;
+use planesman_msgs::tf2_msgs::msg::TFMessage;
+use planesman_msgs::{Message, cdr};
+
+use crate::answer::{Answer, fit, fit_with};
+use crate::plant::{SAMPLES, STEP, log};
+use crate::raw_bags::{FLOAT, IMU, Kind, Maker, float, imu};
+
+const STEP_NS: i64 = (STEP * 1e9) as i64;
+/// An epoch of today.
+const EPOCH: i64 = 1_700_000_000_000_000_000;
+
+/// A bag of some topics, each with its type, and messages: topic, payload, time of reception.
+fn bag(folder: &Path, topics: &[(&str, Kind<'_>)], messages: &[(usize, Vec<u8>, i64)]) -> PathBuf {
+    let path = folder.join("log.mcap");
+    let mut maker = Maker::new(&path);
+    let ids: Vec<_> = topics.iter().map(|it| maker.topic(it.0, it.1)).collect();
+    for (topic, payload, time) in messages {
+        maker.write(ids[*topic], payload, *time);
+    }
+    maker.close();
+    path
+}
+
+fn kind<M: Message>() -> Kind<'static> {
+    (M::TYPE_NAME, "ros2msg", M::DEFINITION)
+}
+
+/// The command of the plant on `/cmd`, and for each of its samples what `messages` makes of number, time and output: some payloads on `/out`.
+fn driven<M: Message>(
+    messages: impl Fn(usize, i64, f64) -> Vec<(Vec<u8>, i64)>,
+) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        all.push((0, float(u[k]), time));
+        all.extend(
+            messages(k, time, y[k])
+                .into_iter()
+                .map(|it| (1, it.0, it.1)),
+        );
+    }
+    bag(
+        folder.path(),
+        &[("/cmd", FLOAT), ("/out", kind::<M>())],
+        &all,
+    );
+    folder
+}
+
+fn fitted(folder: &tempfile::TempDir, output: &str, more: &[&str]) -> Answer {
+    let signals = ["log.mcap", "-i", "cmd:data", "-o", output];
+    fit(folder.path(), &[&signals, more].concat())
+}
+
+fn transform(frame: &str, child: &str, x: f64) -> TransformStamped {
+    let mut transform = TransformStamped::default();
+    transform.header.frame_id = frame.to_owned();
+    transform.child_frame_id = child.to_owned();
+    transform.transform.translation.x = x;
+    transform
+}
+
+fn frames(transforms: Vec<TransformStamped>) -> Vec<u8> {
+    cdr::to_bytes(&TFMessage { transforms })
+}
+
+#[test]
+fn a_transform_is_chosen_by_its_frame_and_an_index_that_is_now_one_now_another_is_refused() {
+    let moving = |y| transform("odom", "base_link", y);
+    let still = || transform("odom", "camera", 5.0);
+    // Each in a message of its own, in one message in turns, and a frame that is only now and then there.
+    let alone = driven::<TFMessage>(|_, time, y| {
+        let later = time + STEP_NS / 5;
+        vec![
+            (frames(vec![moving(y)]), time),
+            (frames(vec![still()]), later),
+        ]
+    });
+    let in_turn = driven::<TFMessage>(|k, time, y| {
+        let mut both = vec![moving(y), still()];
+        both.rotate_left(k % 2);
+        vec![(frames(both), time)]
+    });
+    let seldom = driven::<TFMessage>(|k, time, y| {
+        let mut both = vec![moving(y)];
+        if k % 50 == 7 {
+            both.insert(0, still());
+        }
+        vec![(frames(both), time)]
+    });
+    for folder in [&alone, &in_turn, &seldom] {
+        fitted(folder, "out:transforms[0].transform.translation.x", &[]).refused(&[
+            "transforms[0] is now of odom->base_link, now of odom->camera",
+            "'out:transforms[base_link].transform.translation.x' or 'out:transforms[camera].",
+        ]);
+        let chosen = "out:transforms[base_link].transform.translation.x";
+        fitted(folder, chosen, &[]).is_the_plant(SAMPLES as u64);
+    }
+    fitted(
+        &alone,
+        "out:transforms[base_lnk].transform.translation.x",
+        &[],
+    )
+    .refused(&["there is no 'base_lnk'; there are odom->base_link, odom->camera"]);
+    // One frame throughout is what its index says.
+    let one = driven::<TFMessage>(|_, time, y| vec![(frames(vec![moving(y), still()]), time)]);
+    fitted(&one, "out:transforms[0].transform.translation.x", &[]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn one_child_in_two_parents_is_two_things() {
+    let folder = driven::<TFMessage>(|_, time, y| {
+        let pose = |frame, x, later| (frames(vec![transform(frame, "base_link", x)]), time + later);
+        vec![pose("odom", y, 0), pose("map", 3.0 - y, STEP_NS / 3)]
+    });
+    fitted(&folder, "out:transforms[base_link].transform.translation.x", &[]).refused(&[
+        "'out:transforms[map->base_link].transform.translation.x' or 'out:transforms[odom->base_link].",
+    ]);
+    let chosen = "out:transforms[odom->base_link].transform.translation.x";
+    fitted(&folder, chosen, &[]).is_the_plant(SAMPLES as u64);
+}
+
+/// A joint state of these joints and positions.
+fn joints(frame: &str, names: &[&str], position: Vec<f64>) -> Vec<u8> {
+    let mut joints = JointState {
+        name: names.iter().map(|it| (*it).to_owned()).collect(),
+        position,
+        ..JointState::default()
+    };
+    joints.header.frame_id = frame.to_owned();
+    cdr::to_bytes(&joints)
+}
+
+#[test]
+fn two_drivers_on_one_topic_are_told_apart_by_joints_by_frames_or_by_their_lists() {
+    let two = |first: fn(f64) -> Vec<u8>, second: fn(f64) -> Vec<u8>| {
+        driven::<JointState>(move |_, time, y| {
+            vec![(first(y), time), (second(y), time + STEP_NS / 4)]
+        })
+    };
+    let log = ["--stamp", "log"];
+    let named = two(
+        |y| joints("", &["elbow", "wrist"], vec![y, 1.0]),
+        |y| joints("", &["pan", "tilt"], vec![2.0, -y]),
+    );
+    fitted(&named, "out:position[0]", &log).refused(&[
+        "position[0] is now of elbow, now of pan",
+        "'out:position[elbow]' or",
+    ]);
+    fitted(&named, "out:position[elbow]", &log).is_the_plant(SAMPLES as u64);
+    let framed = two(
+        |y| joints("arm", &[], vec![y, 1.0]),
+        |y| joints("head", &[], vec![2.0, -y]),
+    );
+    fitted(&framed, "out:position[0]", &log).refused(&[
+        "the messages are now of arm, now of head",
+        "'out:[arm].position[0]' or",
+    ]);
+    fitted(&framed, "out:[arm].position[0]", &log).is_the_plant(SAMPLES as u64);
+    let bare = two(
+        |y| joints("", &[], vec![y, 1.0]),
+        |y| joints("", &[], vec![2.0, -y, 0.0]),
+    );
+    fitted(&bare, "out:position[0]", &log).refused(&[
+        "the list has now 2 numbers, now 3 numbers",
+        "a topic of its own",
+    ]);
+}
+
+#[test]
+fn two_publishers_of_an_odometry_are_told_apart_by_the_frames_of_their_messages() {
+    let folder = driven::<Odometry>(|_, time, y| {
+        let odometry = |frame: &str, x, later| {
+            let mut odometry = Odometry::default();
+            let time = time + later;
+            odometry.header.stamp.sec = (time / 1_000_000_000) as i32;
+            odometry.header.stamp.nanosec = (time % 1_000_000_000) as u32;
+            odometry.header.frame_id = frame.to_owned();
+            odometry.child_frame_id = "base_link".to_owned();
+            odometry.pose.pose.position.x = x;
+            (cdr::to_bytes(&odometry), time)
+        };
+        vec![odometry("odom", y, 0), odometry("map", 7.0, STEP_NS / 2)]
+    });
+    fitted(&folder, "out:pose.pose.position.x", &[])
+        .refused(&["'out:[map->base_link].pose.pose.position.x'"]);
+    fitted(&folder, "out:[odom->base_link].pose.pose.position.x", &[]).is_the_plant(SAMPLES as u64);
+}
+
+/// A bag of two topics of the type of `IMU`, whose stamps are what `stamps` makes of the time of reception.
+fn stamped(stamps: [&dyn Fn(i64) -> i64; 2]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        for (topic, value) in [(0, u[k]), (1, y[k])] {
+            all.push((topic, imu(stamps[topic](time), value), time));
+        }
+    }
+    bag(folder.path(), &[("/cmd", IMU), ("/imu", IMU)], &all);
+    folder
+}
+
+fn fitted_imu(folder: &tempfile::TempDir, more: &[&str]) -> Answer {
+    let signals = [
+        "log.mcap",
+        "-i",
+        "cmd:angular_velocity.y",
+        "-o",
+        "imu:angular_velocity.y",
+    ];
+    fit(folder.path(), &[&signals, more].concat())
+}
+
+#[test]
+fn where_headers_tell_no_common_time_the_recorders_is_taken_and_that_is_said() {
+    let own = |time: i64| time - 2_000_000;
+    for (stamps, said) in [
+        // Never filled, filled once and for all, in whole seconds.
+        (
+            [&|_| 0, &own] as [&dyn Fn(i64) -> i64; 2],
+            "the headers of /cmd are not filled",
+        ),
+        ([&own, &|_| EPOCH], "the stamps of /imu stand still"),
+        (
+            [&own, &|time| time / 1_000_000_000 * 1_000_000_000],
+            "the stamps of /imu stand still",
+        ),
+        // Since the start of the computer, and two seconds ahead.
+        (
+            [&own, &|time| time - EPOCH + 321_500_000_000],
+            "of several clocks",
+        ),
+        ([&own, &|time| time + 2_000_000_000], "of several clocks"),
+    ] {
+        let folder = stamped(stamps);
+        let by_itself = fitted_imu(&folder, &[]);
+        by_itself.is_the_plant(SAMPLES as u64);
+        by_itself
+            .says(said)
+            .says("the recorder's time is taken for all");
+        let asked = fitted_imu(&folder, &["--stamp", "log"]);
+        asked.is_the_plant(SAMPLES as u64);
+        let seconds = asked.said().contains("count as delay of the system");
+        assert!(
+            !seconds || asked.said().contains("2.0 ms count"),
+            "{}",
+            asked.said()
+        );
+        if said.contains("/cmd") {
+            fitted_imu(&folder, &["--stamp", "header"]).refused(&[said, "--stamp log"]);
+        }
+    }
+    // One clock, a year before the recorder's, as in a bag of a bag that was played: the headers count.
+    let year = 365 * 86_400 * 1_000_000_000;
+    let folder = stamped([&|time| time - year, &|time| time - year]);
+    let answer = fitted_imu(&folder, &[]);
+    answer.is_the_plant(SAMPLES as u64);
+    assert_eq!(answer.json["reading"]["stamps"], "of the messages' headers");
+    assert!(
+        !answer.said().contains("delay of the system"),
+        "{}",
+        answer.said()
+    );
+}
+
+#[test]
+fn messages_that_are_there_twice_are_named_and_count_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        for again in [0, 700_000] {
+            all.push((0, imu(time, u[k]), time + again));
+            all.push((1, imu(time, y[k]), time + again));
+        }
+    }
+    bag(folder.path(), &[("/cmd", IMU), ("/imu", IMU)], &all);
+    let answer = fitted_imu(&folder, &[]);
+    answer.is_the_plant(SAMPLES as u64);
+    answer.says("/imu: 2000 of 4000 messages bear the stamp of the one before");
+}
+
+/// A payload, written by hand: plain CDR, little endian.
+#[derive(Default)]
+struct Cdr(Vec<u8>);
+
+impl Cdr {
+    fn numbers<const N: usize>(mut self, numbers: impl IntoIterator<Item = [u8; N]>) -> Self {
+        for number in numbers {
+            self.0.resize(self.0.len().next_multiple_of(N), 0);
+            self.0.extend(number);
+        }
+        self
+    }
+
+    fn floats(self, numbers: &[f64]) -> Self {
+        self.numbers(numbers.iter().map(|it| it.to_le_bytes()))
+    }
+
+    fn singles(self, numbers: &[f64]) -> Self {
+        self.numbers(numbers.iter().map(|it| (*it as f32).to_le_bytes()))
+    }
+
+    fn text(self, text: &str) -> Self {
+        let mut cdr = self.numbers([(text.len() as u32 + 1).to_le_bytes()]);
+        cdr.0.extend(text.as_bytes());
+        cdr.0.push(0);
+        cdr
+    }
+
+    fn header(time: i64) -> Self {
+        let stamp = [time / 1_000_000_000, time % 1_000_000_000];
+        let cdr = Self::default().numbers(stamp.map(|it| (it as u32).to_le_bytes()));
+        cdr.text("base")
+    }
+
+    fn payload(self) -> Vec<u8> {
+        [vec![0, 1, 0, 0], self.0].concat()
+    }
+}
+
+/// A bag of Humble's sqlite3 storage, or of an older one without QoS: `/cmd`, a `TwistStamped`, and `/out` of a type, its payloads by time and output.
+fn humble(folder: &Path, has_qos: bool, type_name: &str, payload: impl Fn(i64, f64) -> Vec<u8>) {
+    let base = rusqlite::Connection::open(folder.join("log.db3")).unwrap();
+    let qos = if has_qos {
+        ", offered_qos_profiles TEXT NOT NULL DEFAULT ''"
+    } else {
+        ""
+    };
+    base.execute_batch(&format!(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL{qos});
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+         INSERT INTO topics(id, name, type, serialization_format) VALUES
+             (1, '/cmd', 'geometry_msgs/msg/TwistStamped', 'cdr'), (2, '/out', '{type_name}', 'cdr');
+         BEGIN;"
+    ))
+    .unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
+    let mut insert = base.prepare(insert).unwrap();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        let command = Cdr::header(time)
+            .floats(&[u[k], 0.0, 0.0, 0.0, 0.0, 0.0])
+            .payload();
+        insert.execute((1, time, command)).unwrap();
+        insert.execute((2, time, payload(time, y[k]))).unwrap();
+    }
+    drop(insert);
+    base.execute_batch("COMMIT").unwrap();
+}
+
+#[test]
+fn bags_without_definitions_are_read_where_ros_defines_the_types_itself() {
+    type Written = fn(i64, f64) -> Vec<u8>;
+    let kinds: [(&str, &str, Written); 8] = [
+        (
+            "geometry_msgs/msg/PoseStamped",
+            "pose.position.x",
+            |time, y| {
+                Cdr::header(time)
+                    .floats(&[y, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+                    .payload()
+            },
+        ),
+        (
+            "geometry_msgs/msg/WrenchStamped",
+            "wrench.force.x",
+            |time, y| {
+                Cdr::header(time)
+                    .floats(&[y, 0.0, 0.0, 0.0, 0.0, 0.0])
+                    .payload()
+            },
+        ),
+        ("std_msgs/msg/Float32", "data", |_, y| {
+            Cdr::default().singles(&[y]).payload()
+        }),
+        ("std_msgs/msg/Float64MultiArray", "data[1]", |_, y| {
+            let layout = Cdr::default().numbers([0_u32, 0, 2].map(u32::to_le_bytes));
+            layout.floats(&[7.0, y]).payload()
+        }),
+        (
+            "control_msgs/msg/JointControllerState",
+            "process_value",
+            |time, y| {
+                let cdr =
+                    Cdr::header(time).floats(&[0.0, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+                cdr.numbers([[0_u8]]).payload()
+            },
+        ),
+        ("sensor_msgs/msg/BatteryState", "voltage", |time, y| {
+            let cdr = Cdr::header(time).singles(&[y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+            let cdr = cdr.numbers([[0_u8]; 4]).numbers([[0_u8; 4]; 2]);
+            cdr.text("").text("").payload()
+        }),
+        // As Humble has it, and with Jazzy's variance.
+        ("sensor_msgs/msg/Range", "range", |time, y| {
+            Cdr::header(time)
+                .numbers([[1_u8]])
+                .singles(&[0.1, 0.0, 9.0, y])
+                .payload()
+        }),
+        ("sensor_msgs/msg/Range", "range", |time, y| {
+            Cdr::header(time)
+                .numbers([[1_u8]])
+                .singles(&[0.1, 0.0, 9.0, y, 0.2])
+                .payload()
+        }),
+    ];
+    for (at, (type_name, field, payload)) in kinds.into_iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        humble(folder.path(), at % 2 == 0, type_name, payload);
+        let output = format!("out:{field}");
+        let signals = ["log.db3", "-i", "cmd:twist.linear.x", "-o", &output];
+        fit(folder.path(), &signals).is_the_plant(SAMPLES as u64);
+    }
+    // A version that nobody knows here, and a type of one's own, until its workspace is sourced.
+    let folder = tempfile::tempdir().unwrap();
+    let signals = ["log.db3", "-i", "cmd:twist.linear.x", "-o", "out:range"];
+    humble(folder.path(), true, "sensor_msgs/msg/Range", |time, y| {
+        Cdr::header(time)
+            .numbers([[1_u8]])
+            .singles(&[0.1, 0.0, 9.0, y, 0.2, 0.3])
+            .payload()
+    });
+    fit(folder.path(), &signals).refused(&[
+        "/out",
+        "it is of another version",
+        "AMENT_PREFIX_PATH",
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    humble(folder.path(), true, "my_msgs/msg/Distance", |_, y| {
+        Cdr::default().floats(&[1.0, y]).payload()
+    });
+    fit(folder.path(), &signals).refused(&[
+        "my_msgs/msg/Distance",
+        "no standard type",
+        "AMENT_PREFIX_PATH",
+    ]);
+    let share = folder.path().join("ws/share/my_msgs/msg");
+    std::fs::create_dir_all(&share).unwrap();
+    std::fs::write(share.join("Distance.msg"), "float64 least\nfloat64 range\n").unwrap();
+    let prefix = folder.path().join("ws");
+    fit_with(folder.path(), &signals, ("AMENT_PREFIX_PATH", &prefix)).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn mcap_files_whose_schemas_are_empty_are_read_by_the_names_of_their_types() {
+    for (type_name, encoding, definition) in [
+        ("std_msgs/msg/Float64", "ros2msg", ""),
+        ("std_msgs/msg/Float64", "", ""),
+        ("std_msgs/msg/Float64", "unknown", "?"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (u, y) = log(1, SAMPLES);
+        let kind = (type_name, encoding, definition);
+        let samples = (0..SAMPLES).flat_map(|k| [(0, u[k], k), (1, y[k], k)]);
+        let all = samples.map(|(topic, it, k)| (topic, float(it), EPOCH + k as i64 * STEP_NS));
+        let all: Vec<_> = all.collect();
+        bag(folder.path(), &[("/u", kind), ("/y", kind)], &all);
+        let signals = ["log.mcap", "-i", "u:data", "-o", "y:data"];
+        fit(folder.path(), &signals).is_the_plant(SAMPLES as u64);
+        for (type_name, said) in [
+            ("", "the file names no type for this topic"),
+            ("vendor_msgs/msg/Thing", "vendor_msgs/msg/Thing"),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            let kind = (type_name, encoding, definition);
+            bag(folder.path(), &[("/u", kind), ("/y", kind)], &all);
+            let answer = fit(folder.path(), &signals);
+            answer.refused(&["/u: ", said]);
+            assert!(!answer.text.contains("sqlite3"), "{}", answer.text);
+            assert!(!answer.text.contains("of ,"), "{}", answer.text);
+        }
+    }
+}
+
+fn topics(folder: &Path, of: &str) -> Answer {
+    crate::answer::planesman(folder, &["sysid", "topics", of])
+}
+
+#[test]
+fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_identified() {
+    const EVENT: &str = "example_interfaces/srv/AddTwoInts_Event";
+    let folder = tempfile::tempdir().unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let kinds = [
+        ("/cmd_vel", FLOAT),
+        ("/imu", IMU),
+        ("/a/odd", ("odd_msgs/msg/Odd", "", "")),
+        ("/b/odd", ("odd_msgs/msg/Odd", "", "")),
+        (
+            "/parameter_events",
+            kind::<planesman_msgs::rcl_interfaces::msg::ParameterEvent>(),
+        ),
+        ("/x/_service_event", (EVENT, "ros2msg", "float64 sum\n")),
+        ("/y/_service_event", (EVENT, "ros2msg", "float64 sum\n")),
+        ("/tf", kind::<TFMessage>()),
+    ];
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        all.push((0, float(u[k]), time));
+        all.push((1, imu(0, y[k]), time));
+        all.push((7, frames(vec![transform("odom", "base_link", y[k])]), time));
+        // Nine of ten come at once.
+        all.push((
+            2,
+            float(0.0),
+            EPOCH + (k / 10) as i64 * 10 * STEP_NS + k as i64 % 10,
+        ));
+        all.extend((3..7).map(|topic| (topic, float(0.0), time)));
+    }
+    bag(folder.path(), &kinds, &all);
+    let answer = topics(folder.path(), "log.mcap");
+    assert_eq!(answer.status, Some(0), "{}", answer.text);
+    let lines: Vec<&str> = answer.text.lines().collect();
+    let below = |topic: &str| {
+        let at = lines
+            .iter()
+            .position(|line| line.starts_with(&format!("{topic}  ")));
+        at.map(|at| (lines[at], lines[at + 1]))
+            .unwrap_or_else(|| panic!("{topic}"))
+    };
+    for topic in ["/a/odd", "/b/odd"] {
+        let (_, note) = below(topic);
+        assert!(
+            note.starts_with("  note: the bag does not hold the definition of odd_msgs/msg/Odd"),
+            "{note}"
+        );
+    }
+    assert!(below("/a/odd").0.contains("at 20.0") && below("/a/odd").0.contains("in bursts (90 %"));
+    assert!(below("/imu").0.contains("(stamps: log)"));
+    assert!(
+        below("/imu")
+            .1
+            .contains("the headers of /imu are not filled")
+    );
+    assert!(
+        below("/parameter_events")
+            .1
+            .contains("its fields are not listed")
+    );
+    assert!(
+        answer
+            .text
+            .contains("  transforms[base_link].transform.translation.x ")
+    );
+    assert!(
+        answer
+            .text
+            .contains("note: 2 topics of service events not listed\n")
+    );
+    assert!(lines.len() < 60, "{}", answer.text);
+    // The command that is proposed identifies the plant.
+    let proposed = lines
+        .iter()
+        .find_map(|line| line.strip_prefix("try: planesman sysid fit "));
+    let proposed = proposed.unwrap_or_else(|| panic!("{}", answer.text));
+    let words: Vec<&str> = proposed.split(' ').collect();
+    assert_eq!(
+        words,
+        [
+            "log.mcap",
+            "-i",
+            "/cmd_vel:data",
+            "-o",
+            "/imu:angular_velocity.y"
+        ]
+    );
+    fit(folder.path(), &words).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn a_file_that_was_renamed_beside_its_metadata_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    humble(folder.path(), true, "std_msgs/msg/Float32", |_, y| {
+        Cdr::default().singles(&[y]).payload()
+    });
+    let account = |files: &str, messages: usize| {
+        format!(
+            "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths: [{files}]\n  duration: \
+             {{nanoseconds: 1}}\n  starting_time: {{nanoseconds_since_epoch: 1}}\n  message_count: {messages}\n  topics_with_message_count: []\n  \
+             compression_format: \"\"\n  compression_mode: \"\"\n"
+        )
+    };
+    let signals = [".", "-i", "cmd:twist.linear.x", "-o", "out:data"];
+    for (files, said) in [
+        (
+            "run_0.db3",
+            "its metadata.yaml names run_0.db3, not there; log.db3 is read instead",
+        ),
+        (
+            "log.db3, log_1.db3",
+            "its metadata.yaml names log_1.db3, not there",
+        ),
+    ] {
+        std::fs::write(
+            folder.path().join("metadata.yaml"),
+            account(files, 2 * SAMPLES),
+        )
+        .unwrap();
+        let answer = fit(folder.path(), &signals);
+        answer.is_the_plant(SAMPLES as u64).says(said);
+        assert!(topics(folder.path(), ".").text.contains(said));
+    }
+    std::fs::remove_file(folder.path().join("log.db3")).unwrap();
+    fit(folder.path(), &signals).refused(&["log.db3: no such file"]);
+}
