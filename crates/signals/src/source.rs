@@ -98,6 +98,11 @@ const FOREIGN: &[Foreign] = &[
         kind: "a bag of ROS 1",
         command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
     },
+    Foreign {
+        endings: &["active"],
+        kind: "a bag of ROS 1 that was not closed",
+        command: "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
+    },
 ];
 
 /// The kind of that ending, if it is known and not read.
