@@ -1,7 +1,7 @@
 //! Logs of ArduPilot put together byte by byte. Layouts: ArduPilot, `libraries/AP_Logger/LogStructure.h`.
 
 /// The format of a kind of message: number, name, letters and names of its fields, and their bytes.
-fn format(number: u8, name: &str, letters: &str, names: &str, size: u8) -> Vec<u8> {
+pub fn format(number: u8, name: &str, letters: &str, names: &str, size: u8) -> Vec<u8> {
     let padded = |text: &str, length: usize| {
         let mut bytes = text.as_bytes().to_vec();
         bytes.resize(length, 0);
