@@ -16,6 +16,13 @@ const FEWEST: usize = 4;
 /// A time of so many usual ones between two bursts is a gap.
 const GAP: f64 = 3.0;
 
+/// Stamps from which steps are found, and the interval up to which they matter, in steps.
+const FEWEST_IN_STEPS: usize = 50;
+const SLOWEST: f64 = 8.0;
+
+/// Stamps that are cut to steps lie within so many of an even time.
+const EVEN: f64 = 1.2;
+
 /// How samples come in bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bursts {
@@ -104,6 +111,35 @@ impl Bursts {
             period,
             share_a_stamp,
             first,
+        })
+    }
+
+    /// Samples that come one by one, with stamps in whole steps of a clock that is as slow as they are: stamps of whole
+    /// milliseconds 400 times a second. They keep to the steps of an even time, which rows that are left out do not.
+    pub(crate) fn in_steps(stamps: &[i64]) -> Option<Self> {
+        let steps = || stamps.windows(2).map(|it| it[1] - it[0]);
+        let step = steps().filter(|it| *it > 0).min()?;
+        let [first, .., last] = stamps else {
+            return None;
+        };
+        let interval = (last - first) as f64 / (stamps.len() - 1) as f64;
+        let is_whole = |it: i64| it % step == 0;
+        let is_even = steps().all(|it| it == step);
+        if stamps.len() < FEWEST_IN_STEPS || interval > SLOWEST * step as f64 || is_even {
+            return None;
+        }
+        if !steps().all(is_whole) {
+            return None;
+        }
+        let off = stamps.iter().enumerate();
+        let off = off.map(|(k, stamp)| (stamp - first) as f64 - k as f64 * interval);
+        let (least, most) = off.fold((0.0_f64, 0.0_f64), |(a, b), it| (a.min(it), b.max(it)));
+        let fits = most - least <= EVEN * step as f64;
+        fits.then_some(Self {
+            interval,
+            period: step as f64,
+            share_a_stamp: true,
+            first: (-least).min(step as f64),
         })
     }
 
