@@ -10,7 +10,7 @@ use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath,
 use planesman_parallel::Progress;
 use planesman_signals::{
     self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, Stamps, Take,
-    Timing, UlogSource,
+    Timing,
 };
 use serde::Serialize;
 
@@ -103,7 +103,18 @@ pub fn survey(
             }
             Ok(all)
         }
-        Source::Ulog(log) => of_log(&log, topic, told),
+        Source::Ulog(log) => {
+            let topics = log.topics().keys().map(|name| (name, log.requests(name)));
+            of_log("ULog", topics, topic, |requests, take| {
+                log.read(requests, take, told)
+            })
+        }
+        Source::Log(log) => {
+            let topics = log.topics().map(|name| (name, log.requests(name)));
+            of_log(log.type_name(), topics, topic, |requests, take| {
+                log.read(requests, take, told)
+            })
+        }
         Source::Columns(columns) => {
             let name = "columns".to_owned();
             of_table(name, columns.requests(), |requests, take| {
@@ -486,19 +497,17 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     survey
 }
 
-fn of_log(
-    log: &UlogSource,
+fn of_log<'a>(
+    type_name: &str,
+    topics: impl Iterator<Item = (&'a String, Vec<Request>)>,
     wanted: Option<&str>,
-    progress: &dyn Fn(u64),
+    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, SourceError>,
 ) -> Result<Survey, FitError> {
-    let is_wanted = |name: &&String| wanted.is_none_or(|text| name.contains(text));
-    let names = log.topics().keys().filter(is_wanted);
-    let topics: Vec<(&String, Vec<Request>)> =
-        names.map(|name| (name, log.requests(name))).collect();
+    let is_wanted = |it: &(&String, _)| wanted.is_none_or(|text| it.0.contains(text));
+    let topics: Vec<(&String, Vec<Request>)> = topics.filter(is_wanted).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
     let (fields, meters, reading) = read_fields(&requests, |requests, take| {
-        let reading = log.read(requests, take, progress);
-        reading.map_err(FitError::data)
+        read(requests, take).map_err(FitError::data)
     })?;
     let mut survey = Survey {
         topics: Vec::new(),
@@ -513,7 +522,7 @@ fn of_log(
         let each = fields[here.clone()].iter().zip(&requests);
         survey.topics.push(TopicSurvey {
             name: name.clone(),
-            type_name: "ULog".to_owned(),
+            type_name: type_name.to_owned(),
             stamps: "log".to_owned(),
             timing: meters
                 .get(here.start)
