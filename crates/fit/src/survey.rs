@@ -25,6 +25,9 @@ const FIELDS: usize = 20_000;
 /// Topics that are read.
 const TOPICS: usize = 1000;
 
+/// Numbers of which a signal that is suggested has so many at least.
+const FEWEST: u64 = 50;
+
 /// Names of a topic's messages that are counted.
 const NAMES: usize = 100;
 
@@ -122,10 +125,18 @@ pub fn survey(
             })
         }
     });
-    found.map(|survey| Survey {
-        suggestion: suggestion(&survey, &data.sources),
-        ..survey
-    })
+    let mut found = found?;
+    let varying = found.topics.iter().flat_map(|topic| {
+        let name = match topic.type_name.as_str() {
+            "" => "",
+            _ => topic.name.as_str(),
+        };
+        let fields = topic.fields.iter();
+        let fields = fields.filter(|it| it.count >= FEWEST && it.min < it.max);
+        fields.map(move |it| (name, it.path.as_str()))
+    });
+    found.suggestion = suggestion(varying, &data.sources);
+    Ok(found)
 }
 
 /// A field while it is read.

@@ -52,6 +52,11 @@ impl Identity {
     pub fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
         self.messages += 1;
         for (place, (steps, name)) in decoder.identity(index, values).enumerate() {
+            if name.contains(|sign: char| sign.is_control() || sign == char::REPLACEMENT_CHARACTER)
+            {
+                // A damaged message's.
+                continue;
+            }
             let Some(level) = self.levels.get_mut(place) else {
                 self.levels.push(Level {
                     steps,
