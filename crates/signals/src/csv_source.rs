@@ -226,7 +226,7 @@ impl CsvSource {
                 Time::Dated(find("date").unwrap_or(place), place)
             }
             Some(place) => match parts() {
-                Some(Time::Parts(first, second, unit)) if first == place => {
+                Some(Time::Parts(first, second, unit)) if first == place || second == place => {
                     Time::Parts(first, second, unit)
                 }
                 _ => Time::Named(place),
