@@ -7,6 +7,12 @@ use planesman_console::Format;
 use planesman_units::{Dimension, Quantity};
 use rustix::fs::{Access, access};
 
+/// The help of an argument that is a scenario.
+pub fn scenario_help() -> String {
+    let names = planesman_flight::scenario::builtin_names().join(", ");
+    format!("A built-in scenario ({names}) or a scenario file")
+}
+
 /// A parser of numbers in `[least, most]`.
 pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| match text.parse::<f64>() {

@@ -21,7 +21,7 @@ use planesman::{bag_command, doctor, nodes, params_command, report, tf_command, 
 use planesman_console::Format;
 use planesman_console::progress::Bars;
 use planesman_flight::nodes::NAMESPACE;
-use planesman_flight::scenario::{BUILTIN, Scenario};
+use planesman_flight::scenario::{Scenario, builtin_names};
 use planesman_flight::{Parts, fly};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
@@ -142,7 +142,7 @@ enum Command {
         /// As a ROS 2 parameter file
         #[arg(long)]
         yaml: bool,
-        /// With the values of this scenario: a built-in one (dive, open_loop, way_depths, remus_100) or a file
+        /// With the values of this scenario, a built-in one or a file
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
         /// As a table [default: a list]
@@ -197,8 +197,7 @@ enum Command {
 
 #[derive(Args)]
 struct DiveArgs {
-    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
-    #[arg(default_value = "dive")]
+    #[arg(default_value = "dive", help = planesman::arguments::scenario_help())]
     scenario: String,
     #[command(flatten)]
     changes: Changes,
@@ -227,7 +226,7 @@ struct DiveArgs {
 
 #[derive(Args)]
 struct SimArgs {
-    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
+    #[arg(help = planesman::arguments::scenario_help())]
     scenario: String,
     #[command(flatten)]
     changes: Changes,
@@ -329,7 +328,7 @@ fn main() -> ExitCode {
         None => {
             let program = Cli::command();
             let commands = program.get_subcommands().map(|it| it.get_name().to_owned());
-            let scenarios = BUILTIN.iter().map(|(name, _)| (*name).to_owned());
+            let scenarios = builtin_names().into_iter().map(str::to_owned);
             let known: Vec<String> = commands.chain(scenarios).collect();
             planesman_console::err!(
                 "planesman: '{}' is neither a command nor a scenario{} (see planesman --help)",

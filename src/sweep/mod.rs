@@ -15,7 +15,7 @@ use planesman_flight::sweep::{Part, Sweep};
 /// What to vary.
 #[derive(Args)]
 pub struct SweepArgs {
-    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
+    #[arg(help = crate::arguments::scenario_help())]
     scenario: String,
     /// Set a parameter of a node in all cases, as depth_controller.depth.p=1.2; may be repeated
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]

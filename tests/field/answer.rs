@@ -98,6 +98,17 @@ impl Answer {
         self
     }
 
+    /// Checks what is said of the stamps.
+    #[track_caller]
+    pub(crate) fn says_stamps(&self, words: &str) -> &Self {
+        let stamps = self.json.pointer("/reading/stamps").and_then(Value::as_str);
+        assert!(
+            stamps.is_some_and(|it| it.contains(words)),
+            "'{words}' is not in: {stamps:?}"
+        );
+        self
+    }
+
     /// Checks that the data is refused, with these words.
     #[track_caller]
     pub(crate) fn refused(&self, words: &[&str]) -> &Self {

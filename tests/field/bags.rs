@@ -9,7 +9,7 @@ use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_msgs::{Message, cdr};
 
 use crate::answer::{Answer, fit, fit_with};
-use crate::plant::{Log, SAMPLES, STEP};
+use crate::plant::{SAMPLES, STEP, log};
 use crate::raw_bags::{FLOAT, IMU, Kind, Maker, float, imu};
 
 const STEP_NS: i64 = (STEP * 1e9) as i64;
@@ -37,7 +37,7 @@ fn driven<M: Message>(
     messages: impl Fn(usize, i64, f64) -> Vec<(Vec<u8>, i64)>,
 ) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let mut all = Vec::new();
     for k in 0..SAMPLES {
         let time = EPOCH + k as i64 * STEP_NS;
@@ -199,7 +199,7 @@ fn two_publishers_of_an_odometry_are_told_apart_by_the_frames_of_their_messages(
 /// A bag of two topics of the type of `IMU`, whose stamps are what `stamps` makes of the time of reception.
 fn stamped(stamps: [&dyn Fn(i64) -> i64; 2]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let mut all = Vec::new();
     for k in 0..SAMPLES {
         let time = EPOCH + k as i64 * STEP_NS;
@@ -277,7 +277,7 @@ fn where_headers_tell_no_common_time_the_recorders_is_taken_and_that_is_said() {
 #[test]
 fn messages_that_are_there_twice_are_named_and_count_once() {
     let folder = tempfile::tempdir().unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let mut all = Vec::new();
     for k in 0..SAMPLES {
         let time = EPOCH + k as i64 * STEP_NS;
@@ -347,7 +347,7 @@ fn humble(folder: &Path, has_qos: bool, type_name: &str, payload: impl Fn(i64, f
          BEGIN;"
     ))
     .unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
     let mut insert = base.prepare(insert).unwrap();
     for k in 0..SAMPLES {
@@ -464,7 +464,7 @@ fn mcap_files_whose_schemas_are_empty_are_read_by_the_names_of_their_types() {
         ("std_msgs/msg/Float64", "unknown", "?"),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let Log { u, y } = Log::new(1, SAMPLES);
+        let (u, y) = log(1, SAMPLES);
         let kind = (type_name, encoding, definition);
         let samples = (0..SAMPLES).flat_map(|k| [(0, u[k], k), (1, y[k], k)]);
         let all = samples.map(|(topic, it, k)| (topic, float(it), EPOCH + k as i64 * STEP_NS));
@@ -495,7 +495,7 @@ fn topics(folder: &Path, of: &str) -> Answer {
 fn a_survey_says_of_each_topic_what_is_amiss_below_its_name_and_what_may_be_identified() {
     const EVENT: &str = "example_interfaces/srv/AddTwoInts_Event";
     let folder = tempfile::tempdir().unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let kinds = [
         ("/cmd_vel", FLOAT),
         ("/imu", IMU),

@@ -11,4 +11,6 @@ mod bags;
 mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;
+mod records;
+mod tables;
 mod time;

@@ -57,20 +57,12 @@ pub(crate) fn second_order(
     response
 }
 
-/// A log of `3/(s^2 + 1.2 s + 4)`: input and measured output, white noise of 0.005 on the output.
-pub(crate) struct Log {
-    pub(crate) u: Vec<f64>,
-    pub(crate) y: Vec<f64>,
-}
-
-impl Log {
-    pub(crate) fn new(seed: u64, samples: usize) -> Self {
-        let u = prbs(seed, samples);
-        let y = second_order([3.0, 1.2, 4.0], STEP, &u);
-        let y = y.iter().zip(noise(seed + 1000, samples));
-        let y = y.map(|(y, e)| y + 0.005 * e).collect();
-        Self { u, y }
-    }
+/// Input and measured output of `3/(s^2 + 1.2 s + 4)`, white noise of 0.005 on the output.
+pub(crate) fn log(seed: u64, samples: usize) -> (Vec<f64>, Vec<f64>) {
+    let u = prbs(seed, samples);
+    let y = second_order([3.0, 1.2, 4.0], STEP, &u);
+    let y = y.iter().zip(noise(seed + 1000, samples));
+    (u, y.map(|(y, e)| y + 0.005 * e).collect())
 }
 
 /// A table with a header and rows of cells that are written already.

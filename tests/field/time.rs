@@ -7,12 +7,12 @@ use std::path::Path;
 use planesman_testing::near;
 
 use crate::answer::{Answer, fit};
-use crate::plant::{Log, SAMPLES, STEP, noise, prbs, second_order, table};
+use crate::plant::{GAIN, SAMPLES, STEP, log, noise, prbs, second_order, table};
 
 /// The model of the usual log in a table whose times are written so.
 fn with_times(name: &str, time: impl Fn(usize) -> String, arguments: &[&str]) -> Answer {
-    let log = Log::new(1, SAMPLES);
-    let rows = (0..SAMPLES).map(|k| (time(k), log.u[k], log.y[k]));
+    let (u, y) = log(1, SAMPLES);
+    let rows = (0..SAMPLES).map(|k| (time(k), u[k], y[k]));
     of_table(&table(&format!("{name},u,y"), rows), arguments)
 }
 
@@ -147,11 +147,10 @@ fn a_clock_that_is_set_back_parts_the_record() {
 
 #[test]
 fn a_clock_that_begins_anew_parts_the_record_each_time() {
-    let log = Log::new(2, SAMPLES);
+    let (u, y) = log(2, SAMPLES);
     // Each run begins at rest, at 0 s, or where the machine was started.
     for (run, first) in [(500, 0.0), (700, 0.0), (1000, 300.0), (400, 0.0)] {
-        let rows =
-            (0..SAMPLES).map(|k| (format!("{:.2}", first + at(k % run)), log.u[k], log.y[k]));
+        let rows = (0..SAMPLES).map(|k| (format!("{:.2}", first + at(k % run)), u[k], y[k]));
         let answer = of_table(&table("t,u,y", rows), &[]);
         answer.is_the_plant(SAMPLES as u64).says("goes back");
         let segments = answer.json["record"]["segments"].as_array().unwrap().len();
@@ -161,7 +160,7 @@ fn a_clock_that_begins_anew_parts_the_record_each_time() {
 
 #[test]
 fn a_straggler_does_not_part_the_record() {
-    let log = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let mut order: Vec<usize> = (0..SAMPLES).collect();
     for k in (40..SAMPLES - 40).step_by(97) {
         let straggler = order.remove(k);
@@ -175,7 +174,7 @@ fn a_straggler_does_not_part_the_record() {
         .for_each(|it| it.rotate_left(10));
     let rows = order
         .into_iter()
-        .map(|k| (format!("{:.2}", at(k)), log.u[k], log.y[k]));
+        .map(|k| (format!("{:.2}", at(k)), u[k], y[k]));
     let answer = of_table(&table("t,u,y", rows), &[]);
     answer.is_the_plant(SAMPLES as u64);
     assert_eq!(
@@ -186,10 +185,10 @@ fn a_straggler_does_not_part_the_record() {
 
 #[test]
 fn rows_that_are_not_sorted_are_refused() {
-    let log = Log::new(4, SAMPLES);
+    let (u, y) = log(4, SAMPLES);
     let rows = (0..SAMPLES)
         .rev()
-        .map(|k| (format!("{:.2}", at(k)), log.u[k], log.y[k]));
+        .map(|k| (format!("{:.2}", at(k)), u[k], y[k]));
     let answer = of_table(&table("t,u,y", rows), &[]);
     answer.refused(&["sort them by time", "--time"]);
 }
@@ -216,6 +215,51 @@ fn a_time_without_its_digits_asks_for_the_sample_time() {
     let time = |_| "1.70000e+09".to_owned();
     with_times("time", time, &[]).refused(&["--sample-time"]);
     with_times("time", time, &["--sample-time", "0.05s"]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn stamps_in_coarse_steps_are_spread_evenly() {
+    // 400 rows a second by a clock of milliseconds; 150 by one whose numbers have 24 bits, a day after its start.
+    let milliseconds = |k: usize| format!("{:.3}", (k as f64 * 2.5).floor() / 1000.0);
+    let single = |k: usize| format!("{:.7}", f64::from((100_000.0 + k as f64 / 150.0) as f32));
+    for (rate, time) in [
+        (400.0, &milliseconds as &dyn Fn(usize) -> String),
+        (150.0, &single),
+    ] {
+        let count = 8000;
+        let u: Vec<f64> = prbs(11, count)
+            .chunks(10)
+            .flat_map(|it| [it[0]; 100])
+            .take(count)
+            .collect();
+        let y = second_order([3.0 * 400.0, 1.2 * 20.0, 4.0 * 400.0], 1.0 / rate, &u);
+        let noise = noise(12, count);
+        let rows = (0..count).map(|k| (time(k), u[k], y[k] + 0.002 * noise[k]));
+        let answer = of_table(&table("t,u,y", rows), &["--order", "2"]);
+        near(answer.number("record/sample_time") * rate, 1.0, 0.001);
+        near(answer.number("model/continuous_poles/0/re"), -12.0, 0.2);
+        near(answer.number("model/steady_state_gain/0"), GAIN, 0.005);
+    }
+}
+
+#[test]
+fn rows_that_are_there_twice_count_once() {
+    let (u, y) = log(13, SAMPLES);
+    let rows = (0..2 * SAMPLES).map(|k| (format!("{:.2}", at(k / 2)), u[k / 2], y[k / 2]));
+    of_table(&table("t,u,y", rows), &[]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn tables_one_behind_the_other_are_runs_of_one_model() {
+    let (u, y) = log(14, SAMPLES);
+    let rows = |from: usize| {
+        table(
+            "t,u,y",
+            (0..1000).map(|k| (format!("{:.2}", at(k)), u[from + k], y[from + k])),
+        )
+    };
+    let answer = of_table(&(rows(0) + &rows(1000)), &[]);
+    answer.is_the_plant(SAMPLES as u64).says("goes back");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use planesman_bag::{is_bag_file, sorted_into_bags};
 use planesman_parallel::{Progress, stop_point};
-use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime};
+use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime, is_table};
 
 use crate::error::FitError;
 use crate::rules::{SAMPLE_TIME, number, together};
@@ -79,19 +79,26 @@ impl DataOptions {
         })
     }
 
-    /// One by one: the parts of a split bag belong together; every other path is a source of its own.
-    pub(crate) fn each(&self) -> impl Iterator<Item = Result<Source, FitError>> + '_ {
-        let groups = match &self.sources {
-            Sources::Files(paths) => {
-                let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
-                    paths.iter().cloned().partition(|path| is_bag_file(path));
-                let mut groups = sorted_into_bags(&parts);
-                groups.extend(others.into_iter().map(|path| vec![path]));
-                groups
-            }
-            Sources::Columns(_) => vec![Vec::new()],
+    /// One by one: the parts of a split bag belong together, and tables of which each has some of the signals; every other path is
+    /// a source of its own.
+    pub(crate) fn each(&self, signals: &[String]) -> Result<Vec<Source>, FitError> {
+        let Sources::Files(paths) = &self.sources else {
+            return Ok(vec![self.opened(Vec::new())?]);
         };
-        groups.into_iter().map(|paths| self.opened(paths))
+        if let [_, _, ..] = &paths[..]
+            && paths.iter().all(|path| is_table(path))
+            && let Source::Tables(tables) = self.opened(paths.clone())?
+        {
+            return Ok(match tables.are_alike(signals) {
+                true => tables.apart().into_iter().map(Source::Csv).collect(),
+                false => vec![Source::Tables(tables)],
+            });
+        }
+        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            paths.iter().cloned().partition(|path| is_bag_file(path));
+        let mut groups = sorted_into_bags(&parts);
+        groups.extend(others.into_iter().map(|path| vec![path]));
+        groups.into_iter().map(|paths| self.opened(paths)).collect()
     }
 
     fn opened(&self, paths: Vec<PathBuf>) -> Result<Source, FitError> {

@@ -172,6 +172,7 @@ impl FitResult {
             "attainable_fit": analysis.attainable_fit,
             "predicted_fit": analysis.predicted_fit,
             "share_of_input": analysis.share,
+            "integrator_gain": analysis.reading().integrator_gain().map(|(gain, _)| [gain.value.re, gain.real_deviation()]),
             "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
             "bootstrap": analysis.bootstrap,
             "residuals": analysis.residuals,

@@ -132,8 +132,8 @@ impl SignalOptions {
             .collect();
         let outputs = [self.output.clone()];
         let mut prepared: Option<PreparedRecord> = None;
-        for source in data.each() {
-            let source = source?;
+        let signals = [&inputs[..], &outputs].concat();
+        for source in data.each(&signals)? {
             let rate = prepared
                 .as_ref()
                 .map(|prepared| 1.0 / prepared.resampled.record.sample_time);

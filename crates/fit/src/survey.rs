@@ -9,8 +9,8 @@ use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Clock, Meter, Reading, Request, Source, Stamps, Take, Timing,
-    UlogSource,
+    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, SourceError,
+    Stamps, Take, Timing,
 };
 use serde::Serialize;
 
@@ -96,15 +96,28 @@ pub fn survey(
     let source = data.open()?;
     let found = reading(source.bytes(), progress, |told| match source {
         Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
-        Source::Csv(table) => {
-            let table = table.counted();
-            let name = table.path().display().to_string();
-            of_table(name, table.requests(), |requests, take| {
-                let reading = table.read(requests, take, told);
-                reading.map_err(FitError::data)
+        Source::Csv(table) => of_csv(table, told),
+        Source::Tables(tables) => {
+            let mut all = Survey::default();
+            for table in tables.apart() {
+                let one = of_csv(table, told)?;
+                all.topics.extend(one.topics);
+                all.notes.extend(one.notes);
+            }
+            Ok(all)
+        }
+        Source::Ulog(log) => {
+            let topics = log.topics().keys().map(|name| (name, log.requests(name)));
+            of_log("ULog", topics, topic, |requests, take| {
+                log.read(requests, take, told)
             })
         }
-        Source::Ulog(log) => of_log(&log, topic, told),
+        Source::Log(log) => {
+            let topics = log.topics().map(|name| (name, log.requests(name)));
+            of_log(log.type_name(), topics, topic, |requests, take| {
+                log.read(requests, take, told)
+            })
+        }
         Source::Columns(columns) => {
             let name = "columns".to_owned();
             of_table(name, columns.requests(), |requests, take| {
@@ -508,19 +521,17 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     survey
 }
 
-fn of_log(
-    log: &UlogSource,
+fn of_log<'a>(
+    type_name: &str,
+    topics: impl Iterator<Item = (&'a String, Vec<Request>)>,
     wanted: Option<&str>,
-    progress: &dyn Fn(u64),
+    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, SourceError>,
 ) -> Result<Survey, FitError> {
-    let is_wanted = |name: &&String| wanted.is_none_or(|text| name.contains(text));
-    let names = log.topics().keys().filter(is_wanted);
-    let topics: Vec<(&String, Vec<Request>)> =
-        names.map(|name| (name, log.requests(name))).collect();
+    let is_wanted = |it: &(&String, _)| wanted.is_none_or(|text| it.0.contains(text));
+    let topics: Vec<(&String, Vec<Request>)> = topics.filter(is_wanted).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
     let (fields, meters, reading) = read_fields(&requests, |requests, take| {
-        let reading = log.read(requests, take, progress);
-        reading.map_err(FitError::data)
+        read(requests, take).map_err(FitError::data)
     })?;
     let mut survey = Survey {
         topics: Vec::new(),
@@ -535,7 +546,7 @@ fn of_log(
         let each = fields[here.clone()].iter().zip(&requests);
         survey.topics.push(TopicSurvey {
             name: name.clone(),
-            type_name: "ULog".to_owned(),
+            type_name: type_name.to_owned(),
             stamps: "log".to_owned(),
             timing: meters
                 .get(here.start)
@@ -568,6 +579,15 @@ fn read_fields(
     };
     let reading = read(requests, &mut take)?;
     Ok((fields, meters, reading))
+}
+
+fn of_csv(table: CsvSource, told: &dyn Fn(u64)) -> Result<Survey, FitError> {
+    let table = table.counted();
+    let name = table.path().display().to_string();
+    of_table(name, table.requests(), |requests, take| {
+        let reading = table.read(requests, take, told);
+        reading.map_err(FitError::data)
+    })
 }
 
 fn of_table(

@@ -16,7 +16,7 @@ use serde::Deserialize;
 use crate::nodes::{self, NODES};
 
 /// The scenarios that come with the program: name and text.
-pub const BUILTIN: [(&str, &str); 4] = [
+pub const BUILTIN: &[(&str, &str)] = &[
     (
         "dive",
         include_str!("../../../launch-scripts/scenarios/dive.yaml"),
@@ -34,6 +34,12 @@ pub const BUILTIN: [(&str, &str); 4] = [
         include_str!("../../../launch-scripts/scenarios/way_depths.yaml"),
     ),
 ];
+
+/// The names of the built-in scenarios.
+#[must_use]
+pub fn builtin_names() -> Vec<&'static str> {
+    BUILTIN.iter().map(|(name, _)| *name).collect()
+}
 
 /// What is flown: duration, sampling time, seed, and a value for each parameter that is not at its declared default.
 #[derive(Clone, Debug, PartialEq)]
@@ -581,7 +587,7 @@ pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Op
 }
 
 fn read(path: &Path) -> Result<String> {
-    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    let names = builtin_names();
     let meant = did_you_mean(&path.to_string_lossy(), names.iter().copied());
     file::read(path).during(|| {
         format!(

@@ -14,6 +14,7 @@
 use std::ops::Range;
 
 use nalgebra::{Complex, Matrix2};
+use planesman_linear::digits::with_interval;
 use planesman_linear::{discrete_to_continuous, is_sampling_artefact, polynomial};
 
 use crate::error::Result;
@@ -85,18 +86,17 @@ impl Uncertain {
         if im != 0.0 {
             let (damping, deviation) = self.damping_ratio();
             format!(
-                "{unstable}natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
-                self.value.norm(),
-                SIGMAS_95 * self.magnitude_deviation(),
-                SIGMAS_95 * deviation
+                "{unstable}natural frequency {} rad/s, damping ratio {}",
+                with_interval(self.value.norm(), SIGMAS_95 * self.magnitude_deviation()),
+                with_interval(damping, SIGMAS_95 * deviation)
             )
         } else if re == 0.0 {
             "integrator".to_owned()
         } else {
+            let interval = SIGMAS_95 * self.real_deviation() / (re * re);
             format!(
-                "{unstable}time constant {:.4} ± {:.4} s",
-                1.0 / re.abs(),
-                SIGMAS_95 * self.real_deviation() / (re * re)
+                "{unstable}time constant {} s",
+                with_interval(1.0 / re.abs(), interval)
             )
         }
     }
@@ -127,6 +127,9 @@ impl Uncertain {
             .collect()
     }
 }
+
+/// A root this near to z = 1 is there.
+const AT_ONE: f64 = 1e-6;
 
 /// Poles, zeros, gain and response of an estimate, with their covariance.
 #[derive(Clone, Copy, Debug)]
@@ -221,9 +224,34 @@ impl<'a> Reading<'a> {
         self.response(0.0)
     }
 
+    /// The gain of a model that integrates `n` times, K of `K/(s^n (T s + 1))`, output unit per input unit and s^n, and n; `None`
+    /// without a pole known to be at z = 1.
+    #[must_use]
+    pub fn integrator_gain(&self) -> Option<(Uncertain, usize)> {
+        let known = &self.estimate.layout.structure.known_denominator;
+        let integrators = known.len() - 1;
+        let roots = polynomial::roots(known).ok()?;
+        let are_at_one = roots.iter().all(|root| (root - 1.0).norm() < AT_ONE);
+        if integrators == 0 || !are_at_one {
+            return None;
+        }
+        let per_sample = self.response_behind(0.0, &[1.0])?;
+        let scale = self.estimate.sample_time.powi(-(integrators as i32));
+        let gain = Uncertain {
+            value: per_sample.value * scale,
+            covariance: per_sample.covariance * (scale * scale),
+        };
+        Some((gain, integrators))
+    }
+
     /// The frequency response at `omega` rad/s; `None` where it has no bound.
     #[must_use]
     pub fn response(&self, omega: f64) -> Option<Uncertain> {
+        self.response_behind(omega, &self.estimate.layout.structure.known_denominator)
+    }
+
+    /// The frequency response with these known poles.
+    fn response_behind(&self, omega: f64, known_denominator: &[f64]) -> Option<Uncertain> {
         let layout = &self.estimate.layout;
         let structure = &layout.structure;
         let theta = self.estimate.theta.as_slice();
@@ -235,7 +263,7 @@ impl<'a> Reading<'a> {
                 .fold(Complex::new(0.0, 0.0), |sum, c| sum * back + c)
         };
         let known = back.powi(structure.delay as i32) * sum(&structure.known_numerator)
-            / sum(&structure.known_denominator);
+            / sum(known_denominator);
         let a = 1.0 + back * sum(&theta[layout.a()]);
         let value = known * sum(&theta[layout.b(self.run)]) / a;
         let columns: Vec<usize> = layout.a().chain(layout.b(self.run)).collect();

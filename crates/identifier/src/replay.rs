@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use planesman_bag::reader::ReadError;
 use planesman_bag::{BagReader, Order, Topic};
+use planesman_linear::digits::{significant, with_interval};
 use planesman_linear::{Complex, pole_text};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
@@ -331,7 +332,7 @@ pub fn text(model: &ModelEstimate) -> String {
     let list = |values: &[f64]| {
         values
             .iter()
-            .map(|v| format!("{v:.9}"))
+            .map(|v| significant(*v, 9))
             .collect::<Vec<_>>()
             .join("  ")
     };
@@ -354,7 +355,7 @@ pub fn text(model: &ModelEstimate) -> String {
     );
     let physical = model.physical_names.iter().zip(&model.physical_values);
     for ((name, value), deviation) in physical.zip(&model.physical_deviations) {
-        text += &format!("{name:<10}{value:.6} ± {deviation:.6}\n");
+        text += &format!("{name:<10}{}\n", with_interval(*value, *deviation));
     }
     text += &format!("a        {}\n", list(&model.a));
     text += &format!("b        {}\n", list(&model.b));

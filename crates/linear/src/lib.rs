@@ -10,12 +10,14 @@
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
+//! - [`digits`]: numbers written to the digits that they have.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
 //! Nothing here knows of vehicle files, messages or clocks. Coefficient lists have the highest power
 //! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
 //! never a NaN.
 
+pub mod digits;
 mod dormand_prince;
 pub mod error;
 pub mod frequency;

@@ -12,6 +12,7 @@ use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{
     IdentificationError, Problem, Reading, Record, SIGMAS_95, Structure, Uncertain,
 };
+use planesman_linear::digits::with_interval;
 use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 
@@ -71,10 +72,10 @@ fn in_words(analysis: &Analysis) -> Markup {
     let structure = &analysis.estimate.layout.structure;
     let sample_time = analysis.estimate.sample_time;
     let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
-    let gain = analysis.reading().steady_state_gain().map(|gain| {
-        let interval = SIGMAS_95 * gain.real_deviation();
-        format!("{:.5} ± {interval:.5}", gain.value.re)
-    });
+    let gain = analysis
+        .reading()
+        .steady_state_gain()
+        .map(|gain| with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation()));
     html! {
         div.scroll { table.words {
             @for mode in analysis.modes() { tr { td { "mode" } td { (mode) } } }

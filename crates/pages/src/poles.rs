@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
+use planesman_linear::digits::with_interval;
 use planesman_linear::is_sampling_artefact;
 
 use planesman_console::Table;
@@ -64,10 +65,7 @@ pub(crate) fn text(pole: &Uncertain) -> String {
 
 /// A value with its 95 % interval; without one where it is known.
 fn interval(value: f64, deviation: f64) -> String {
-    match deviation {
-        0.0 => format!("{value:.4}"),
-        _ => format!("{value:.4} ± {:.4}", SIGMAS_95 * deviation),
-    }
+    with_interval(value, SIGMAS_95 * deviation)
 }
 
 #[cfg(test)]
@@ -98,7 +96,7 @@ mod tests {
         // of the time constant that over s^2, 0.0297.
         assert_eq!(
             rows[0],
-            "0.9000 ± 0.0030,-1.0536 ± 0.0329,time constant 0.9491 ± 0.0297 s"
+            "0.9000 ± 0.0030,-1.054 ± 0.033,time constant 0.949 ± 0.030 s"
         );
         assert!(rows[1].starts_with("0.0100 ± 0.0022,-46.05"), "{text}");
         assert!(rows[1].ends_with(ARTEFACT), "{text}");

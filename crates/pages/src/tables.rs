@@ -5,6 +5,7 @@ use planesman_fit::{Compared, Trial, frequency_responses, ranked};
 use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::Estimate;
 use planesman_identification::{SIGMAS_95, Uncertain};
+use planesman_linear::digits::value_and_interval;
 use planesman_text::in_one_line;
 
 /// Frequencies in the table, of a frequency response.
@@ -101,10 +102,6 @@ pub fn fits(models: &[Compared]) -> Table {
     table
 }
 
-fn five(value: f64) -> String {
-    format!("{value:.5}")
-}
-
 /// A table for each question: fits, residual tests, poles, steady-state gain, frequency response.
 #[must_use]
 pub fn tables(models: &[Compared]) -> Vec<Table> {
@@ -158,13 +155,16 @@ fn poles(models: &[Compared]) -> Table {
             let Some(pole) = poles.get(number) else {
                 continue;
             };
+            let real = value_and_interval(pole.value.re, SIGMAS_95 * pole.real_deviation());
+            let imaginary =
+                value_and_interval(pole.value.im, SIGMAS_95 * pole.imaginary_deviation());
             table.row([
                 (number + 1).to_string(),
                 model.name.clone(),
-                five(pole.value.re),
-                five(SIGMAS_95 * pole.real_deviation()),
-                five(pole.value.im),
-                five(SIGMAS_95 * pole.imaginary_deviation()),
+                real.0,
+                real.1,
+                imaginary.0,
+                imaginary.1,
             ]);
         }
     }
@@ -175,11 +175,10 @@ fn gains(models: &[Compared]) -> Table {
     let mut table = Table::new(["model", "steady-state gain", "± 95 %"]);
     for model in models {
         let gain = model.reading().steady_state_gain();
-        table.row([
-            model.name.clone(),
-            gain.map_or("none".to_owned(), |it| five(it.value.re)),
-            gain.map_or("-".to_owned(), |it| five(SIGMAS_95 * it.real_deviation())),
-        ]);
+        let interval = |it: Uncertain| SIGMAS_95 * it.real_deviation();
+        let gain = gain.map(|it| value_and_interval(it.value.re, interval(it)));
+        let (gain, interval) = gain.unwrap_or(("none".to_owned(), "-".to_owned()));
+        table.row([model.name.clone(), gain, interval]);
     }
     table
 }

@@ -35,6 +35,11 @@ pub enum Change {
         /// Those of a burst have one stamp, as of a clock of whole seconds; else they were received at once.
         share_a_stamp: bool,
     },
+    /// Their stamps are in steps nearly as long as the time between samples, and are spread evenly within them.
+    Rounded {
+        /// s
+        step: f64,
+    },
     /// A slow sensor's samples are repeated until the next: repeats are left out.
     RepeatsLeftOut {
         /// Rows for each sample of the sensor.
@@ -65,6 +70,12 @@ impl fmt::Display for Change {
                 write!(
                     f,
                     "{samples:.1} samples {how} every {period:.3} s, spread evenly over that time"
+                )
+            }
+            Self::Rounded { step } => {
+                write!(
+                    f,
+                    "stamps in steps of {step:.6} s, spread evenly within them"
                 )
             }
             Self::RepeatsLeftOut { rows } => write!(

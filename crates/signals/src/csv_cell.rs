@@ -1,38 +1,94 @@
-//! A cell of a table: a number, or a time.
-
-use jiff::Timestamp;
-use jiff::civil::{DateTime, Time};
-use jiff::tz::TimeZone;
+//! A cell of a table: a number, or nothing.
 
 use crate::time_unit::TimeUnit;
 
-/// The number a cell holds. One comma in it is a decimal comma: cells parted by commas have none.
+/// Words for a number that is not there, as loggers and pandas write them.
+const MISSING: [&str; 14] = [
+    "",
+    "-",
+    "--",
+    "null",
+    "none",
+    "na",
+    "n/a",
+    "#n/a",
+    "nil",
+    "?",
+    "-nan",
+    "nan(ind)",
+    "-nan(ind)",
+    "missing",
+];
+
+/// Whether a cell says that there is no number.
+pub(crate) fn is_missing(cell: &str) -> bool {
+    MISSING.iter().any(|it| it.eq_ignore_ascii_case(cell))
+}
+
+/// The number a cell holds. One comma in it is a decimal comma: cells parted by commas have none. Where thousands are grouped,
+/// the last sign is the decimal one. `true` and `on` are 1, `false` and `off` 0.
 pub(crate) fn number(cell: &str) -> Option<f64> {
-    match cell.split_once(',') {
-        None => cell.parse().ok(),
-        Some((whole, part)) => {
-            let is_plain = !whole.contains('.') && !part.contains(['.', ',', '+', '-']);
-            let point = || format!("{whole}.{part}").parse().ok();
-            is_plain.then(point).flatten().or_else(|| {
-                // An exponent may have a sign: 1,5e-3.
-                let (part, exponent) = part.split_once(['e', 'E'])?;
-                let is_plain = !whole.contains('.') && part.bytes().all(|it| it.is_ascii_digit());
-                let point = || format!("{whole}.{part}e{exponent}").parse().ok();
-                is_plain.then(point).flatten()
-            })
-        }
+    if let Ok(number) = cell.parse() {
+        return Some(number);
+    }
+    // What is written with digits begins with no letter.
+    match cell.bytes().next()? {
+        b't' | b'T' | b'f' | b'F' | b'o' | b'O' | b'y' | b'Y' | b'n' | b'N' => truth(cell),
+        b'0'..=b'9' | b'+' | b'-' | b'.' | b',' => written(cell),
+        _ => None,
     }
 }
 
-/// The time a cell holds, ns: a decimal number of units, or a date and time as ISO 8601 writes them (UTC where no zone
-/// is written), or a time of day.
-pub(crate) fn nanoseconds(cell: &str, unit: TimeUnit) -> Option<i64> {
-    decimal(cell, unit).or_else(|| date(cell))
+fn truth(cell: &str) -> Option<f64> {
+    let is_one_of = |words: [&str; 3]| words.iter().any(|it| it.eq_ignore_ascii_case(cell));
+    match is_one_of(["true", "on", "yes"]) {
+        true => Some(1.0),
+        false => is_one_of(["false", "off", "no"]).then_some(0.0),
+    }
+}
+
+/// A number with a decimal comma, grouped thousands, or Fortran's exponent (`1.5D-03`).
+fn written(cell: &str) -> Option<f64> {
+    let (mantissa, exponent) = match cell.split_once(['e', 'E', 'd', 'D']) {
+        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+        None => (cell, 0),
+    };
+    let (whole, part) = match mantissa.rsplit_once([',', '.']) {
+        Some(parts) => parts,
+        None => (mantissa, ""),
+    };
+    let digits = |text: &str| text.bytes().all(|it| it.is_ascii_digit());
+    let unsigned = whole.strip_prefix(['+', '-']).unwrap_or(whole);
+    let (sign, grouped) = (&whole[..whole.len() - unsigned.len()], unsigned);
+    let decimal = mantissa.as_bytes().get(whole.len()).copied();
+    let groups: Vec<&str> = grouped.split([',', '.', '\'', ' ']).collect();
+    let is_grouped = || {
+        let group = grouped.bytes().find(|it| !it.is_ascii_digit());
+        let is_one_sign = grouped
+            .bytes()
+            .all(|it| it.is_ascii_digit() || Some(it) == group);
+        (1..=3).contains(&groups[0].len())
+            && groups[1..].iter().all(|it| it.len() == 3)
+            && is_one_sign
+            && {
+                // 1.234.567 and 1,234,567 have no decimal sign.
+                group != decimal || part.len() == 3
+            }
+    };
+    let is_plain =
+        groups.iter().all(|it| digits(it)) && digits(part) && (groups.len() == 1 || is_grouped());
+    (is_plain && mantissa.bytes().any(|it| it.is_ascii_digit())).then_some(())?;
+    let all_of_groups =
+        groups.len() > 1 && grouped.as_bytes().get(groups[0].len()).copied() == decimal;
+    let point = if all_of_groups { "" } else { "." };
+    format!("{sign}{}{point}{part}e{exponent}", groups.concat())
+        .parse()
+        .ok()
 }
 
 /// A decimal number of time units in nanoseconds, exactly where it is written with digits and a point; 64-bit
 /// floating point cannot hold the nanoseconds of a date.
-fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
+pub(crate) fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
     let (negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),
         None => (false, text),
@@ -55,25 +111,6 @@ fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
     Some(if negative { -nanoseconds } else { nanoseconds })
 }
 
-/// A date with a time, or a time of day, in nanoseconds.
-pub(crate) fn date(text: &str) -> Option<i64> {
-    // Times of day have colons; `2024` alone is a number and no time of day.
-    if !text.contains(':') {
-        return None;
-    }
-    let since = |stamp: Timestamp| i64::try_from(stamp.as_nanosecond()).ok();
-    if let Ok(stamp) = text.parse::<Timestamp>() {
-        return since(stamp);
-    }
-    if let Ok(local) = text.parse::<DateTime>() {
-        return since(TimeZone::UTC.to_timestamp(local).ok()?);
-    }
-    let time: Time = text.parse().ok()?;
-    let seconds =
-        (i64::from(time.hour()) * 60 + i64::from(time.minute())) * 60 + i64::from(time.second());
-    Some(seconds * 1_000_000_000 + i64::from(time.subsec_nanosecond()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,7 +123,22 @@ mod tests {
             ("-0,05", Some(-0.05)),
             ("1,5e-3", Some(1.5e-3)),
             (",5", Some(0.5)),
-            ("1.234,5", None),
+            ("1.234,5", Some(1234.5)),
+            ("-1,234,567.25", Some(-1_234_567.25)),
+            ("1'234.5", Some(1234.5)),
+            ("1 234,5", Some(1234.5)),
+            ("1,234,567", Some(1_234_567.0)),
+            ("12.34,5", None),
+            ("1.234.5", None),
+            ("1.5D-03", Some(1.5e-3)),
+            ("2d2", Some(200.0)),
+            ("TRUE", Some(1.0)),
+            ("off", Some(0.0)),
+            ("1,e2", Some(100.0)),
+            ("e5", None),
+            ("-", None),
+            ("1-2", None),
+            ("2026-11-24", None),
             ("1,234,5", None),
             ("1,-5", None),
             ("1,e", None),
@@ -123,31 +175,7 @@ mod tests {
             ("", TimeUnit::S, None),
             ("nan", TimeUnit::S, None),
         ] {
-            assert_eq!(nanoseconds(text, unit), expected, "{text}");
-        }
-    }
-
-    #[test]
-    fn a_date_is_read_with_and_without_its_zone() {
-        let expected = 1_700_000_000_123_456_789;
-        for text in [
-            "2023-11-14T22:13:20.123456789Z",
-            "2023-11-14 22:13:20.123456789",
-            "2023-11-14T22:13:20,123456789",
-            "2023-11-14T23:13:20.123456789+01:00",
-            "2023-11-14 22:13:20.123456789+0000",
-        ] {
-            assert_eq!(nanoseconds(text, TimeUnit::S), Some(expected), "{text}");
-        }
-        assert_eq!(date("00:01:02.5"), Some(62_500_000_000));
-        for text in [
-            "2023-11-14",
-            "25:00:00",
-            "9999-12-31T23:59:59Z",
-            "noon:",
-            ":",
-        ] {
-            assert_eq!(date(text), None, "{text}");
+            assert_eq!(decimal(text, unit), expected, "{text}");
         }
     }
 }

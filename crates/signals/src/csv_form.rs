@@ -1,15 +1,19 @@
-//! How a table is written: what parts its cells, whether a row of names stands in front, what is a comment.
+//! How a table is written: what parts its cells, where it begins, where the names stand, what is a comment.
 //!
-//! - Cells are parted by tabs, semicolons or commas, whichever the first two rows agree on, or else by blanks.
-//! - A line that begins with `#` or `%` is a comment; the last one in front of the numbers holds the names, if it has as
-//!   many cells as they have.
-//! - A first row of numbers is no header: the columns are then `c1`, `c2` and so on.
+//! - Cells are parted by tabs, semicolons, commas, bars or blanks: by that which makes the most numbers of the rows.
+//! - The first row is the first line with as many cells as the rows below, and numbers or times where they have them. A text cell
+//!   makes no header of it.
+//! - Names stand in the line before it: of a comment (`#`, `%`), or of words. Below names may stand units. What
+//!   stands before is no part of the table, and is noted.
+//! - Without names the columns are `c1`, `c2` and so on.
 
+use std::collections::BTreeMap;
 use std::io::{self, BufRead, BufReader, Read};
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use crate::csv_cell::{date, number};
+use crate::csv_cell::{is_missing, number};
+use crate::csv_time;
 
 /// The longest line taken, bytes.
 const LONGEST_LINE: usize = 1 << 20;
@@ -17,135 +21,475 @@ const LONGEST_LINE: usize = 1 << 20;
 /// Comments and empty lines in front of a table at most.
 const PREFACE: usize = 1000;
 
+/// Lines, and bytes of them, from which the form is found.
+const SAMPLE: usize = 200;
+const SAMPLE_BYTES: usize = 1 << 20;
+
+/// What parts cells; of two that fit as well the first is taken.
+const DELIMITERS: [Delimiter; 5] = [
+    Delimiter::Sign(b'\t'),
+    Delimiter::Sign(b';'),
+    Delimiter::Sign(b','),
+    Delimiter::Sign(b'|'),
+    Delimiter::Blanks,
+];
+
+/// What parts the cells of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Delimiter {
+    Sign(u8),
+    /// Any number of blanks.
+    Blanks,
+}
+
 /// The form of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Form {
-    delimiter: u8,
-    /// Cells are parted by any number of blanks.
-    by_blanks: bool,
+    delimiter: Delimiter,
     comment: u8,
-    /// The first row holds the names.
-    has_header: bool,
+    /// Lines before the first row.
+    pub(crate) skipped: u64,
     /// The names of the columns.
     pub(crate) columns: Vec<String>,
+    /// The names stand in the file.
+    pub(crate) has_names: bool,
+    /// What was passed over, and whether that is in doubt.
+    pub(crate) notes: Vec<String>,
+}
+
+/// A line of the beginning of a file.
+struct Line {
+    /// Counted from 1.
+    number: u64,
+    text: Vec<u8>,
+    is_comment: bool,
 }
 
 impl Form {
     /// Finds the form of the table that `input` begins.
     ///
     /// # Errors
-    /// When the input cannot be read, or a line is longer than any table's.
-    pub(crate) fn of(input: impl Read) -> io::Result<Self> {
-        let mut lines = BufReader::new(Lines::new(input, false));
-        let mut comment: Option<Vec<u8>> = None;
-        let mut first: Vec<Vec<u8>> = Vec::new();
-        for _ in 0..PREFACE {
-            let mut line = Vec::new();
-            if lines.read_until(b'\n', &mut line)? == 0 {
-                break;
-            }
-            let line = line.trim_ascii();
-            match line.first() {
-                None => {}
-                Some(b'#' | b'%') if first.is_empty() => comment = Some(line.to_vec()),
-                Some(_) => first.push(line.to_vec()),
-            }
-            if first.len() == 2 {
-                break;
-            }
+    /// When the input cannot be read, or a line is longer than any table's; a sentence when names and rows do not go together.
+    pub(crate) fn of(input: impl Read) -> io::Result<Result<Self, String>> {
+        let mut lines = beginning(input)?;
+        let given = lines.first().and_then(|it| given_delimiter(&it.text));
+        if given.is_some() {
+            lines.remove(0);
         }
-        let lines: Vec<&[u8]> = first.iter().map(Vec::as_slice).collect();
-        let delimiter = delimiter(&lines);
+        let comment = lines.iter().rfind(|it| it.is_comment);
         let mut form = Self {
-            delimiter: delimiter.unwrap_or(b'\t'),
-            by_blanks: delimiter.is_none(),
-            comment: comment.as_ref().map_or(b'#', |line| line[0]),
-            has_header: false,
+            delimiter: Delimiter::Blanks,
+            comment: comment.map_or(b'#', |it| it.text[0]),
+            skipped: 0,
             columns: Vec::new(),
+            has_names: true,
+            notes: Vec::new(),
         };
-        let row = form.cells(lines.first().copied().unwrap_or_default());
-        form.has_header = !row.iter().all(|it| is_value(it)) || row.iter().all(String::is_empty);
-        form.columns = if form.has_header {
-            row
-        } else {
-            let of_comment = comment.map(|line| form.cells(&line[1..]));
-            let names = of_comment.filter(|names| names.len() == row.len());
-            names.unwrap_or_else(|| (1..=row.len()).map(|k| format!("c{k}")).collect())
+        let candidates = match given {
+            Some(sign) => vec![Delimiter::Sign(sign)],
+            None => DELIMITERS.to_vec(),
         };
-        Ok(form)
+        let body: Vec<&Line> = lines.iter().filter(|it| !it.is_comment).collect();
+        let grids = candidates.into_iter().map(|delimiter| {
+            form.delimiter = delimiter;
+            Cells::of(body.iter().map(|it| form.cells(&it.text)).collect())
+                .map(|cells| (delimiter, cells))
+        });
+        // The first of those that fit as well.
+        let best = grids.flatten().reduce(|best, next| {
+            if next.1.score > best.1.score {
+                next
+            } else {
+                best
+            }
+        });
+        let Some((delimiter, cells)) = best else {
+            form.delimiter = Delimiter::Blanks;
+            form.columns = body.first().map_or(Vec::new(), |it| form.cells(&it.text));
+            return Ok(Ok(form));
+        };
+        form.delimiter = delimiter;
+        Ok(form.with_names(&lines, &body, &cells))
     }
 
-    /// The rows of a table of this form, without its header.
+    /// Finds the first row and the names before it.
+    fn with_names(mut self, lines: &[Line], body: &[&Line], cells: &Cells) -> Result<Self, String> {
+        let first = cells.first_row();
+        let number = |row: usize| body.get(row).map(|it| it.number);
+        // Without a row, the table ends behind its names.
+        let first_line =
+            number(first).unwrap_or_else(|| lines.last().map_or(1, |it| it.number + 1));
+        self.skipped = first_line - 1;
+        let of_blanks = self.delimiter == Delimiter::Blanks;
+        let mut begins = first_line;
+        // A title behind an empty line has not the rows' cells.
+        let is_next = |row: usize| number(row).is_some_and(|it| it + 1 == first_line);
+        let names = cells.names(first, of_blanks).filter(|(row, names, _)| {
+            names.len() == cells.width || is_next(*row) || first == body.len()
+        });
+        let of_comment = || {
+            let is_before = |it: &&Line| it.is_comment && it.number < first_line;
+            let last = lines.iter().rfind(is_before)?;
+            let names = attached(self.cells(&last.text[1..]), of_blanks);
+            (names.len() == cells.width).then_some((last.number, names))
+        };
+        if let Some((row, names, units)) = names {
+            begins = number(row).unwrap_or(first_line);
+            self.columns = self.fitted(begins, names, cells, first)?;
+            for (name, unit) in self.columns.iter_mut().zip(units) {
+                if !unit.is_empty() {
+                    *name += &format!(" [{unit}]");
+                }
+            }
+        } else if let Some((_, names)) = of_comment() {
+            self.columns = names;
+        } else {
+            self.has_names = false;
+            self.columns = (1..=cells.width).map(|k| format!("c{k}")).collect();
+        }
+        let titles = body.iter().filter(|it| it.number < begins).count();
+        if titles > 0 {
+            let names = match begins == first_line {
+                true => "without names".to_owned(),
+                false => format!("with the names {}", some(&self.columns)),
+            };
+            self.notes.insert(0, format!(
+                "the table begins in line {begins}, {names}; the lines before it are passed over"
+            ));
+        }
+        self.tell_apart();
+        Ok(self)
+    }
+
+    /// The names in that line, one for each cell of a row.
+    fn fitted(
+        &mut self,
+        line: u64,
+        mut names: Vec<String>,
+        cells: &Cells,
+        first: usize,
+    ) -> Result<Vec<String>, String> {
+        let width = cells.width;
+        if names.len() > width {
+            let spare = names.split_off(width);
+            if spare.iter().any(|it| !it.is_empty()) {
+                self.notes.push(format!(
+                    "line {line} has {} names for rows of {width} cells; the last, {}, have none",
+                    width + spare.len(),
+                    some(&spare)
+                ));
+                names.extend(spare);
+            }
+        } else if names.len() + 1 == width {
+            if cells.is_empty(width - 1) {
+                return Ok(names);
+            }
+            if !cells.counts(0, first) {
+                return Err(unmatched(line, names.len(), width));
+            }
+            // As R writes them.
+            self.notes.push(format!(
+                "line {line} has one name less than its rows have cells: their first is taken as the row's number"
+            ));
+            names.insert(0, "row".to_owned());
+        } else if names.len() < width {
+            return Err(unmatched(line, names.len(), width));
+        }
+        Ok(names)
+    }
+
+    /// Gives columns of one name their places: `u [c2]`, `u [c4]`.
+    fn tell_apart(&mut self) {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for name in &self.columns {
+            *counts.entry(name).or_default() += 1;
+        }
+        let repeated: Vec<bool> = self
+            .columns
+            .iter()
+            .map(|it| counts[it.as_str()] > 1)
+            .collect();
+        for (place, name) in self.columns.iter_mut().enumerate() {
+            if repeated[place] {
+                *name = format!("{name} [c{}]", place + 1).trim_start().to_owned();
+            }
+        }
+    }
+
+    /// The rows of a table of this form, without what stands before them.
     pub(crate) fn rows<R: Read>(&self, input: R) -> Reader<Lines<R>> {
+        let by_blanks = self.delimiter == Delimiter::Blanks;
+        self.reader(Lines::new(input, by_blanks, self.skipped))
+    }
+
+    fn reader<R: Read>(&self, lines: Lines<R>) -> Reader<Lines<R>> {
         ReaderBuilder::new()
-            .delimiter(self.delimiter)
-            .has_headers(self.has_header)
+            .delimiter(match self.delimiter {
+                Delimiter::Sign(sign) => sign,
+                Delimiter::Blanks => b'\t',
+            })
+            .has_headers(false)
             .comment(Some(self.comment))
             .trim(csv::Trim::All)
             .flexible(true)
-            .from_reader(Lines::new(input, self.by_blanks))
+            .from_reader(lines)
     }
 
     /// The cells of one line.
     fn cells(&self, line: &[u8]) -> Vec<String> {
         let mut row = ByteRecord::new();
-        let form = Self {
-            has_header: false,
-            ..self.clone()
-        };
+        let by_blanks = self.delimiter == Delimiter::Blanks;
         // A line of memory is always read.
-        let _ = form.rows(line.trim_ascii()).read_byte_record(&mut row);
+        let line = match by_blanks {
+            true => line.trim_ascii(),
+            false => line,
+        };
+        let _ = (self.reader(Lines::new(line, by_blanks, 0))).read_byte_record(&mut row);
         let text = |cell| String::from_utf8_lossy(cell).into_owned();
         row.iter().map(text).collect()
     }
 }
 
-/// What parts the cells of these lines: tabs, semicolons or commas in equal number in the first two, or the one that the
-/// first has most of; `None` for blanks.
-fn delimiter(lines: &[&[u8]]) -> Option<u8> {
-    let all = [b'\t', b';', b','];
-    let count = |line: usize, sign: u8| {
-        let mut is_quoted = false;
-        let bytes = lines.get(line)?.iter().filter(|byte| {
-            is_quoted ^= **byte == b'"';
-            !is_quoted && **byte == sign
-        });
-        Some(bytes.count())
-    };
-    let agree = |sign: &u8| {
-        let first = count(0, *sign).unwrap_or(0);
-        first > 0 && count(1, *sign).is_none_or(|second| second == first)
-    };
-    let most = || {
-        let present = all.into_iter().filter(|it| count(0, *it) > Some(0));
-        present.max_by_key(|it| count(0, *it))
-    };
-    all.into_iter().find(agree).or_else(most)
+/// The first lines that are not empty.
+fn beginning(input: impl Read) -> io::Result<Vec<Line>> {
+    let mut input = BufReader::new(Lines::new(input, false, 0));
+    let mut lines: Vec<Line> = Vec::new();
+    let (mut bytes, mut rows, mut number) = (0, 0, 0);
+    while number < PREFACE as u64 && rows < SAMPLE && (bytes < SAMPLE_BYTES || rows < 2) {
+        let mut text = Vec::new();
+        let count = input.read_until(b'\n', &mut text)?;
+        if count == 0 {
+            break;
+        }
+        (number, bytes) = (number + 1, bytes + count);
+        // A tab at the end is an empty cell.
+        let end = text.trim_ascii_end().len();
+        let blank = text[end..]
+            .iter()
+            .take_while(|it| matches!(**it, b'\t' | b' '))
+            .count();
+        text.truncate(end + blank);
+        let is_comment = matches!(text.first(), Some(b'#' | b'%'));
+        if !text.trim_ascii().is_empty() {
+            rows += usize::from(!is_comment);
+            lines.push(Line {
+                number,
+                text,
+                is_comment,
+            });
+        }
+    }
+    Ok(lines)
 }
 
-/// Whether a cell holds what a column of numbers or times does, or nothing.
+/// The delimiter that Excel's line `sep=;` names.
+fn given_delimiter(line: &[u8]) -> Option<u8> {
+    let line = line.trim_ascii_start();
+    let line = line.strip_prefix(b"\"").unwrap_or(line);
+    let (head, tail) = line.split_at_checked(4)?;
+    let sign = *tail.first()?;
+    let is_alone = matches!(tail[1..].trim_ascii(), b"" | b"\"");
+    (head.eq_ignore_ascii_case(b"sep=") && is_alone).then_some(sign)
+}
+
+fn unmatched(line: u64, names: usize, width: usize) -> String {
+    format!(
+        "line {line} has {names} names, and the rows below it have {width} cells; give every column a name, or take that line \
+         away (the columns are then c1 to c{width}); where numbers have a decimal comma, the cells must be parted by ';' or tabs"
+    )
+}
+
+/// A few names.
+fn some(names: &[String]) -> String {
+    let few = names
+        .iter()
+        .take(5)
+        .map(|it| planesman_text::shown(it).to_string());
+    let more = if names.len() > 5 { ", ..." } else { "" };
+    few.collect::<Vec<_>>().join(", ") + more
+}
+
+/// Words parted by blanks as names: a unit in brackets belongs to the name before it.
+fn attached(words: Vec<String>, by_blanks: bool) -> Vec<String> {
+    if !by_blanks {
+        return words;
+    }
+    let mut names: Vec<String> = Vec::new();
+    for word in words {
+        match names.last_mut() {
+            Some(name) if word.starts_with(['[', '(']) => *name += &format!(" {word}"),
+            _ => names.push(word),
+        }
+    }
+    names
+}
+
+/// What a column's cells are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kind {
+    values: usize,
+    others: usize,
+}
+
+/// The cells of the first lines.
+struct Cells {
+    rows: Vec<Vec<String>>,
+    /// Cells in a row.
+    width: usize,
+    /// Of the later half of the rows: the first may be titles.
+    kinds: Vec<Kind>,
+    /// Numbers and times less texts.
+    score: i64,
+}
+
+impl Cells {
+    /// The cells, if the lines have two or more.
+    fn of(rows: Vec<Vec<String>>) -> Option<Self> {
+        let tail = || &rows[rows.len() / 2..];
+        let values = |row: &[String]| row.iter().filter(|it| is_value(it)).count();
+        let mut by_width: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        for row in tail().iter().filter(|it| it.len() > 1) {
+            let (numbers, count) = by_width.entry(row.len()).or_default();
+            (*numbers, *count) = (*numbers + values(row), *count + 1);
+        }
+        let (width, _) = by_width.into_iter().max_by_key(|it| it.1)?;
+        let mut kinds = vec![Kind::default(); width];
+        for row in tail().iter().filter(|it| it.len() == width) {
+            for (cell, kind) in row.iter().zip(&mut kinds) {
+                kind.values += usize::from(is_value(cell));
+                kind.others += usize::from(!is_value(cell) && !is_missing(cell));
+            }
+        }
+        let score = kinds
+            .iter()
+            .map(|it| it.values as i64 - it.others as i64)
+            .sum();
+        Some(Self {
+            rows,
+            width,
+            kinds,
+            score,
+        })
+    }
+
+    /// Values and texts of a line in the columns of numbers.
+    fn counts_of(&self, row: &[String]) -> Kind {
+        let mut all = Kind::default();
+        for (cell, kind) in row.iter().zip(&self.kinds) {
+            if kind.values > kind.others {
+                all.values += usize::from(is_value(cell));
+                all.others += usize::from(!is_value(cell) && !is_missing(cell));
+            }
+        }
+        all
+    }
+
+    /// The first line that is a row.
+    fn first_row(&self) -> usize {
+        let is_row = |row: &Vec<String>| {
+            let counts = self.counts_of(row);
+            row.len() == self.width && counts.values > 0 && counts.others == 0
+        };
+        let is_mostly = |row: &Vec<String>| {
+            let counts = self.counts_of(row);
+            row.len() == self.width && counts.values > counts.others
+        };
+        let Some(mut first) = self.rows.iter().position(is_row) else {
+            return self.rows.len();
+        };
+        while first > 0 && is_mostly(&self.rows[first - 1]) {
+            first -= 1;
+        }
+        // As pandas numbers columns without names.
+        let is_numbered = |row: &[String]| {
+            let mut rest = row.iter().skip(1).enumerate();
+            row.len() > 2 && row[0].is_empty() && rest.all(|(k, cell)| *cell == k.to_string())
+        };
+        first + usize::from(is_numbered(&self.rows[first]))
+    }
+
+    /// The names before the first row, with the line that has them, and the units between.
+    fn names(&self, first: usize, by_blanks: bool) -> Option<(usize, Vec<String>, Vec<String>)> {
+        let line = |row: usize| attached(self.rows[row].clone(), by_blanks);
+        let near = |names: &Vec<String>| {
+            let is_r = || names.len() + 1 == self.width && self.counts(0, first);
+            let fits = match by_blanks {
+                true => names.len() == self.width || is_r(),
+                false => names.len() > 1,
+            };
+            fits && names.iter().any(|it| !it.is_empty())
+        };
+        let mut at = first.checked_sub(1)?;
+        let mut names = Some(line(at)).filter(near)?;
+        let mut units = Vec::new();
+        let is_unit = |it: &String| it.is_empty() || crate::csv_source::is_unit(it);
+        while at > 0 && names.iter().all(is_unit) {
+            let upper = line(at - 1);
+            if !near(&upper) || upper.len() != names.len() {
+                break;
+            }
+            let bare = |it: &String| it.trim_matches(['[', ']', '(', ')']).to_owned();
+            units = names.iter().map(bare).collect();
+            (at, names) = (at - 1, upper);
+        }
+        Some((at, names, units))
+    }
+
+    /// Whether no row has anything in that column.
+    fn is_empty(&self, column: usize) -> bool {
+        self.kinds[column].values == 0 && self.kinds[column].others == 0
+    }
+
+    /// Whether the rows' cells of that column count by one, or are texts.
+    fn counts(&self, column: usize, first: usize) -> bool {
+        let rows = self.rows[first..]
+            .iter()
+            .filter(|it| it.len() == self.width);
+        let numbers: Vec<Option<f64>> = rows.map(|row| number(&row[column])).collect();
+        self.kinds[column].values == 0
+            || numbers.is_sorted_by(|a, b| a.zip(*b).is_some_and(|(a, b)| b - a == 1.0))
+    }
+}
+
+/// Whether a cell holds what a column of numbers or times does.
 fn is_value(cell: &str) -> bool {
-    cell.is_empty() || number(cell).is_some() || date(cell).is_some()
+    number(cell).is_some() || csv_time::is_time(cell)
 }
 
 /// Passes bytes on, and fails in a line that is longer than any table's. A run of blanks in a line becomes one tab, if
-/// asked for.
+/// asked for; so many lines at the beginning are left out.
 pub(crate) struct Lines<R> {
     input: R,
     by_blanks: bool,
+    /// Lines that are still to be left out.
+    skipped: u64,
     length: usize,
     /// The last byte was a blank, or ended a line.
     is_blank: bool,
 }
 
 impl<R> Lines<R> {
-    fn new(input: R, by_blanks: bool) -> Self {
+    fn new(input: R, by_blanks: bool, skipped: u64) -> Self {
         Self {
             input,
             by_blanks,
+            skipped,
             length: 0,
             is_blank: true,
         }
+    }
+
+    /// Leaves out what belongs to lines that are passed over; returns how many bytes are left.
+    fn skip(&mut self, bytes: &mut [u8]) -> usize {
+        let mut at = 0;
+        while self.skipped > 0 {
+            let Some(end) = bytes[at..].iter().position(|it| *it == b'\n') else {
+                return 0;
+            };
+            (at, self.skipped) = (at + end + 1, self.skipped - 1);
+        }
+        bytes.copy_within(at.., 0);
+        bytes.len() - at
     }
 
     /// Makes one tab of each run of blanks, and none at the beginning of a line; returns how many bytes are left.
@@ -177,11 +521,16 @@ impl<R: Read> Read for Lines<R> {
                     )));
                 }
             }
-            if !self.by_blanks {
-                return Ok(count);
-            }
+            let left = match self.skipped {
+                0 => count,
+                _ => self.skip(&mut bytes[..count]),
+            };
+            let left = match self.by_blanks {
+                true => self.squeeze(&mut bytes[..left]),
+                false => left,
+            };
             // Nothing left is no end.
-            match self.squeeze(&mut bytes[..count]) {
+            match left {
                 0 if count > 0 => {}
                 kept => return Ok(kept),
             }
@@ -194,7 +543,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> (Form, Vec<Vec<String>>) {
-        let form = Form::of(text.as_bytes()).unwrap();
+        let form = Form::of(text.as_bytes()).unwrap().unwrap();
         let rows = form.rows(text.as_bytes()).into_byte_records();
         let text = |cell: &[u8]| String::from_utf8_lossy(cell).into_owned();
         let rows = rows.map(|row| row.unwrap().iter().map(text).collect());
@@ -253,7 +602,7 @@ mod tests {
     fn blanks_are_squeezed_wherever_a_read_ends() {
         let text = b"  a   b \n\t1  2\n";
         for size in 1..text.len() {
-            let mut input = BufReader::with_capacity(size, Lines::new(&text[..], true));
+            let mut input = BufReader::with_capacity(size, Lines::new(&text[..], true, 0));
             let mut squeezed = String::new();
             input.read_to_string(&mut squeezed).unwrap();
             assert_eq!(squeezed, "a\tb\t\n1\t2\n");

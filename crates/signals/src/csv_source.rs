@@ -13,11 +13,12 @@ use std::path::{Path, PathBuf};
 use csv::{ByteRecord, Reader};
 use planesman_text::{did_you_mean, shown, unmarked};
 
-use crate::csv_cell::{date, nanoseconds, number};
+use crate::csv_cell::{decimal, number};
 use crate::csv_form::{Form, Lines};
+use crate::csv_time::{self, FORMS, Order, Written};
 use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, distinct};
-use crate::time_unit::{self, JudgedUnit, TimeUnit};
+use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 
 /// Units that may end a column's name behind `_`.
 const UNITS: &[&str] = &[
@@ -28,11 +29,48 @@ const UNITS: &[&str] = &[
     "degC", "K", "F", "pct", "percent", "l", "L", "lpm", "lbf", "lb",
 ];
 
+/// Names of the whole seconds of a time in two columns, behind the last sign of a longer name, and of their parts.
+const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
+const PARTS: [(&str, TimeUnit); 14] = [
+    ("nanosec", TimeUnit::Ns),
+    ("nanosecs", TimeUnit::Ns),
+    ("nanoseconds", TimeUnit::Ns),
+    ("nsec", TimeUnit::Ns),
+    ("nsecs", TimeUnit::Ns),
+    ("ns", TimeUnit::Ns),
+    ("microseconds", TimeUnit::Us),
+    ("microsec", TimeUnit::Us),
+    ("usec", TimeUnit::Us),
+    ("us", TimeUnit::Us),
+    ("milliseconds", TimeUnit::Ms),
+    ("millisec", TimeUnit::Ms),
+    ("msec", TimeUnit::Ms),
+    ("ms", TimeUnit::Ms),
+];
+
+/// Names of a column that counts the rows, beside none at all.
+const COUNTS: [&str; 14] = [
+    "",
+    "index",
+    "row",
+    "sample",
+    "samples",
+    "n",
+    "no",
+    "nr",
+    "num",
+    "#",
+    "id",
+    "seq",
+    "count",
+    "unnamed: 0",
+];
+
 /// Rows in which a time is looked for that no name tells of.
 const LOOKED_AT: usize = 100;
 
-/// Rows in which its first numbers are looked for.
-const MOST_LOOKED_AT: u64 = 10_000;
+/// The whole seconds of a date from 1980 to 2096.
+const EPOCH: std::ops::Range<f64> = 315e6..4e9;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -41,12 +79,12 @@ const LISTED: usize = 20;
 const PROGRESS_INTERVAL: u64 = 4096;
 
 /// The characters of a cell that a note quotes at most.
-const QUOTED: usize = 20;
+const QUOTED: usize = 40;
 
 /// How the time of a table is read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableTime {
-    /// The column; `None` for the one whose name says so, or a first column that rises.
+    /// The column, or two as `SECONDS+NANOSECONDS` or `DATE+TIME`; `None` for the one whose name says so, or a first column that rises.
     pub column: Option<String>,
     /// The unit of its numbers; `None` for the one that its name ends in, or seconds.
     pub unit: Option<TimeUnit>,
@@ -61,8 +99,14 @@ enum Time {
     Named(usize),
     /// In the first column, whose numbers rise.
     Rising,
+    /// In two columns: seconds, and their parts in this unit.
+    Parts(usize, usize, TimeUnit),
+    /// In two columns: the date, and the time of day.
+    Dated(usize, usize),
     /// Nowhere: so many ns are from row to row.
     Rows(f64),
+    /// Nowhere, though the first column counts the rows.
+    Counted,
     /// Nowhere.
     Unknown,
 }
@@ -74,7 +118,11 @@ pub struct CsvSource {
     bytes: u64,
     form: Form,
     time: Time,
-    unit: JudgedUnit,
+    written: Written,
+    /// How its unit is known.
+    known: Known,
+    /// How it is known that the time is written so, where nobody said it.
+    written_told: String,
 }
 
 impl CsvSource {
@@ -91,6 +139,7 @@ impl CsvSource {
             return Err(SourceError::Data(format!("{name} is not a regular file")));
         }
         let form = Form::of(text_at(path)?).map_err(unreadable)?;
+        let form = form.map_err(|reason| SourceError::Data(format!("{name}: {reason}")))?;
         if form.columns.len() < 2 {
             return Err(SourceError::Data(format!(
                 "{name}: its first line has no two columns parted by ',', ';', tabs or blanks"
@@ -101,76 +150,226 @@ impl CsvSource {
             bytes: about.len(),
             form,
             time: Time::Unknown,
-            unit: TimeUnit::S.into(),
+            written: Written::default(),
+            known: Known::Named,
+            written_told: String::new(),
         };
-        table.time = table.find_time(time)?;
-        table.find_unit(time.unit)?;
+        let start = table.start()?;
+        table.time = table.find_time(time, &start)?;
+        table.find_written(time.unit, &start)?;
         Ok(table)
     }
 
-    fn find_time(&self, asked: &TableTime) -> Result<Time> {
+    /// The first rows.
+    fn start(&self) -> Result<Vec<Vec<String>>> {
+        let mut reader = self.reader()?;
+        let (mut row, mut rows) = (ByteRecord::new(), Vec::new());
+        while rows.len() < LOOKED_AT && reader.read_byte_record(&mut row)? {
+            let text = |cell| String::from_utf8_lossy(cell).into_owned();
+            rows.push(row.iter().take(self.form.columns.len()).map(text).collect());
+        }
+        Ok(rows)
+    }
+
+    fn find_time(&self, asked: &TableTime, start: &[Vec<String>]) -> Result<Time> {
         if let Some(seconds) = asked.sample_time {
             // As the grid of that rate has it: then every row lies on an instant.
             return Ok(Time::Rows(1e9 / (1.0 / seconds)));
         }
-        if let Some(name) = &asked.column {
-            return Ok(Time::Named(self.place(&self.places(), name)?));
-        }
         let columns = &self.form.columns;
+        if let Some(name) = &asked.column {
+            let two = name.split_once('+').filter(|_| !columns.contains(name));
+            let places = self.places();
+            let place = |name: &str| self.place(&places, name.trim());
+            return Ok(match two {
+                None => Time::Named(place(name)?),
+                Some((first, second)) => {
+                    let (first, second) = (place(first)?, place(second)?);
+                    let is_date = csv_time::is_day(cell(start, first));
+                    let unit = part(&columns[second]).map_or(TimeUnit::Ns, |it| it.1);
+                    match is_date {
+                        true => Time::Dated(first, second),
+                        false => Time::Parts(first, second, unit),
+                    }
+                }
+            });
+        }
+        let plain: Vec<&str> = columns.iter().map(|it| with_unit(it).0).collect();
+        let find = |name: &str| plain.iter().position(|it| it.eq_ignore_ascii_case(name));
         let named = time_unit::column(columns.iter().map(String::as_str));
+        let parts = || {
+            let mut pairs = columns.windows(2).enumerate();
+            pairs.find_map(|(at, pair)| {
+                let (before, unit) = part(&pair[1])?;
+                let is_it = |name: &str| pair[0].eq_ignore_ascii_case(&format!("{before}{name}"));
+                SECONDS
+                    .iter()
+                    .any(|it| is_it(it))
+                    .then_some(Time::Parts(at, at + 1, unit))
+            })
+        };
         Ok(match named {
-            Some(place) => Time::Named(place),
-            None if self.rises()? => Time::Rising,
-            None => Time::Unknown,
+            Some(place)
+                if find("date").is_some_and(|it| csv_time::is_day(cell(start, it)))
+                    && csv_time::date(cell(start, place), Order::default())
+                        .is_some_and(|it| it < csv_time::DAY) =>
+            {
+                Time::Dated(find("date").unwrap_or(place), place)
+            }
+            Some(place) => match parts() {
+                Some(Time::Parts(first, second, unit)) if first == place => {
+                    Time::Parts(first, second, unit)
+                }
+                _ => Time::Named(place),
+            },
+            None => parts().unwrap_or_else(|| self.found_in(start)),
         })
     }
 
-    /// Whether the first column's numbers or dates rise from row to row.
-    fn rises(&self) -> Result<bool> {
-        let mut reader = self.reader()?;
-        let (mut row, mut last, mut count) = (ByteRecord::new(), None, 0);
-        while count < LOOKED_AT && reader.read_byte_record(&mut row)? {
-            let cell = row.get(0).and_then(|it| std::str::from_utf8(it).ok());
-            let stamp = cell.and_then(|it| nanoseconds(it, TimeUnit::Ms));
-            if stamp.is_none() || stamp <= last {
-                return Ok(false);
-            }
-            (last, count) = (stamp, count + 1);
+    /// A time that no name tells of: an epoch with its nanoseconds in the first two columns, or a first column that rises.
+    fn found_in(&self, start: &[Vec<String>]) -> Time {
+        let whole = |row: &Vec<String>, at: usize| {
+            let number = row.get(at).and_then(|it| it.parse::<f64>().ok());
+            number.filter(|it| it.fract() == 0.0)
+        };
+        let is_epoch = |row: &Vec<String>| {
+            let (seconds, parts) = (whole(row, 0), whole(row, 1));
+            seconds.is_some_and(|it| EPOCH.contains(&it))
+                && parts.is_some_and(|it| (0.0..1e9).contains(&it))
+        };
+        // A second number of 1000 and less is none of nanoseconds: one row in a million has it.
+        let is_small = |row: &Vec<String>| whole(row, 1).is_some_and(|it| it <= 1000.0);
+        if !start.is_empty() && start.iter().all(is_epoch) && !start.iter().skip(1).all(is_small) {
+            return Time::Parts(0, 1, TimeUnit::Ns);
         }
-        Ok(count > 1)
+        let stamp = |order| {
+            let written = Written {
+                unit: TimeUnit::Ms,
+                order,
+            };
+            let stamps = start
+                .iter()
+                .map(move |row| written.nanoseconds(row.first()?));
+            let rises = |(a, b): (Option<i64>, Option<i64>)| a.is_some() && a < b;
+            stamps.clone().zip(stamps.skip(1)).all(rises)
+        };
+        if start.len() < 2 || !(stamp(Order::MonthFirst) || stamp(Order::DayFirst)) {
+            return Time::Unknown;
+        }
+        let name = &self.form.columns[0];
+        let is_count =
+            !self.form.has_names || COUNTS.iter().any(|it| it.eq_ignore_ascii_case(name));
+        let mut counts = start
+            .windows(2)
+            .map(|it| Some(whole(&it[1], 0)? - whole(&it[0], 0)?));
+        let begins = start.first().and_then(|row| whole(row, 0));
+        let from_start = begins == Some(0.0) || begins == Some(1.0);
+        match is_count && from_start && counts.all(|it| it == Some(1.0)) {
+            true => Time::Counted,
+            false => Time::Rising,
+        }
     }
 
-    /// The unit asked for, or that of the column's name; or the one that its first numbers are in.
-    fn find_unit(&mut self, asked: Option<TimeUnit>) -> Result<()> {
-        let Some(column) = self.time_column() else {
+    /// How the time is written: in the unit asked for, or that of the column's name; in that in which its first number is a date
+    /// of our time; in days; with the day first or the month.
+    fn find_written(&mut self, asked: Option<TimeUnit>, start: &[Vec<String>]) -> Result<()> {
+        let (Some(column), false) = (self.time_column(), matches!(self.time, Time::Parts(..)))
+        else {
             return Ok(());
         };
-        let name = &self.form.columns[column];
-        let named = time_unit::named(name).1;
-        let is_seconds = name.eq_ignore_ascii_case("seconds").then_some(TimeUnit::S);
-        if let Some(unit) = asked.or(named).or(is_seconds) {
-            self.unit = unit.into();
+        let name = self.form.columns[column].clone();
+        let first = cell(start, column);
+        if csv_time::day_and_month(&self.dated(first, start)).is_some() {
+            let (order, told) = self.find_order(column)?;
+            let unit = asked.unwrap_or_default();
+            self.written = Written { unit, order };
+            self.written_told = told;
             return Ok(());
         }
-        let (mut reader, mut row) = (self.reader()?, ByteRecord::new());
-        let mut numbers = Vec::new();
-        while numbers.len() < time_unit::LOOKED_AT && reader.read_byte_record(&mut row)? {
-            let cell = row.get(column).and_then(|it| std::str::from_utf8(it).ok());
-            match cell.and_then(number) {
-                Some(number) => numbers.push(number),
-                // Dates have no unit.
-                None if cell.and_then(date).is_some() => return Ok(()),
-                None if row
-                    .position()
-                    .is_some_and(|it| it.record() > MOST_LOOKED_AT) =>
-                {
-                    break;
+        let named = asked.or(time_unit::named(&name).1);
+        let judged = match named {
+            Some(unit) => JudgedUnit::from(unit),
+            None if name.eq_ignore_ascii_case("seconds") => TimeUnit::S.into(),
+            None => {
+                let numbers = start.iter().filter_map(|row| number(row.get(column)?));
+                match numbers.collect::<Vec<f64>>() {
+                    // Dates have no unit.
+                    numbers if numbers.is_empty() => TimeUnit::S.into(),
+                    numbers => time_unit::judged(&numbers),
                 }
-                None => {}
             }
-        }
-        self.unit = time_unit::judged(&numbers);
+        };
+        self.written.unit = judged.unit;
+        self.known = judged.known;
+        self.written_told = judged.told();
         Ok(())
+    }
+
+    /// The cell of the time; where the date has a column of its own, with the time of day behind it.
+    fn dated(&self, first: &str, start: &[Vec<String>]) -> String {
+        match self.time {
+            Time::Dated(_, time) => format!("{first} {}", cell(start, time)),
+            _ => first.to_owned(),
+        }
+    }
+
+    /// The order of day and month in the dates of that column, by all its rows; where both are possible, that in which no
+    /// two rows are half a day apart.
+    fn find_order(&self, column: usize) -> Result<(Order, String)> {
+        let mut reader = self.reader()?;
+        let mut row = ByteRecord::new();
+        let (mut days, mut months) = (0, 0);
+        let mut leaps = [0_u64; 2];
+        let mut last = [None; 2];
+        let mut first = None;
+        while reader.read_byte_record(&mut row)? {
+            let text = |at: usize| {
+                std::str::from_utf8(row.get(at).unwrap_or_default()).unwrap_or_default()
+            };
+            let text = match self.time {
+                Time::Dated(_, time) => format!("{} {}", text(column), text(time)),
+                _ => text(column).to_owned(),
+            };
+            let Some((one, other)) = csv_time::day_and_month(&text) else {
+                continue;
+            };
+            (days, months) = (days.max(one), months.max(other));
+            for (k, order) in [Order::DayFirst, Order::MonthFirst].into_iter().enumerate() {
+                let stamp = csv_time::date(&text, order);
+                let leap = |last: i64, next: i64| last.abs_diff(next) > csv_time::DAY as u64 / 2;
+                leaps[k] += u64::from(
+                    last[k]
+                        .zip(stamp)
+                        .is_some_and(|(last, next)| leap(last, next)),
+                );
+                last[k] = stamp.or(last[k]);
+            }
+            first.get_or_insert(text);
+        }
+        let told = |order: &str| format!(", dates read as {order}");
+        Ok(match (days > 12, months > 12) {
+            (true, false) => (Order::DayFirst, told("day/month/year")),
+            (false, true) => (Order::MonthFirst, told("month/day/year")),
+            // On one day it is the same.
+            (false, false) if leaps == [0, 0] => (Order::MonthFirst, String::new()),
+            (false, false) if leaps[0] == 0 => (
+                Order::DayFirst,
+                told("day/month/year: their rows follow each other only so"),
+            ),
+            (false, false) if leaps[1] == 0 => (
+                Order::MonthFirst,
+                told("month/day/year: their rows follow each other only so"),
+            ),
+            _ => {
+                return Err(SourceError::Data(format!(
+                    "{}: '{}' in '{}' may be day/month or month/day, and the other rows do not tell which; write the dates as \
+                     2026-11-24 12:00:00",
+                    self.path.display(),
+                    shown(first.unwrap_or_default()),
+                    self.form.columns[column]
+                )));
+            }
+        })
     }
 
     /// Its name.
@@ -197,7 +396,7 @@ impl CsvSource {
     /// The same table; its rows are a second apart if nothing is known of their time.
     #[must_use]
     pub fn counted(mut self) -> Self {
-        if self.time == Time::Unknown {
+        if matches!(self.time, Time::Unknown | Time::Counted) {
             self.time = Time::Rows(1e9);
         }
         self
@@ -205,9 +404,17 @@ impl CsvSource {
 
     fn time_column(&self) -> Option<usize> {
         match self.time {
-            Time::Named(column) => Some(column),
+            Time::Named(column) | Time::Parts(column, ..) | Time::Dated(column, _) => Some(column),
             Time::Rising => Some(0),
-            Time::Rows(_) | Time::Unknown => None,
+            Time::Rows(_) | Time::Counted | Time::Unknown => None,
+        }
+    }
+
+    /// The second column of the time.
+    fn time_part(&self) -> Option<usize> {
+        match self.time {
+            Time::Parts(_, column, _) | Time::Dated(_, column) => Some(column),
+            _ => None,
         }
     }
 
@@ -216,34 +423,57 @@ impl CsvSource {
     pub fn signals(&self) -> Vec<&str> {
         let time = self.time_column();
         let columns = self.form.columns.iter().enumerate();
-        let others = columns.filter(|(it, _)| Some(*it) != time);
+        let part = self.time_part();
+        let others = columns.filter(|(it, _)| Some(*it) != time && Some(*it) != part);
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); of
-    /// several of one name the first.
-    fn places(&self) -> BTreeMap<&str, usize> {
-        let columns = || self.form.columns.iter().enumerate().rev();
-        let plain = columns().map(|(place, name)| (with_unit(name).0, place));
-        let full = columns().map(|(place, name)| (name.as_str(), place));
-        plain.chain(full).collect()
+    /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); a
+    /// second place where two have that name.
+    pub(crate) fn places(&self) -> BTreeMap<&str, (usize, Option<usize>)> {
+        let mut places: BTreeMap<&str, (usize, Option<usize>)> = BTreeMap::new();
+        let columns = || self.form.columns.iter().enumerate();
+        for (place, name) in columns() {
+            let of_name = places.entry(with_unit(name).0).or_insert((place, None));
+            if of_name.0 != place {
+                of_name.1 = of_name.1.or(Some(place));
+            }
+        }
+        places.extend(columns().map(|(place, name)| (name.as_str(), (place, None))));
+        places
     }
 
-    fn place(&self, places: &BTreeMap<&str, usize>, name: &str) -> Result<usize> {
-        places.get(name).copied().ok_or_else(|| {
-            let names = self.form.columns.iter().take(LISTED);
-            let more = self.form.columns.len().saturating_sub(LISTED);
-            SourceError::Request(format!(
-                "{}: it has no column '{name}'; it has {}{}{}",
-                self.path.display(),
-                names.cloned().collect::<Vec<_>>().join(", "),
-                match more {
+    /// The column of that name.
+    ///
+    /// # Errors
+    /// A sentence, if there is none, or there are several.
+    pub(crate) fn place(
+        &self,
+        places: &BTreeMap<&str, (usize, Option<usize>)>,
+        name: &str,
+    ) -> Result<usize> {
+        let columns = &self.form.columns;
+        let path = self.path.display();
+        match places.get(name) {
+            Some((place, None)) => Ok(*place),
+            Some((first, Some(second))) => Err(SourceError::Request(format!(
+                "{path}: '{name}' may be '{}' or '{}'; name one of them in full",
+                columns[*first], columns[*second]
+            ))),
+            None => Err(SourceError::Request(format!(
+                "{path}: it has no column '{name}'; it has {}{}{}{}",
+                columns[..columns.len().min(LISTED)].join(", "),
+                match columns.len().saturating_sub(LISTED) {
                     0 => String::new(),
                     more => format!(" and {more} more"),
                 },
-                did_you_mean(name, places.keys().copied())
-            ))
-        })
+                did_you_mean(name, places.keys().copied()),
+                match &self.form.notes[..] {
+                    [] => String::new(),
+                    notes => format!(" ({})", notes.join("; ")),
+                }
+            ))),
+        }
     }
 
     fn reader(&self) -> Result<Reader<Lines<File>>> {
@@ -266,90 +496,102 @@ impl CsvSource {
             .map(|request| self.place(&places, &request.name))
             .collect::<Result<Vec<_>>>()?;
         distinct(requests, &columns)?;
-        let shown_path = self.path.display();
+        let mut reading = Reading::default();
+        let signals = columns.into_iter().enumerate().collect();
+        let mut rows = self.rows(signals, requests, &mut reading)?;
+        while let Some(stamp) = rows.next() {
+            if rows.count.is_multiple_of(PROGRESS_INTERVAL) {
+                progress(rows.bytes());
+            }
+            if !rows.hand(stamp, take) {
+                break;
+            }
+        }
+        rows.end(&mut reading)?;
+        Ok(reading)
+    }
+
+    /// The rows, of which each signal (its number in the requests) is in the column beside it.
+    ///
+    /// # Errors
+    /// A table whose time is not known.
+    pub(crate) fn rows(
+        &self,
+        signals: Vec<(usize, usize)>,
+        requests: &[Request],
+        reading: &mut Reading,
+    ) -> Result<Rows<'_>> {
+        let path = self.path.display();
+        let columns = &self.form.columns;
         match self.time {
             Time::Unknown => {
                 return Err(SourceError::Request(format!(
-                    "{shown_path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
-                 with --time COLUMN, or give the interval between rows with --sample-time, as in --sample-time 0.1s",
+                    "{path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
+                     with --time COLUMN (--time SECONDS+NANOSECONDS or DATE+TIME where it is in two), or give the interval between rows \
+                     with --sample-time, as in --sample-time 0.1s",
                     time_unit::NAMES[..4].join(", ")
                 )));
             }
-            Time::Rising if columns.contains(&0) => {
+            Time::Counted => {
                 return Err(SourceError::Request(format!(
-                    "{shown_path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
-                 name the time with --time COLUMN or give --sample-time",
-                    self.form.columns[0]
+                    "{path}: no column is the time: '{}', the first, counts the rows; give the interval between them with \
+                     --sample-time, as in --sample-time 0.1s, or name the time with --time COLUMN",
+                    columns[0]
+                )));
+            }
+            Time::Rising if signals.iter().any(|it| it.1 == 0) => {
+                return Err(SourceError::Request(format!(
+                    "{path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
+                     name the time with --time COLUMN or give --sample-time",
+                    columns[0]
                 )));
             }
             _ => {}
         }
-        let mut reading = Reading {
-            stamps: self.stamps(),
-            unit: self.unit.known,
-            ..Reading::default()
-        };
-        for (request, column) in requests.iter().zip(&columns) {
-            let name = &self.form.columns[*column];
-            if *name != request.name {
-                let note = format!("'{}' is the column '{name}'", request.name);
-                reading.notes.push(note);
-                let columns = &mut reading.columns;
-                columns.insert(request.name.clone(), name.clone());
+        reading.stamps = self.stamps();
+        reading.unit = self.known;
+        let notes = self.form.notes.iter();
+        reading
+            .notes
+            .extend(notes.map(|note| format!("{path}: {note}")));
+        for (signal, column) in &signals {
+            let (asked, name) = (&requests[*signal].name, &columns[*column]);
+            if name != asked && !asked.ends_with(&format!(":{name}")) {
+                reading
+                    .notes
+                    .push(format!("'{asked}' is the column '{name}'"));
+                reading.columns.insert(asked.clone(), name.clone());
             }
         }
-        let mut reader = self.reader()?;
-        let mut row = ByteRecord::new();
-        let mut faults = vec![Faults::default(); columns.len()];
-        let (mut rows, mut timeless) = (0_u64, 0_u64);
-        loop {
-            match reader.read_byte_record(&mut row) {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(error) => {
-                    reading.notes.push(format!("{shown_path}: {error}"));
-                    break;
-                }
+        Ok(Rows {
+            faults: vec![Faults::default(); signals.len()],
+            table: self,
+            reader: self.reader()?,
+            row: ByteRecord::new(),
+            signals,
+            count: 0,
+            timeless: Faults::default(),
+            broken: None,
+        })
+    }
+
+    /// The time of a row.
+    fn stamp(&self, row: &ByteRecord, count: u64) -> Option<i64> {
+        let cell = |column: usize| std::str::from_utf8(row.get(column)?).ok();
+        match self.time {
+            Time::Rows(step) => Some((count as f64 * step).round() as i64),
+            Time::Named(column) => self.written.nanoseconds(cell(column)?),
+            Time::Rising => self.written.nanoseconds(cell(0)?),
+            Time::Parts(seconds, part, unit) => {
+                let whole = decimal(cell(seconds)?, TimeUnit::S)?;
+                whole.checked_add(decimal(cell(part)?, unit)?)
             }
-            rows += 1;
-            if rows.is_multiple_of(PROGRESS_INTERVAL) {
-                progress(row.position().map_or(0, |at| at.byte()));
+            Time::Dated(date, time) => {
+                let text = format!("{} {}", cell(date)?, cell(time)?);
+                self.written.nanoseconds(&text)
             }
-            let cell = |column: usize| row.get(column).unwrap_or_default();
-            let stamp = match self.time {
-                Time::Rows(step) => Some(((rows - 1) as f64 * step).round() as i64),
-                _ => self.time_column().and_then(|column| {
-                    let cell = std::str::from_utf8(cell(column)).ok()?;
-                    nanoseconds(cell, self.unit.unit)
-                }),
-            };
-            let Some(stamp) = stamp else {
-                timeless += 1;
-                continue;
-            };
-            let line = row.position().map_or(rows, csv::Position::line);
-            let mut more = true;
-            for (signal, (column, faults)) in columns.iter().zip(&mut faults).enumerate() {
-                let value = faults.number(cell(*column), line);
-                more &= take(signal, stamp, value);
-            }
-            if !more {
-                break;
-            }
+            Time::Counted | Time::Unknown => None,
         }
-        if let (Some(column), true) = (self.time_column(), timeless > 0) {
-            let name = &self.form.columns[column];
-            let note = format!("{shown_path}: {timeless} of {rows} rows have no time in '{name}'");
-            if timeless == rows {
-                return Err(SourceError::Data(note));
-            }
-            reading.notes.push(note);
-        }
-        for (faults, column) in faults.iter().zip(&columns) {
-            let name = &self.form.columns[*column];
-            reading.notes.extend(faults.note(name, rows - timeless));
-        }
-        Ok(reading)
     }
 
     /// Where the stamps come from.
@@ -358,12 +600,18 @@ impl CsvSource {
             let step = self.sample_time().unwrap_or(1.0);
             return format!("of the rows, {step} s apart");
         };
-        let mut text = format!("of the column '{}'", self.form.columns[column]);
+        let name = |column: usize| &self.form.columns[column];
+        let mut text = match self.time_part() {
+            Some(part) => format!("of the columns '{}' and '{}'", name(column), name(part)),
+            None => format!("of the column '{}'", name(column)),
+        };
         if self.time == Time::Rising {
             text += ", the first, which rises from row to row";
         }
-        text += &self.unit.told();
-        text
+        if let Time::Parts(_, _, unit) = self.time {
+            text += &format!(", in s and {}", unit.described().0);
+        }
+        text + &self.written_told
     }
 
     /// Requests for all columns beside the time.
@@ -376,6 +624,154 @@ impl CsvSource {
         self.signals().into_iter().map(request).collect()
     }
 }
+
+/// The rows of a table, as they are read.
+pub(crate) struct Rows<'a> {
+    table: &'a CsvSource,
+    reader: Reader<Lines<File>>,
+    row: ByteRecord,
+    signals: Vec<(usize, usize)>,
+    faults: Vec<Faults>,
+    /// Rows read.
+    count: u64,
+    timeless: Faults,
+    /// Why no more could be read.
+    broken: Option<String>,
+}
+
+impl Rows<'_> {
+    /// Goes to the next row that has a time; returns the time.
+    pub(crate) fn next(&mut self) -> Option<i64> {
+        loop {
+            match self.reader.read_byte_record(&mut self.row) {
+                Ok(true) => self.count += 1,
+                Ok(false) => return None,
+                Err(error) => {
+                    self.broken = Some(error.to_string());
+                    return None;
+                }
+            }
+            let stamp = self.table.stamp(&self.row, self.count - 1);
+            if stamp.is_some() {
+                return stamp;
+            }
+            let column = self.table.time_column().unwrap_or_default();
+            let cell = self.row.get(column).unwrap_or_default();
+            self.timeless.count(cell, self.line());
+        }
+    }
+
+    /// The bytes read.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.row.position().map_or(0, csv::Position::byte)
+    }
+
+    /// The line of the row in the file.
+    fn line(&self) -> u64 {
+        let line = self.row.position().map_or(self.count, csv::Position::line);
+        self.table.form.skipped + line
+    }
+
+    /// Hands the numbers of the row to `take`; returns whether more are wanted.
+    pub(crate) fn hand(&mut self, stamp: i64, take: &mut Take<'_>) -> bool {
+        let line = self.line();
+        let mut more = true;
+        for ((signal, column), faults) in self.signals.iter().zip(&mut self.faults) {
+            let value = faults.number(self.row.get(*column).unwrap_or_default(), line);
+            more &= take(*signal, stamp, value);
+        }
+        more
+    }
+
+    /// Notes what could not be read.
+    ///
+    /// # Errors
+    /// A table without a row that has a time.
+    pub(crate) fn end(self, reading: &mut Reading) -> Result<()> {
+        let path = self.table.path.display();
+        reading
+            .notes
+            .extend(self.broken.map(|it| format!("{path}: {it}")));
+        let columns = &self.table.form.columns;
+        let timeless = self.timeless.empty + self.timeless.others;
+        if let (Some(column), true) = (self.table.time_column(), timeless > 0) {
+            let name = &columns[column];
+            let shown = match (self.timeless.first, self.timeless.first_empty) {
+                (Some((text, line)), _) => format!(", the first '{}' in line {line}", shown(text)),
+                (None, line) => format!(", the first in line {}", line.unwrap_or_default()),
+            };
+            let note = format!(
+                "{path}: {timeless} of {} rows have no time in '{name}'{shown}",
+                self.count
+            );
+            if timeless == self.count {
+                return Err(SourceError::Data(format!(
+                    "{note}; a time is read as {FORMS}"
+                )));
+            }
+            reading.notes.push(note);
+        }
+        for (faults, (_, column)) in self.faults.iter().zip(&self.signals) {
+            reading
+                .notes
+                .extend(faults.note(&columns[*column], self.count - timeless));
+        }
+        Ok(())
+    }
+}
+
+/// A cell of the first row.
+fn cell(start: &[Vec<String>], column: usize) -> &str {
+    start
+        .first()
+        .and_then(|row| row.get(column))
+        .map_or("", String::as_str)
+}
+
+/// The name of the parts of seconds without the word that says so, and the unit: `header.stamp.` of
+/// `header.stamp.nanosec`.
+fn part(name: &str) -> Option<(&str, TimeUnit)> {
+    let start = name.rfind(['.', '_', '/', ' ']).map_or(0, |it| it + 1);
+    let word = name[start..].trim_matches(['[', ']', '(', ')']);
+    let (_, unit) = PARTS.iter().find(|it| it.0.eq_ignore_ascii_case(word))?;
+    Some((&name[..start], *unit))
+}
+
+/// Whether a name is that of a unit, as stands in a line below the names: `deg/s`, `[m]`, `-`.
+pub(crate) fn is_unit(text: &str) -> bool {
+    let bare = text.trim_matches(['[', ']', '(', ')']);
+    let is_one = |it: &str| {
+        let it = it.trim_end_matches(|it: char| it.is_ascii_digit() || it == '-');
+        it.is_empty() || UNITS.contains(&it) || MORE_UNITS.contains(&it)
+    };
+    bare.len() != text.len() || bare.split(['/', '*', '^', '\u{b7}', ' ']).all(is_one)
+}
+
+/// Units that stand below names, and no name ends in.
+const MORE_UNITS: [&str; 22] = [
+    "%",
+    "\u{b0}",
+    "\u{b0}C",
+    "\u{b5}s",
+    "\u{fffd}",
+    "\u{fffd}C",
+    "grad",
+    "unitless",
+    "none",
+    "1",
+    "bool",
+    "enum",
+    "raw",
+    "volt",
+    "volts",
+    "Volts",
+    "seconds",
+    "degrees",
+    "radians",
+    "TS",
+    "RN",
+    "Smp",
+];
 
 /// The cells of a column that hold no number.
 #[derive(Clone, Debug, Default)]
@@ -393,17 +789,24 @@ impl Faults {
     fn number(&mut self, cell: &[u8], line: u64) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok();
         let found = text.and_then(number);
+        if found.is_none() {
+            self.count(cell, line);
+        }
+        found
+    }
+
+    /// Counts a cell on that line.
+    fn count(&mut self, cell: &[u8], line: u64) {
         if cell.is_empty() {
             self.empty += 1;
             self.first_empty.get_or_insert(line);
-        } else if found.is_none() {
+        } else {
             self.others += 1;
             self.first.get_or_insert_with(|| {
                 let text = String::from_utf8_lossy(cell);
                 (text.chars().take(QUOTED).collect(), line)
             });
         }
-        found
     }
 
     fn note(&self, column: &str, rows: u64) -> Option<String> {
@@ -447,8 +850,12 @@ fn text_at(path: &Path) -> Result<File> {
         .take(4)
         .read_to_end(&mut first)
         .map_err(unreadable)?;
-    let text = unmarked(&first)
-        .map_err(|reason| SourceError::Data(format!("{}: {reason}", path.display())))?;
+    let text = unmarked(&first).map_err(|reason| {
+        SourceError::Data(format!(
+            "{0}: {reason}: `iconv -f UTF-16 -t UTF-8 {0} > NEW.csv`",
+            path.display()
+        ))
+    })?;
     file.seek(SeekFrom::Start((count - text.len()) as u64))
         .map_err(unreadable)?;
     Ok(file)
@@ -465,16 +872,18 @@ mod tests {
         std::fs::write(&path, "depth [m],t [s],pitch [rad],pitch\n1,2,3,4\n").unwrap();
         let table = CsvSource::open(&path, &TableTime::default()).unwrap();
         assert_eq!(table.form.columns[table.time_column().unwrap()], "t [s]");
-        let places = table.places();
         for (name, place) in [
             ("depth", 0),
             ("depth [m]", 0),
             ("pitch [rad]", 2),
             ("pitch", 3),
         ] {
-            assert_eq!(table.place(&places, name).unwrap(), place, "{name}");
+            assert_eq!(table.place(&table.places(), name).unwrap(), place, "{name}");
         }
-        let refusal = table.place(&places, "dpeth").unwrap_err().to_string();
+        let refusal = table
+            .place(&table.places(), "dpeth")
+            .unwrap_err()
+            .to_string();
         assert!(refusal.contains("did you mean 'depth'?"), "{refusal}");
     }
 

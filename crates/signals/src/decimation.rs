@@ -36,10 +36,20 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
 }
 
 /// The samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of that at one sample, where noise that is white has
-/// no part; at most a tenth of the record. `None` where nothing moves.
+/// no part; at most a tenth of the record. A straight line, as an integrator makes of the mean of its input, counts for nothing.
+/// `None` where nothing moves.
 fn stays(values: &[f64]) -> Option<usize> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
+    let middle = (values.len().max(1) - 1) as f64 / 2.0;
+    let line = values.iter().enumerate().map(|(k, value)| {
+        let since = k as f64 - middle;
+        (since * (value - mean), since * since)
+    });
+    let (along, size) = line.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+    let slope = if size > 0.0 { along / size } else { 0.0 };
+    let about: Vec<f64> = (values.iter().enumerate())
+        .map(|(k, value)| value - mean - slope * (k as f64 - middle))
+        .collect();
     let covariance = |lag: usize| -> f64 {
         let pairs = about.iter().zip(about.get(lag..).unwrap_or_default());
         pairs.map(|(now, later)| now * later).sum()

@@ -1,10 +1,10 @@
 #![doc = include_str!("../README.md")]
 //!
 //! ```text
-//! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
@@ -13,7 +13,9 @@
 //!
 //! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
 
+mod ahead;
 mod align;
+mod alog;
 mod bag_source;
 mod bag_types;
 mod channel;
@@ -22,11 +24,16 @@ mod column_source;
 mod csv_cell;
 mod csv_form;
 mod csv_source;
+mod csv_time;
+mod dataflash;
 mod decimation;
 mod error;
 mod gridder;
 mod identity;
+mod joined_tables;
 mod live_grid;
+mod log_source;
+mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
@@ -52,7 +59,9 @@ pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
 pub use identity::Identity;
+pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
+pub use log_source::LogSource;
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
@@ -61,7 +70,7 @@ pub use prepared_record::{PreparedRecord, read_record};
 pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
-pub use source::{Data, Source};
+pub use source::{Data, Source, is_table};
 pub use stamps::Stamps;
 pub use time_unit::TimeUnit;
 pub use timing::Meter;

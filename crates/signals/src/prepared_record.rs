@@ -3,6 +3,8 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
+use planesman_text::number;
+
 use crate::channel::{Channel, Method};
 use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
@@ -74,8 +76,8 @@ impl PreparedRecord {
             outputs,
         } = &self.resampled;
         let mut text = format!(
-            "{:.6} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
-            1.0 / record.sample_time,
+            "{} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
+            hertz(1.0 / record.sample_time),
             record.samples(),
             record.segments.len(),
             if record.segments.len() == 1 { "" } else { "s" },
@@ -295,12 +297,20 @@ fn check_unit(resampled: &Resampled, reading: &mut Reading) {
     reading.is_time_doubtful |= is_doubtful;
 }
 
+/// A rate to three decimals, a slow one to its digits.
+fn hertz(rate: f64) -> String {
+    match rate < 1.0 {
+        true => number(rate),
+        false => format!("{rate:.3}"),
+    }
+}
+
 fn channel_description(channel: &Channel) -> String {
     let timing = &channel.timing;
     let mut text = format!(
-        "{} samples at {:.3} Hz, jitter {:.3} ms, {}",
+        "{} samples at {} Hz, jitter {:.3} ms, {}",
         timing.samples,
-        timing.rate(),
+        hertz(timing.rate()),
         timing.jitter * 1e3,
         channel.method
     );

@@ -1,4 +1,4 @@
-//! The sources of samples: a bag, whole or split, a CSV file, a PX4 log, or columns in memory.
+//! The sources of samples: a bag, whole or split, tables, a log of a vehicle, or columns in memory.
 //!
 //! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
@@ -9,18 +9,37 @@ use crate::bag_source::BagSource;
 use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
+use crate::joined_tables::JoinedTables;
+use crate::log_source::LogSource;
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
 
 /// Where data lies, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, a table (.csv, .tsv, .txt or .dat), or a PX4 log (.ulg).
+    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, tables (.csv, .tsv, .txt, .dat, .lvm), or
+    /// a log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog).
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
     /// How the time of a table is read.
     pub time: TableTime,
+}
+
+/// The endings of tables.
+const TABLES: [&str; 9] = [
+    "csv", "tsv", "txt", "dat", "lvm", "log", "asc", "prn", "tab",
+];
+
+/// Whether a file is a table, by its ending.
+#[must_use]
+pub fn is_table(path: &Path) -> bool {
+    ends_in(path, &TABLES)
+}
+
+fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
 }
 
 /// A kind of file that is known and not read, by its endings.
@@ -75,16 +94,6 @@ const FOREIGN: &[Foreign] = &[
         command: "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
     },
     Foreign {
-        endings: &["tlog"],
-        kind: "a telemetry log of MAVLink",
-        command: "mavlogdump.py --types ATTITUDE --format csv FILE > NEW.csv",
-    },
-    Foreign {
-        endings: &["bin"],
-        kind: "a log of ArduPilot",
-        command: "mavlogdump.py --types ATT --format csv FILE > NEW.csv",
-    },
-    Foreign {
         endings: &["bag"],
         kind: "a bag of ROS 1",
         command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
@@ -118,8 +127,12 @@ pub enum Source {
     Bag(Box<BagSource>),
     /// A table.
     Csv(CsvSource),
+    /// Several tables, joined by time.
+    Tables(JoinedTables),
     /// A PX4 log.
     Ulog(UlogSource),
+    /// A log of ArduPilot, MAVLink or MOOS.
+    Log(LogSource),
     /// Columns in memory.
     Columns(ColumnSource),
 }
@@ -130,35 +143,37 @@ impl Source {
     /// # Errors
     /// One line: what is no bag or table, with its path.
     pub fn open(data: &Data) -> Result<Self> {
-        let ends_in = |path: &PathBuf, endings: &[&str]| {
-            let ending = path.extension().unwrap_or_default();
-            endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
-        };
         let exists = |path: &&PathBuf| path.is_file();
         if let Some((path, kind)) = (data.paths.iter().filter(exists))
             .find_map(|path| Some((path, foreign(path.extension()?.to_str()?)?)))
         {
             return Err(SourceError::Data(kind.remedy(path)));
         }
-        let is_csv = |path: &PathBuf| ends_in(path, &["csv", "tsv", "txt", "dat"]);
-        let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
+        let is_csv = |path: &PathBuf| is_table(path);
+        let is_log = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]) || LogSource::is_one(path);
         match &data.paths[..] {
-            [path] if is_csv(path) => {
+            paths @ [first, others @ ..] if paths.iter().all(is_csv) => {
                 if data.stamp.is_some() {
                     return Err(SourceError::Request(
                         "--stamp is for bags; a table's time is its column's (--time)".to_owned(),
                     ));
                 }
-                Ok(Self::Csv(CsvSource::open(path, &data.time)?))
+                Ok(match others {
+                    [] => Self::Csv(CsvSource::open(first, &data.time)?),
+                    _ => Self::Tables(JoinedTables::open(paths, &data.time)?),
+                })
             }
-            [path] if is_ulog(path) => {
+            [path] if is_log(path) => {
                 if data.stamp.is_some() || data.time != TableTime::default() {
-                    return Err(SourceError::Request("a ULog has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
+                    return Err(SourceError::Request("a log has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
                 }
-                Ok(Self::Ulog(UlogSource::open(path)?))
+                Ok(match LogSource::is_one(path) {
+                    true => Self::Log(LogSource::open(path)?),
+                    false => Self::Ulog(UlogSource::open(path)?),
+                })
             }
-            paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => Err(SourceError::Request(
-                "one .csv file or log is taken at a time, and none beside a bag".to_owned(),
+            paths if paths.iter().any(|it| is_csv(it) || is_log(it)) => Err(SourceError::Request(
+                "tables are joined with tables only, and a log stands alone: no bag or log is taken beside them".to_owned(),
             )),
             _ if data.time != TableTime::default() => Err(SourceError::Request(
                 "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps \
@@ -175,7 +190,9 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.bytes(),
             Self::Csv(table) => table.bytes(),
+            Self::Tables(tables) => tables.bytes(),
             Self::Ulog(log) => log.bytes(),
+            Self::Log(log) => log.bytes(),
             Self::Columns(_) => 0,
         }
     }
@@ -184,8 +201,9 @@ impl Source {
     #[must_use]
     pub fn sample_time(&self) -> Option<f64> {
         match self {
-            Self::Bag(_) | Self::Ulog(_) => None,
+            Self::Bag(_) | Self::Ulog(_) | Self::Log(_) => None,
             Self::Csv(table) => table.sample_time(),
+            Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
         }
     }
@@ -203,7 +221,9 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.read(requests, take, progress),
             Self::Csv(table) => table.read(requests, take, progress),
+            Self::Tables(tables) => tables.read(requests, take, progress),
             Self::Ulog(log) => log.read(requests, take, progress),
+            Self::Log(log) => log.read(requests, take, progress),
             Self::Columns(columns) => columns.read(requests, take),
         }
     }

@@ -4,6 +4,8 @@
 //! then receives several at once: they belong before their stamp. Of either, the number per burst and the time between bursts give
 //! the interval; stamps from one sample to the next do not.
 
+use std::collections::BTreeMap;
+
 /// Stamps nearer than this, in mean intervals, are of one burst.
 const TOGETHER: f64 = 0.2;
 
@@ -15,6 +17,15 @@ const FEWEST: usize = 4;
 
 /// A time of so many usual ones between two bursts is a gap.
 const GAP: f64 = 3.0;
+
+/// Stamps from which steps are found, and the interval up to which they matter, in steps.
+const FEWEST_IN_STEPS: usize = 50;
+const SLOWEST: f64 = 8.0;
+
+/// Stamps that are cut to steps lie within so many of an even time through the first and the last, and fewer than this share of
+/// their intervals are equal.
+const EVEN: f64 = 2.1;
+const MOSTLY_EVEN: f64 = 0.9;
 
 /// How samples come in bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,9 +118,45 @@ impl Bursts {
         })
     }
 
+    /// Samples that come one by one, with stamps in whole steps of a clock that is as slow as they are: stamps of whole
+    /// milliseconds 400 times a second. They keep to the steps of an even time, which rows that are left out do not.
+    pub(crate) fn in_steps(stamps: &[i64]) -> Option<Self> {
+        let steps = || stamps.windows(2).map(|it| it[1] - it[0]);
+        let step = steps().fold(0, greatest_common_divisor);
+        let [first, .., last] = stamps else {
+            return None;
+        };
+        let interval = (last - first) as f64 / (stamps.len() - 1) as f64;
+        let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
+        steps().for_each(|it| *counts.entry(it).or_default() += 1);
+        let usual = counts.values().copied().max().unwrap_or(0) as f64;
+        let is_even = usual > MOSTLY_EVEN * stamps.len() as f64;
+        let is_slow = interval > SLOWEST * step as f64;
+        if stamps.len() < FEWEST_IN_STEPS || step == 0 || is_slow || is_even {
+            return None;
+        }
+        let off = stamps.iter().enumerate();
+        let off = off.map(|(k, stamp)| (stamp - first) as f64 - k as f64 * interval);
+        let (least, most) = off.fold((0.0_f64, 0.0_f64), |(a, b), it| (a.min(it), b.max(it)));
+        let fits = most - least <= EVEN * step as f64;
+        fits.then_some(Self {
+            interval,
+            period: step as f64,
+            share_a_stamp: true,
+            first: (-least).min(step as f64),
+        })
+    }
+
     /// Samples of a burst, on the mean.
     pub(crate) fn samples(&self) -> f64 {
         self.period / self.interval
+    }
+}
+
+fn greatest_common_divisor(a: i64, b: i64) -> i64 {
+    match b {
+        0 => a,
+        b => greatest_common_divisor(b, a % b),
     }
 }
 

@@ -9,9 +9,10 @@ const DAYS: [(Range<f64>, f64); 2] = [
 ];
 
 /// The unit of a CSV file's time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TimeUnit {
     /// Seconds.
+    #[default]
     S,
     /// Milliseconds.
     Ms,
@@ -103,7 +104,7 @@ impl TimeUnit {
 }
 
 /// Names under which the time is looked for, without their unit.
-pub(crate) const NAMES: [&str; 12] = [
+pub(crate) const NAMES: [&str; 13] = [
     "time",
     "t",
     "stamp",
@@ -116,6 +117,7 @@ pub(crate) const NAMES: [&str; 12] = [
     "timestamp_sample",
     "rosbagTimestamp",
     "time_boot",
+    "x_value",
 ];
 
 /// Numbers that are looked at.
@@ -316,5 +318,17 @@ mod tests {
             let judged = judged(&times(first, step));
             assert_eq!((judged.unit, judged.known), (unit, known), "{first} {step}");
         }
+    }
+
+    #[test]
+    fn days_are_counted_from_1970() {
+        // 2026-11-24 12:00: openpyxl's to_excel, and datenum(2026, 11, 24, 12, 0, 0).
+        for number in [46_350.5, 740_310.5] {
+            let noon = TimeUnit::D.in_nanoseconds(number);
+            assert_eq!(noon, Some(1_795_521_600_000_000_000));
+        }
+        assert_eq!(TimeUnit::D.in_nanoseconds(1.5), Some(129_600_000_000_000));
+        assert_eq!(TimeUnit::D.in_nanoseconds(1e300), None);
+        assert_eq!(TimeUnit::D.in_nanoseconds(f64::NAN), None);
     }
 }

@@ -10,7 +10,7 @@ use crate::selection::innovation_variance;
 use crate::structure::{Problem, variance};
 use planesman_record::{Run, filter};
 
-/// The share of the output's squares, beyond constant and free motion, that the input accounts for, 0 to 1; negative
+/// The share of the output's squares that the input accounts for beyond constant and free motion, 0 to 1; negative
 /// when the model makes it worse. `None` when nothing is left for the input.
 pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
     let structure = &found.layout.structure;
@@ -22,15 +22,17 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
     let mean = run.outputs.iter().sum::<f64>() / run.outputs.len().max(1) as f64;
     let caused = filter(b, &a, &structure.driving(run.inputs));
     let level = caused.first().copied().unwrap_or_default();
-    let alone: Vec<f64> = run.outputs.iter().map(|y| y - mean).collect();
-    let with: Vec<f64> = (alone.iter().zip(&caused))
+    let centred: Vec<f64> = run.outputs.iter().map(|y| y - mean).collect();
+    let with: Vec<f64> = (centred.iter().zip(&caused))
         .map(|(y, x)| y - (x - level))
         .collect();
     let (alone, with) = (
-        without_free_motion(&alone, &free),
+        without_free_motion(&centred, &free),
         without_free_motion(&with, &free),
     );
-    let total = variance(run.outputs) * run.outputs.len() as f64;
+    // An integrator's motion about a mean of its input is a straight line, which is not the output's variation.
+    let known = product(&structure.known_denominator, &[1.0, -1.0]);
+    let total = without_free_motion(&centred, &known);
     let share = (alone - with) / total;
     (total > 0.0 && share.is_finite()).then_some(share)
 }

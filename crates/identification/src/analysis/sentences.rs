@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use planesman_linear::digits::with_interval;
+
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
 use super::verdict::Verdict;
@@ -155,7 +157,7 @@ impl fmt::Display for Reason {
                 apart,
             } => {
                 let size = |(size, deviation): &(f64, f64)| {
-                    format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation)
+                    with_interval(*size, SIGMAS_95 * deviation)
                 };
                 let (staged, direct) = (size(staged), size(direct));
                 write!(
@@ -220,9 +222,8 @@ impl fmt::Display for Reason {
             }
             Self::GainUndetermined(gain) => write!(
                 f,
-                "the steady-state gain, {:.4} ± {:.4}, is not significantly different from 0",
-                gain.value.re,
-                SIGMAS_95 * gain.real_deviation()
+                "the steady-state gain, {}, is not significantly different from 0",
+                with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
             ),
             Self::Early(samples) => write!(
                 f,

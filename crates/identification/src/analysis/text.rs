@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{AHEAD, Analysis};
+use planesman_linear::digits::{significant, with_interval};
+
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// Candidates printed.
@@ -57,15 +59,15 @@ impl Analysis {
         }
         let _ = writeln!(
             text,
-            "{:<12} {:.6}\n{:<12} {:.3e}, one standard deviation",
+            "{:<12} {}\n{:<12} {}, one standard deviation",
             "offset",
-            self.estimate.offset(self.longest),
+            significant(self.estimate.offset(self.longest), 5),
             "noise",
-            self.estimate.noise_variance.sqrt()
+            significant(self.estimate.noise_variance.sqrt(), 4)
         );
         if !self.estimate.noise_denominator.is_empty() {
             let d: Vec<String> = (self.estimate.noise_denominator.iter())
-                .map(|d| format!("{d:.5}"))
+                .map(|d| significant(*d, 5))
                 .collect();
             let _ = writeln!(
                 text,
@@ -142,7 +144,7 @@ impl Analysis {
     /// Numerator and denominator; every segment's numerator where each has its own.
     fn coefficients(&self) -> String {
         let list = |values: &[f64]| {
-            let values: Vec<String> = values.iter().map(|v| format!("{v:.8}")).collect();
+            let values: Vec<String> = values.iter().map(|v| significant(*v, 9)).collect();
             values.join("  ")
         };
         let own = self.estimate.layout.structure.own_numerators && self.segments.len() > 1;
@@ -210,17 +212,31 @@ impl Analysis {
                 if let Some((re, im)) = bootstrap.get(at) {
                     let im = match it.value.im {
                         0.0 => String::new(),
-                        _ => format!(", ± ({:.5} to {:.5}) i", im.0, im.1),
+                        _ => format!(", ± ({}) i", span(im)),
                     };
-                    let _ = writeln!(text, "{:<12} {:.5} to {:.5}{im}", "  bootstrap", re.0, re.1);
+                    let _ = writeln!(text, "{:<12} {}{im}", "  bootstrap", span(re));
                 }
             }
         }
         if let Some(gain) = reading.steady_state_gain() {
             let _ = writeln!(text, "steady-state gain {}", interval(&gain));
         }
-        if let Some((least, most)) = self.bootstrap.as_ref().and_then(|it| it.gain) {
-            let _ = writeln!(text, "{:<12} {least:.5} to {most:.5}", "  bootstrap");
+        if let Some((gain, integrators)) = reading.integrator_gain() {
+            let power = if integrators > 1 {
+                format!("^{integrators}")
+            } else {
+                String::new()
+            };
+            let of = "K of K/s";
+            let _ = writeln!(
+                text,
+                "{:<12} {} per s{power}, {of}{power}",
+                "gain",
+                interval(&gain)
+            );
+        }
+        if let Some(gain) = self.bootstrap.as_ref().and_then(|it| it.gain.as_ref()) {
+            let _ = writeln!(text, "{:<12} {}", "  bootstrap", span(gain));
         }
         text
     }
@@ -234,7 +250,8 @@ impl Analysis {
         let named = found.named().into_iter();
         let mut text = String::new();
         for (name, value, deviation) in named.chain(by_inertia.into_iter().flatten()) {
-            let _ = writeln!(text, "{name:<12} {value:.5} ± {:.5}", SIGMAS_95 * deviation);
+            let interval = SIGMAS_95 * deviation;
+            let _ = writeln!(text, "{name:<12} {}", with_interval(value, interval));
         }
         text
     }
@@ -242,20 +259,17 @@ impl Analysis {
 
 /// A number with its 95 % interval; of a conjugate pair, the upper one.
 pub(super) fn interval(it: &Uncertain) -> String {
-    let real = format!(
-        "{:.5} ± {:.5}",
-        it.value.re,
-        SIGMAS_95 * it.real_deviation()
-    );
+    let real = with_interval(it.value.re, SIGMAS_95 * it.real_deviation());
     if it.value.im == 0.0 {
-        real
-    } else {
-        format!(
-            "{real}, ± ({:.5} ± {:.5}) i",
-            it.value.im,
-            SIGMAS_95 * it.imaginary_deviation()
-        )
+        return real;
     }
+    let imaginary = with_interval(it.value.im, SIGMAS_95 * it.imaginary_deviation());
+    format!("{real}, ± ({imaginary}) i")
+}
+
+/// The edges of an interval.
+fn span((least, most): &(f64, f64)) -> String {
+    format!("{} to {}", significant(*least, 5), significant(*most, 5))
 }
 
 /// A time, s, without the digits that are below its nanoseconds.

@@ -1,0 +1,184 @@
+//! Several tables as one source: a signal is a column of one of them, and their rows are joined by time.
+//!
+//! Each table has a time of its own, in its own unit.
+
+use std::path::Path;
+
+use planesman_text::did_you_mean;
+
+use crate::csv_source::{CsvSource, TableTime};
+use crate::error::{Result, SourceError};
+use crate::request::{Reading, Request, Take, distinct};
+
+/// The interval of progress reports, in rows.
+const PROGRESS_INTERVAL: u64 = 4096;
+
+/// Names of columns that are listed in an error at most.
+const LISTED: usize = 40;
+
+/// Tables that are joined by time.
+#[derive(Clone, Debug)]
+pub struct JoinedTables {
+    tables: Vec<CsvSource>,
+}
+
+impl JoinedTables {
+    /// Opens the tables. A time that was asked for by its column is that of the tables that have such a column.
+    ///
+    /// # Errors
+    /// As [`CsvSource::open`]; a column that no table has.
+    pub fn open<P: AsRef<Path>>(paths: &[P], time: &TableTime) -> Result<Self> {
+        let by_itself = TableTime {
+            column: None,
+            ..time.clone()
+        };
+        let (mut tables, mut refused) = (Vec::new(), Vec::new());
+        for path in paths {
+            let opened = CsvSource::open(path.as_ref(), time);
+            tables.push(match opened {
+                Err(error @ SourceError::Request(_)) if time.column.is_some() => {
+                    refused.push(error);
+                    CsvSource::open(path.as_ref(), &by_itself)?
+                }
+                opened => opened?,
+            });
+        }
+        match refused.pop() {
+            Some(error) if refused.len() + 1 == tables.len() => Err(error),
+            _ => Ok(Self { tables }),
+        }
+    }
+
+    /// The tables, each for itself.
+    #[must_use]
+    pub fn apart(self) -> Vec<CsvSource> {
+        self.tables
+    }
+
+    /// The tables.
+    #[must_use]
+    pub fn tables(&self) -> &[CsvSource] {
+        &self.tables
+    }
+
+    /// Bytes to be read.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.tables.iter().map(CsvSource::bytes).sum()
+    }
+
+    /// The table and the column of a signal: `COLUMN`, or `FILE:COLUMN` where several tables have it.
+    fn find(&self, name: &str) -> Result<(usize, usize)> {
+        let mut found = Vec::new();
+        for (at, table) in self.tables.iter().enumerate() {
+            let places = table.places();
+            if places.contains_key(name) {
+                found.push((at, table.place(&places, name)?));
+            }
+        }
+        let file = |at: usize| {
+            let name = self.tables[at].path().file_name();
+            name.unwrap_or_default().display().to_string()
+        };
+        match found[..] {
+            [place] => return Ok(place),
+            [(first, _), (second, _), ..] => {
+                let (first, second) = match file(first) == file(second) {
+                    true => [first, second]
+                        .map(|at| self.tables[at].path().display().to_string())
+                        .into(),
+                    false => (file(first), file(second)),
+                };
+                return Err(SourceError::Request(format!(
+                    "'{name}' is a column of {first} and of {second}; write {first}:{name} or {second}:{name}"
+                )));
+            }
+            [] => {}
+        }
+        for (at, table) in self.tables.iter().enumerate() {
+            let path = table.path();
+            let names = [Some(path.as_os_str()), path.file_name(), path.file_stem()];
+            for prefix in names.into_iter().flatten() {
+                let prefix = format!("{}:", prefix.display());
+                if let Some(column) = name.strip_prefix(&prefix) {
+                    return Ok((at, table.place(&table.places(), column)?));
+                }
+            }
+        }
+        let columns = || self.tables.iter().flat_map(CsvSource::signals);
+        let listed: Vec<&str> = columns().take(LISTED).collect();
+        Err(SourceError::Request(format!(
+            "no table has a column '{name}'; they have {}{}",
+            listed.join(", "),
+            did_you_mean(name, columns())
+        )))
+    }
+
+    /// Whether every table has all of these columns: then each is an experiment of its own.
+    #[must_use]
+    pub fn are_alike(&self, names: &[String]) -> bool {
+        let has_all = |table: &CsvSource| {
+            let places = table.places();
+            names.iter().all(|name| places.contains_key(name.as_str()))
+        };
+        self.tables.iter().all(has_all)
+    }
+
+    /// Hands every cell of the columns to `take`, row by row, in the order of their times.
+    ///
+    /// # Errors
+    /// A column that is not there, or is in several tables; as [`CsvSource::read`].
+    pub fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let places = requests
+            .iter()
+            .map(|request| self.find(&request.name))
+            .collect::<Result<Vec<_>>>()?;
+        distinct(requests, &places)?;
+        let mut reading = Reading::default();
+        let (mut sources, mut stamps) = (Vec::new(), Vec::new());
+        for (at, table) in self.tables.iter().enumerate() {
+            let here = places.iter().enumerate().filter(|(_, place)| place.0 == at);
+            let signals: Vec<(usize, usize)> =
+                here.map(|(signal, place)| (signal, place.1)).collect();
+            if signals.is_empty() {
+                reading
+                    .notes
+                    .push(format!("{}: no signal is of it", table.path().display()));
+                continue;
+            }
+            let mut rows = table.rows(signals, requests, &mut reading)?;
+            stamps.push(format!("{}: {}", table.path().display(), reading.stamps));
+            let next = rows.next();
+            sources.push((next, rows));
+        }
+        reading.stamps = stamps.join("; ");
+        let mut count = 0_u64;
+        loop {
+            let first = sources
+                .iter_mut()
+                .filter(|it| it.0.is_some())
+                .min_by_key(|it| it.0);
+            let Some((Some(stamp), rows)) = first.map(|(next, rows)| (*next, (next, rows))) else {
+                break;
+            };
+            let (next, rows) = rows;
+            if !rows.hand(stamp, take) {
+                break;
+            }
+            *next = rows.next();
+            count += 1;
+            if count.is_multiple_of(PROGRESS_INTERVAL) {
+                progress(sources.iter().map(|it| it.1.bytes()).sum());
+            }
+        }
+        for (_, rows) in sources {
+            rows.end(&mut reading)?;
+        }
+        Ok(reading)
+    }
+}
