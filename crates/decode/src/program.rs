@@ -148,6 +148,15 @@ impl Wanted {
                 wanted.pick(element, values);
             }
         }
+        let texts = values.texts.len();
+        for slot in self.identity.iter().filter(|it| **it < texts) {
+            let name = of.text().map_or_else(|| key::of_message(of), str::to_owned);
+            values.put_text(*slot, format_args!("{name}"));
+        }
+        if let Some(slot) = self.length.filter(|it| *it < texts) {
+            let count = (0..).map_while(|number| of.element(number)).count();
+            values.put_text(slot, format_args!("{count} numbers"));
+        }
         // A message that is none of a list is the only one.
         let elements = || {
             let listed = (0..).map_while(|number| of.element(number));
@@ -170,7 +179,11 @@ impl Wanted {
             }
         }
         if self.all_names {
-            values.names.extend(texts().map(str::to_owned));
+            let name = |of: &dyn Field| {
+                let text = of.text().map(str::to_owned);
+                text.unwrap_or_else(|| key::of_message(of))
+            };
+            values.names.extend(elements().map(name));
         }
     }
 
