@@ -18,11 +18,10 @@ use planesman_rosidl::definition::{Arity, Element, Field, Kind};
 use planesman_text::did_you_mean;
 
 use crate::cursor::{Cursor, DecodeError};
-use crate::key;
 use crate::path::Step;
 use crate::program::{self, Op, Wanted};
 use crate::values::Values;
-use crate::{FieldPath, Types};
+use crate::{FieldPath, Types, json, key};
 
 /// Reads some numbers of messages of one type.
 #[derive(Clone, Debug)]
@@ -38,6 +37,8 @@ pub struct Decoder {
     identities: Vec<Vec<Identity>>,
     /// Texts that the values hold.
     texts: usize,
+    /// Whether the messages are JSON objects.
+    is_json: bool,
     /// How a whole message is passed, of a type with wide strings.
     whole: Option<Vec<Op>>,
 }
@@ -288,6 +289,7 @@ impl Decoder {
             computed,
             identities: Vec::new(),
             texts: 0,
+            is_json: types.is_json,
             whole: types
                 .has_wide_text()
                 .then(|| program::walk(types, &Wanted::default())),
@@ -310,6 +312,12 @@ impl Decoder {
     /// When the payload is not plain CDR, or ends before the last number asked for.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
         self.clear(values);
+        values.texts.resize(self.texts, String::new());
+        if self.is_json {
+            self.wanted.pick(&json::object_of(payload)?, values);
+            self.compute(values);
+            return Ok(());
+        }
         let mut cursor = Cursor::new(payload)?;
         if let Some(whole) = &self.whole {
             let other = cursor.clone().with_wide_characters(4);
@@ -333,8 +341,7 @@ impl Decoder {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
-        values.texts.resize(self.texts, String::new());
-        values.texts.iter_mut().for_each(String::clear);
+        values.texts.clear();
     }
 
     /// Fills the slots that are computed from others.

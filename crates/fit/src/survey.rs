@@ -240,6 +240,8 @@ struct Plan {
     names: Option<Decoder>,
     /// Whether there are more fields.
     is_cut: bool,
+    /// Whether it is for one topic: the names of elements, and the members of JSON objects, are that topic's.
+    is_own: bool,
 }
 
 impl Plan {
@@ -254,7 +256,9 @@ impl Plan {
             Unreadable::Schema(own.unwrap_or(&reason).to_owned())
         })?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
+        let by_index = catalogue.fields.clone();
         catalogue.fields = signals::by_name(source.bag(), topic, &types, catalogue.fields);
+        let is_own = topic.kind.message_encoding == "json" || catalogue.fields != by_index;
         let clock = source.clock();
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
@@ -273,6 +277,7 @@ impl Plan {
             has_stamp: stamp.is_some(),
             names: Decoder::of_names(&types, &FieldPath { steps: Vec::new() }),
             is_cut: catalogue.is_cut,
+            is_own,
         })
     }
 }
@@ -449,10 +454,18 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             omitted += 1;
             continue;
         }
-        let plan = plans
-            .entry(Arc::as_ptr(&topic.kind))
-            .or_insert_with(|| Plan::of(source, topic).map(Rc::new));
-        let scan = TopicScan::new(topic, plan.clone(), room);
+        let kind = Arc::as_ptr(&topic.kind);
+        let plan = match plans.get(&kind) {
+            Some(known) => known.clone(),
+            None => {
+                let plan = Plan::of(source, topic).map(Rc::new);
+                if !plan.as_ref().is_ok_and(|it| it.is_own) {
+                    plans.insert(kind, plan.clone());
+                }
+                plan
+            }
+        };
+        let scan = TopicScan::new(topic, plan, room);
         room -= scan.fields.len();
         places.insert((&topic.name, &topic.kind.type_name), scans.len());
         scans.push(scan);

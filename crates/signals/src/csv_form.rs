@@ -14,6 +14,7 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 
 use crate::csv_cell::{is_missing, number};
 use crate::csv_time;
+use crate::unit_name::is_unit;
 
 /// The longest line taken, bytes.
 const LONGEST_LINE: usize = 1 << 20;
@@ -437,8 +438,8 @@ impl Cells {
         let mut at = first.checked_sub(1)?;
         let mut names = Some(line(at)).filter(near)?;
         let mut units = Vec::new();
-        let is_unit = |it: &String| it.is_empty() || crate::csv_source::is_unit(it);
-        while at > 0 && names.iter().all(is_unit) {
+        let is_units = |it: &String| it.is_empty() || is_unit(it);
+        while at > 0 && names.iter().all(is_units) {
             let upper = line(at - 1);
             if !near(&upper) || upper.len() != names.len() {
                 break;

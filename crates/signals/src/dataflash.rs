@@ -9,7 +9,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::ahead::Ahead;
-use crate::log_source::{LogMessage, LogReader};
+use crate::log_message::{LogMessage, LogReader};
 
 const HEAD: [u8; 2] = [0xa3, 0x95];
 

@@ -5,7 +5,6 @@
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
-//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -32,6 +31,7 @@ mod gridder;
 mod identity;
 mod joined_tables;
 mod live_grid;
+mod log_message;
 mod log_source;
 mod mavlink;
 mod prefilter;
@@ -49,6 +49,7 @@ mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unit_name;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
@@ -58,7 +59,6 @@ pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
-pub use identity::Identity;
 pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
 pub use log_source::{LogKind, LogSource};
