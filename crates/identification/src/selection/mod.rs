@@ -601,13 +601,15 @@ impl Shared<'_> {
 
 /// The records about their means and over their standard deviations, where the structure allows it.
 struct Scaled {
+    past: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,
     outputs: Vec<Vec<f64>>,
 }
 
 impl Scaled {
-    fn of(problem: &Problem<'_>, s: &Structure) -> Self {
-        let of = |signals: Vec<&[f64]>, centred: bool| -> Vec<Vec<f64>> {
+    fn of<'a>(problem: &Problem<'a>, s: &Structure) -> Self {
+        // Of signals: their level and scale.
+        let of = |signals: &[&[f64]], centred: bool| {
             let count = signals.iter().map(|it| it.len()).sum::<usize>().max(1) as f64;
             let mean = signals.iter().flat_map(|it| it.iter()).sum::<f64>() / count;
             let squares = signals
@@ -616,29 +618,34 @@ impl Scaled {
                 .map(|v| (v - mean).powi(2));
             let deviation = (squares.sum::<f64>() / count).sqrt();
             let deviation = if deviation > 0.0 { deviation } else { 1.0 };
-            let level = if centred { mean } else { 0.0 };
+            (if centred { mean } else { 0.0 }, deviation)
+        };
+        let scaled = |signals: &[&[f64]], (level, deviation): (f64, f64)| -> Vec<Vec<f64>> {
+            let signals = signals.iter();
             signals
-                .into_iter()
                 .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
                 .collect()
         };
         let free = s.offset && s.start == InitialState::Estimated;
+        let all = |of: fn(&Run<'a>) -> &'a [f64]| problem.runs.iter().map(of).collect::<Vec<_>>();
+        let (past, inputs) = (all(|run| run.past), all(|run| run.inputs));
+        let outputs = all(|run| run.outputs);
+        let of_inputs = of(&inputs, free && s.known_denominator == [1.0]);
         Self {
-            inputs: of(
-                problem.runs.iter().map(|run| run.inputs).collect(),
-                free && s.known_denominator == [1.0],
-            ),
-            outputs: of(
-                problem.runs.iter().map(|run| run.outputs).collect(),
-                s.offset,
-            ),
+            past: scaled(&past, of_inputs),
+            inputs: scaled(&inputs, of_inputs),
+            outputs: scaled(&outputs, of(&outputs, s.offset)),
         }
     }
 
     fn runs(&self) -> Vec<Run<'_>> {
-        let pairs = self.inputs.iter().zip(&self.outputs);
+        let pairs = self.past.iter().zip(&self.inputs).zip(&self.outputs);
         pairs
-            .map(|(inputs, outputs)| Run { inputs, outputs })
+            .map(|((past, inputs), outputs)| Run {
+                past,
+                inputs,
+                outputs,
+            })
             .collect()
     }
 }
