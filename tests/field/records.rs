@@ -101,3 +101,29 @@ fn an_integrator_behind_an_input_with_a_mean_is_good_and_its_gain_is_told() {
         near(answer.number("model/continuous_poles/0/re"), -1.0, 0.01);
     }
 }
+
+#[test]
+fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |delay| {
+        let rows = delayed(delay, 6, 2500).into_iter();
+        fs::write(folder.path().join("log.csv"), table("t,u,y", rows)).unwrap();
+    };
+    let arguments = ["log.csv", "-i", "u", "-o", "y"];
+    // 3 s at 20 Hz.
+    write(60);
+    let within = [&arguments[..], &["--window", "20..120"]].concat();
+    is_first_order_behind(61, &fit(folder.path(), &within));
+    let given = [&arguments[..], &["--delay", "61"]].concat();
+    is_first_order_behind(61, &fit(folder.path(), &given));
+    write(300);
+    is_first_order_behind(301, &fit(folder.path(), &arguments));
+    // Longer than a quarter of the record: no model rather than a false one.
+    write(1200);
+    let answer = fit(folder.path(), &arguments);
+    assert!(
+        !answer.said().contains("verdict: good"),
+        "{}",
+        answer.brief()
+    );
+}

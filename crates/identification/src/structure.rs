@@ -243,6 +243,14 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// Of each record, the outputs that are driven by inputs which are not known.
+    #[must_use]
+    pub fn unknown(&self) -> Vec<usize> {
+        let runs = self.runs.iter();
+        runs.map(|run| self.structure.unknown(run.past.len()))
+            .collect()
+    }
+
     /// Each record's input as [`Structure::driving`] has it.
     #[must_use]
     pub fn driving(&self) -> Vec<Vec<f64>> {

@@ -349,7 +349,7 @@ fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>)
 }
 
 /// The scalar product, in eight sums side by side.
-fn dot(f: &[f64], g: &[f64]) -> f64 {
+pub(crate) fn dot(f: &[f64], g: &[f64]) -> f64 {
     let (f, g) = (f.chunks_exact(8), g.chunks_exact(8));
     let rest = (f.remainder().iter().zip(g.remainder())).map(|(f, g)| f * g);
     let rest: f64 = rest.sum();
