@@ -30,6 +30,8 @@ fn a_dataflash_log_is_read_by_its_own_formats() {
     fs::write(folder.path().join("flight.bin"), &bytes).unwrap();
     let run = |arguments: &[&str]| fit(folder.path(), arguments);
     run(&["flight.bin", "-i", "RATE:RDes", "-o", "RATE:R"]).is_the_plant(SAMPLES as u64);
+    // The I of a controller is its integral, that of a gyro its number.
+    run(&["flight.bin", "-i", "PIDR:Tar", "-o", "RATE:R"]).is_the_plant(SAMPLES as u64);
     // The letter c is hundredths; the second gyro is another signal.
     let first = run(&["flight.bin", "-i", "RATE:RDes", "-o", "IMU[0]:GyrX"]);
     near(first.number("model/steady_state_gain/0"), 0.75 * 57.3, 0.3);
@@ -47,7 +49,7 @@ fn a_dataflash_log_is_read_by_its_own_formats() {
     for words in ["RATE  DataFlash  2000 at 20.000 Hz", "IMU[1]", "GyrX"] {
         assert!(topics.text.contains(words), "{words}: {}", topics.text);
     }
-    // 400 bytes of 122 000: some 9 of 2000 samples.
+    // 400 bytes of 132 000: some 7 of 2000 samples.
     fs::write(folder.path().join("damaged.bin"), damaged(bytes.clone())).unwrap();
     let answer = run(&["damaged.bin", "-i", "RATE:RDes", "-o", "RATE:R"]);
     answer

@@ -390,7 +390,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
         ),
         (
             "-i command:control[1] -o rates:body.y --stamp log",
-            "a ULog has its own stamps",
+            "a log has its own stamps",
         ),
     ] {
         let refusal = try_fit(&path, more).unwrap_err();

@@ -8,7 +8,7 @@ use std::io::{self, BufRead as _, BufReader, Read as _};
 use std::rc::Rc;
 
 use crate::csv_cell::{decimal, number};
-use crate::log_source::{LogMessage, LogReader, VALUE};
+use crate::log_message::{LogMessage, LogReader, VALUE};
 use crate::time_unit::TimeUnit;
 
 /// The longest line, bytes; what is behind is a line of its own.

@@ -2,10 +2,11 @@
 
 use planesman_text::did_you_mean;
 
-use crate::csv_source::{TableTime, with_unit};
+use crate::csv_source::TableTime;
 use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, distinct};
 use crate::time_unit::{self, JudgedUnit, TimeUnit};
+use crate::unit_name::with_unit;
 
 /// Columns in memory.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,7 +9,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::ahead::Ahead;
-use crate::log_source::{LogMessage, LogReader};
+use crate::log_message::{LogMessage, LogReader};
 
 const HEAD: [u8; 2] = [0xa3, 0x95];
 
@@ -71,6 +71,10 @@ impl DataFlash {
         let place = |name: &str| fields.iter().position(|it| it.0 == name);
         let time = place("TimeUS").map(|it| (it, 1000));
         let time = time.or(place("TimeMS").map(|it| (it, 1_000_000)));
+        // Without units: the I of a controller is a number like any other.
+        let instance = fields
+            .get(1)
+            .filter(|it| it.1 == b'B' && matches!(it.0.as_str(), "I" | "Instance"));
         let is_number = |it: &&(String, u8, usize)| !matches!(it.1, b'n' | b'N' | b'Z' | b'a');
         let numbers = fields.iter().filter(is_number);
         let numbers =
@@ -80,7 +84,7 @@ impl DataFlash {
             name: name.to_owned(),
             numbers: numbers.map(|it| it.0.clone()).collect(),
             time,
-            instance: place("I").or(place("Instance")),
+            instance: instance.map(|_| 1),
             fields,
         }));
         Some(())

@@ -31,6 +31,7 @@ mod gridder;
 mod identity;
 mod joined_tables;
 mod live_grid;
+mod log_message;
 mod log_source;
 mod mavlink;
 mod prefilter;
@@ -48,6 +49,7 @@ mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unit_name;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};

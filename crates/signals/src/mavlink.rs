@@ -11,7 +11,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::ahead::Ahead;
-use crate::log_source::{LogMessage, LogReader};
+use crate::log_message::{LogMessage, LogReader};
 
 const MESSAGES: &str = include_str!("mavlink.txt");
 

@@ -17,7 +17,7 @@ pub fn format(number: u8, name: &str, letters: &str, names: &str, size: u8) -> V
 }
 
 /// Rates of demand `u` and answer `y` every 50 ms, in rad/s, and in degrees of hundredths (letter `c`) from two gyros, of
-/// which the second has the sign turned.
+/// which the second has the sign turned; and the demand again in a controller's terms.
 pub fn log(response: &[(f64, f64)]) -> Vec<u8> {
     let mut bytes = [
         format(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 86),
@@ -25,6 +25,7 @@ pub fn log(response: &[(f64, f64)]) -> Vec<u8> {
         format(70, "RATE", "Qff", "TimeUS,RDes,R", 16),
         format(71, "IMU", "QBc", "TimeUS,I,GyrX", 11),
         format(72, "MSG", "QZ", "TimeUS,Message", 72),
+        format(73, "PIDR", "Qff", "TimeUS,Tar,I", 16),
     ]
     .concat();
     let mut units = vec![0xa3, 0x95, 140];
@@ -45,6 +46,10 @@ pub fn log(response: &[(f64, f64)]) -> Vec<u8> {
             bytes.push(instance);
             bytes.extend(hundredths.to_le_bytes());
         }
+        bytes.extend([0xa3, 0x95, 73]);
+        bytes.extend(stamp);
+        bytes.extend((*u as f32).to_le_bytes());
+        bytes.extend((0.01 * k as f32).to_le_bytes());
         if k == 20 {
             bytes.extend([0xa3, 0x95, 72]);
             bytes.extend(stamp);
