@@ -622,7 +622,7 @@ fn a_file_that_was_renamed_beside_its_metadata_is_found() {
 
 #[test]
 fn json_is_read_by_the_same_paths_and_other_encodings_are_refused_with_what_converts_them() {
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     for encoding in ["json", "protobuf", "flatbuffer", "ros1"] {
         let folder = tempfile::tempdir().unwrap();
         let mut maker = Maker::new(&folder.path().join("log.mcap"));
@@ -678,7 +678,7 @@ fn json_is_read_by_the_same_paths_and_other_encodings_are_refused_with_what_conv
 #[test]
 fn a_topic_of_two_types_is_read_by_the_type_that_has_the_signal() {
     let folder = tempfile::tempdir().unwrap();
-    let Log { u, y } = Log::new(1, SAMPLES);
+    let (u, y) = log(1, SAMPLES);
     let base = rusqlite::Connection::open(folder.path().join("log.db3")).unwrap();
     base.execute_batch(
         "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL);
