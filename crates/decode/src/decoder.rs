@@ -332,8 +332,7 @@ impl Decoder {
     /// # Errors
     /// When the payload is not plain CDR, or ends before the last number asked for.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
-        self.clear(values);
-        values.texts.resize(self.texts, String::new());
+        self.clear(values, self.texts);
         if self.is_json {
             self.wanted.pick(&json::object_of(payload)?, values);
             self.compute(values);
@@ -353,16 +352,17 @@ impl Decoder {
 
     /// As [`Decoder::read`], of a message of the type that is at hand: the values of its payload, which is not made.
     pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
-        self.clear(values);
+        self.clear(values, 0);
         self.wanted.pick(message, values);
         self.compute(values);
     }
 
-    fn clear(&self, values: &mut Values) {
+    fn clear(&self, values: &mut Values, texts: usize) {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
-        values.texts.clear();
+        values.texts.resize_with(texts, String::new);
+        values.texts.iter_mut().for_each(String::clear);
     }
 
     /// Fills the slots that are computed from others.

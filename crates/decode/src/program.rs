@@ -170,11 +170,11 @@ impl Wanted {
         let texts = values.texts.len();
         for slot in self.identity.iter().filter(|it| **it < texts) {
             let name = of.text().map_or_else(|| key::of_message(of), str::to_owned);
-            values.put_text(*slot, format_args!("{name}"));
+            values.put_text(*slot, &name);
         }
         if let Some(slot) = self.length.filter(|it| *it < texts) {
             let count = (0..).map_while(|number| of.element(number)).count();
-            values.put_text(slot, format_args!("{count} numbers"));
+            values.put_length(slot, count as u64);
         }
         // A message that is none of a list is the only one.
         let elements = || {
@@ -511,7 +511,7 @@ pub(crate) fn run(
             } => {
                 let count = count.read(cursor)?;
                 if let Some(slot) = length {
-                    values.put_text(*slot, format_args!("{count} numbers"));
+                    values.put_length(*slot, count);
                 }
                 let numbers = cursor.numbers(*primitive, count)?;
                 if let Some(list) = whole.and_then(|slot| values.slots.get_mut(slot)) {
@@ -531,7 +531,7 @@ pub(crate) fn run(
                     let text = cursor.text()?;
                     for (_, slot) in picks.iter().filter(|it| it.0 as u64 == number) {
                         let text = String::from_utf8_lossy(text);
-                        values.put_text(*slot, format_args!("{text}"));
+                        values.put_text(*slot, &text);
                     }
                     for (name, slot) in wanted {
                         let is_first = values.list(*slot).is_empty();
@@ -560,7 +560,7 @@ pub(crate) fn run(
                 named(key, cursor, values)?;
                 let name = std::mem::take(&mut values.name);
                 for slot in slots {
-                    values.put_text(*slot, format_args!("{name}"));
+                    values.put_text(*slot, &name);
                 }
                 values.name = name;
             }

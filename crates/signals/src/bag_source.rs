@@ -452,15 +452,17 @@ impl<'w> Plans<'w> {
         let place = match known.position(|it| Arc::ptr_eq(it, &message.topic)) {
             Some(place) => place,
             None => {
-                let plan = Plan::of(self.bag, &message.topic, self.wanted)?;
+                let mut plan = Plan::of(self.bag, &message.topic, self.wanted)?;
+                let mut stamps = self.stamps.iter();
+                plan.stamps = stamps
+                    .position(|it| it.topic == message.topic.name)
+                    .unwrap_or(0);
                 self.list.push(plan);
                 self.list.len() - 1
             }
         };
         let plan = &mut self.list[place];
-        let stamps = self.stamps.iter_mut();
-        let mut stamps = stamps.filter(|it| it.topic == message.topic.name);
-        let Some(stamps) = stamps.next() else {
+        let Some(stamps) = self.stamps.get_mut(plan.stamps) else {
             return Ok(true);
         };
         Ok(plan.read(message, self.clock, stamps, &mut self.identities, take))
@@ -475,6 +477,8 @@ struct Plan {
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
     signals: Vec<(usize, Role)>,
     has_stamp: bool,
+    /// The place of its topic's stamps.
+    stamps: usize,
     messages: u64,
     refused: u64,
     reason: String,
@@ -496,6 +500,7 @@ impl Plan {
             values: Values::default(),
             signals: here().map(|(signal, it)| (signal, it.role)).collect(),
             has_stamp: stamp.is_some(),
+            stamps: 0,
             messages: 0,
             refused: 0,
             reason: String::new(),
