@@ -66,6 +66,9 @@ fn every_type_has_the_hash_that_ros_gives_it() {
     }
 }
 
+/// Messages with a `char`.
+const OF_CHAR: [&str; 2] = ["service_msgs/msg/ServiceEventInfo", "std_msgs/msg/Char"];
+
 #[test]
 fn the_built_in_definitions_are_those_of_rosbags_by_their_hashes() {
     for distribution in ["jazzy", "humble"] {
@@ -76,8 +79,11 @@ fn the_built_in_definitions_are_those_of_rosbags_by_their_hashes() {
         let theirs: BTreeMap<String, String> = serde_json::from_slice(&output.stdout).unwrap();
         let mut compared = 0;
         for name in standard::names() {
-            // rosbags has no control_msgs.
-            let Some(hash) = theirs.get(&name) else {
+            // rosbags has no control_msgs, and takes char for uint8 (ROS' own generator does not: see above).
+            let Some(hash) = theirs
+                .get(&name)
+                .filter(|_| !OF_CHAR.contains(&name.as_str()))
+            else {
                 continue;
             };
             let versions = standard::versions(&name);

@@ -178,15 +178,24 @@ impl Decoder {
                 match prefix.steps.last() {
                     None if matches!(path.steps.first(), Some(Step::Named(_))) => continue,
                     Some(Step::Field(_)) => continue,
-                    Some(Step::Index(index)) if steps == path.steps.len() => {
-                        identity.name = names_of(types, &prefix.parent()).map(|names| {
+                    Some(Step::Index(index))
+                        if steps == path.steps.len() || !has_key(types, &prefix.parent()) =>
+                    {
+                        let list = prefix.parent();
+                        let names = match steps == path.steps.len() {
+                            true => names_of(types, &list),
+                            false => names_of_messages(types, &list),
+                        };
+                        identity.name = names.map(|names| {
                             let slot = text();
                             wanted.add_identity(&names.element(*index), slot);
                             slot
                         });
-                        let slot = text();
-                        wanted.add_length(&prefix.parent(), slot);
-                        identity.length = Some(slot);
+                        if steps == path.steps.len() {
+                            let slot = text();
+                            wanted.add_length(&prefix.parent(), slot);
+                            identity.length = Some(slot);
+                        }
                     }
                     // By its name, of a list of numbers.
                     Some(Step::Named(_)) if steps == path.steps.len() => continue,
@@ -239,6 +248,19 @@ impl Decoder {
                 path: path.to_string(),
                 reason,
             })?;
+            // Messages of a list that others name stand where their names stand.
+            for (list, name) in path
+                .named()
+                .filter(|it| it.0.steps.len() + 1 < path.steps.len())
+            {
+                if !has_key(types, &list)
+                    && let Some(names) = names_of_messages(types, &list)
+                {
+                    wanted.add_name(&names, name, slots);
+                    wanted.add_number(&list, name, slots);
+                    slots += 1;
+                }
+            }
             let of = path.parent();
             let mut part = |wanted: &mut Wanted, path: &FieldPath| {
                 let slot = wanted.add(path, slots);
@@ -275,9 +297,8 @@ impl Decoder {
     #[must_use]
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
         let mut wanted = Wanted::default();
-        let names = names_of(types, path);
-        let are_messages = || has_key(types, path).then(|| path.clone());
-        wanted.add_all_names(&names.or_else(are_messages)?);
+        let own = has_key(types, path).then(|| path.clone());
+        wanted.add_all_names(&own.or_else(|| names_of(types, path))?);
         Some(Self::of(types, wanted, 0, Vec::new()))
     }
 
@@ -311,8 +332,7 @@ impl Decoder {
     /// # Errors
     /// When the payload is not plain CDR, or ends before the last number asked for.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
-        self.clear(values);
-        values.texts.resize(self.texts, String::new());
+        self.clear(values, self.texts);
         if self.is_json {
             self.wanted.pick(&json::object_of(payload)?, values);
             self.compute(values);
@@ -332,16 +352,17 @@ impl Decoder {
 
     /// As [`Decoder::read`], of a message of the type that is at hand: the values of its payload, which is not made.
     pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
-        self.clear(values);
+        self.clear(values, 0);
         self.wanted.pick(message, values);
         self.compute(values);
     }
 
-    fn clear(&self, values: &mut Values) {
+    fn clear(&self, values: &mut Values, texts: usize) {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
-        values.texts.clear();
+        values.texts.resize_with(texts, String::new);
+        values.texts.iter_mut().for_each(String::clear);
     }
 
     /// Fills the slots that are computed from others.
@@ -496,7 +517,11 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
                 }
                 At::Message(message)
             }
-            (At::Field(field), Step::Named(_)) if has_key(types, &path.first(number)) => {
+            (At::Field(field), Step::Named(_))
+                if has_key(types, &path.first(number))
+                    || matches!(field.field_type.element, Element::Message(_))
+                        && names_of_messages(types, &path.first(number)).is_some() =>
+            {
                 At::Element(&field.field_type.element)
             }
             (At::Field(field), Step::Named(name)) => {
@@ -561,6 +586,12 @@ fn has_key(types: &Types, path: &FieldPath) -> bool {
         }
     }
     is_list && !key::fields(types, message).is_empty()
+}
+
+/// The same of a list of messages. Points of a trajectory are instants, which the joints' names do not name.
+fn names_of_messages(types: &Types, path: &FieldPath) -> Option<FieldPath> {
+    let is_of_points = matches!(path.steps.last(), Some(Step::Field(name)) if name == "points");
+    names_of(types, path).filter(|_| !is_of_points)
 }
 
 /// The path of the texts that name the elements of the list at `path`.

@@ -353,7 +353,9 @@ impl TopicScan {
         let Some(plan) = &self.plan else {
             return Ok(None);
         };
+        // All of the first thousand, then every seventh.
         if let Some(names) = &plan.names
+            && (self.messages <= 1000 || self.messages.is_multiple_of(7))
             && names.read(payload, values).is_ok()
             && let [name] = values.names()
         {
@@ -386,7 +388,8 @@ impl TopicScan {
             (None, _) => None,
         };
         // Messages of several, met often: not numbers that count them.
-        let often = |count: &u64| *count > 2 && *count * 100 > self.messages;
+        let looked: u64 = self.names.values().sum();
+        let often = |count: &u64| *count > 2 && *count * 100 > looked;
         let names: Vec<&str> = (self.names.iter())
             .filter_map(|(name, count)| often(count).then_some(name.as_str()))
             .collect();

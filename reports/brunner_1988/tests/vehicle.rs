@@ -50,7 +50,11 @@ fn filter(vehicle: Vehicle) -> VehicleFilter {
 
 /// One record from rest.
 fn fit(estimator: &dyn Estimator, inputs: &[f64], outputs: &[f64]) -> Estimate {
-    let runs = vec![Run { inputs, outputs }];
+    let runs = vec![Run {
+        inputs,
+        outputs,
+        ..Run::default()
+    }];
     let problem = Problem::new(Structure::of_order(1), SAMPLE_TIME, runs).unwrap();
     estimator.fit(&problem).unwrap()
 }
@@ -188,6 +192,7 @@ fn a_drifting_bias_is_followed() {
         Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         },
     );
     assert!((filter.bias() - BIAS).abs() < 0.003, "{}", filter.bias());
@@ -223,13 +228,14 @@ fn a_record_that_begins_in_motion_gives_the_same_vehicle() {
             start: InitialState::Estimated,
             ..Structure::of_order(1)
         };
-        let runs = vec![Run {
+        let record = Run {
             inputs: &inputs[45..],
             outputs: &outputs[45..],
-        }];
-        let problem = Problem::new(structure, SAMPLE_TIME, runs).unwrap();
+            ..Run::default()
+        };
+        let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).unwrap();
         let found = VehicleSearch { vehicle: known }.fit(&problem).unwrap();
-        let simulated = found.simulate(0, &inputs[45..]);
+        let simulated = found.simulate(0, record);
         for (found, truth) in found.physical.unwrap().values.iter().zip(truth) {
             let off = (found / truth - 1.0).abs();
             assert!(off < 1e-4, "{}: {found} {truth}", run.name());
