@@ -92,9 +92,9 @@ struct StructureArgs {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(rules::NUMERATOR))]
     numerator: Option<u8>,
     /// Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same
-    /// sample [default: searched, 0 to 20; for a method that is named 1 to 3, 1 with --order]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(rules::DELAY))]
-    delay: Option<u8>,
+    /// sample [default: searched, 0 to 1000; for a method that is named 1 to 3, 1 with --order]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(rules::DELAY))]
+    delay: Option<u16>,
     /// Number of zeros known to be at z = 1
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(rules::AT_ONE))]
     zeros_at_one: u8,

@@ -4,8 +4,82 @@ use std::fs;
 
 use planesman_testing::near;
 
-use crate::answer::fit;
+use crate::answer::{Answer, fit};
 use crate::plant::{STEP, noise, prbs, second_order, table};
+
+/// The rows of a log of `1/(2s + 1)` behind a delay of so many samples, from rest; the first input is 1, before it was 0.
+fn delayed(delay: usize, seed: u64, samples: usize) -> Vec<(String, f64, f64)> {
+    let mut u = prbs(seed, samples);
+    u[..10].fill(1.0);
+    let decay = (-STEP / 2.0_f64).exp();
+    let mut x = 0.0;
+    let row = |(k, e): (usize, f64)| {
+        let y = x + 0.005 * e;
+        let before = k.checked_sub(delay).map_or(0.0, |k| u[k]);
+        x = decay * x + (1.0 - decay) * before;
+        (format!("{:.2}", k as f64 * STEP), u[k], y)
+    };
+    noise(seed + 50, samples)
+        .into_iter()
+        .enumerate()
+        .map(row)
+        .collect()
+}
+
+/// Checks that the model is the one of [`delayed`], and nothing beside it.
+#[track_caller]
+fn is_first_order_behind(delay: usize, answer: &Answer) {
+    answer.says("verdict: good");
+    let poles = answer.json.pointer("/model/continuous_poles").unwrap();
+    let denominator = answer.json.pointer("/model/den").unwrap();
+    assert_eq!(
+        poles.as_array().map(Vec::len),
+        Some(1),
+        "{}",
+        answer.brief()
+    );
+    assert_eq!(
+        denominator.as_array().map(Vec::len),
+        Some(delay + 1),
+        "{}",
+        answer.brief()
+    );
+    near(answer.number("model/continuous_poles/0/re"), -0.5, 0.002);
+    near(answer.number("model/steady_state_gain/0"), 1.0, 0.005);
+}
+
+#[test]
+fn the_input_before_a_window_a_gap_or_the_file_acts_behind_the_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |rows: Vec<(String, f64, f64)>| {
+        fs::write(
+            folder.path().join("log.csv"),
+            table("t,u,y", rows.into_iter()),
+        )
+        .unwrap();
+    };
+    let arguments = ["log.csv", "-i", "u", "-o", "y"];
+    written(delayed(10, 3, 3000));
+    is_first_order_behind(11, &fit(folder.path(), &arguments));
+    // The input switches at 7.00 s, or is what it was for long.
+    for window in ["7..90", "33..120"] {
+        let within = [&arguments[..], &["--window", window]].concat();
+        is_first_order_behind(11, &fit(folder.path(), &within));
+    }
+    // The output is missing for a while, the input is not.
+    let mut text = String::from("t,u,y\n");
+    for (k, (t, u, y)) in delayed(10, 4, 3000).into_iter().enumerate() {
+        let is_missing = (700..760).contains(&k) || (1800..1880).contains(&k);
+        let y = if is_missing {
+            String::new()
+        } else {
+            y.to_string()
+        };
+        text += &format!("{t},{u},{y}\n");
+    }
+    fs::write(folder.path().join("log.csv"), text).unwrap();
+    is_first_order_behind(11, &fit(folder.path(), &arguments));
+}
 
 #[test]
 fn an_integrator_behind_an_input_with_a_mean_is_good_and_its_gain_is_told() {
@@ -26,4 +100,30 @@ fn an_integrator_behind_an_input_with_a_mean_is_good_and_its_gain_is_told() {
         near(answer.number("integrator_gain/0"), 0.5, 0.002);
         near(answer.number("model/continuous_poles/0/re"), -1.0, 0.01);
     }
+}
+
+#[test]
+fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |delay| {
+        let rows = delayed(delay, 6, 2500).into_iter();
+        fs::write(folder.path().join("log.csv"), table("t,u,y", rows)).unwrap();
+    };
+    let arguments = ["log.csv", "-i", "u", "-o", "y"];
+    // 3 s at 20 Hz.
+    write(60);
+    let within = [&arguments[..], &["--window", "20..120"]].concat();
+    is_first_order_behind(61, &fit(folder.path(), &within));
+    let given = [&arguments[..], &["--delay", "61"]].concat();
+    is_first_order_behind(61, &fit(folder.path(), &given));
+    write(300);
+    is_first_order_behind(301, &fit(folder.path(), &arguments));
+    // Longer than a quarter of the record: no model rather than a false one.
+    write(1200);
+    let answer = fit(folder.path(), &arguments);
+    assert!(
+        !answer.said().contains("verdict: good"),
+        "{}",
+        answer.brief()
+    );
 }

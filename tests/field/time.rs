@@ -98,6 +98,60 @@ fn a_rate_that_cannot_be_meant_is_questioned_in_the_verdict() {
 }
 
 #[test]
+fn steps_that_may_be_milliseconds_are_questioned() {
+    let whole = |k: usize| format!("{}", 50 * k);
+    let answer = with_times("time", whole, &[]);
+    answer
+        .says("milliseconds have such steps")
+        .says("the times are in doubt");
+    with_times("time", whole, &["--time-unit", "ms"]).is_the_plant(SAMPLES as u64);
+    with_times("time [ms]", whole, &[]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn a_stamp_that_is_damaged_costs_its_sample_alone() {
+    for (damaged, samples) in [(1e9, SAMPLES), (0.0, SAMPLES)] {
+        let begin = if damaged == 0.0 { 1.7e9 } else { 0.0 };
+        let time = |k: usize| {
+            let stamp = if k % 500 == 77 {
+                damaged
+            } else {
+                begin + at(k)
+            };
+            format!("{stamp:.2}")
+        };
+        with_times("t", time, &[]).is_the_plant(samples as u64);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_right_after_the_start_parts_the_record() {
+    let time = |k: usize| format!("{:.2}", at(k) + if k > 100 { 1.7e9 } else { 0.0 });
+    let answer = with_times("t", time, &[]);
+    answer.is_the_plant(SAMPLES as u64);
+    assert_eq!(
+        answer.json["record"]["segments"].as_array().unwrap().len(),
+        2
+    );
+}
+
+#[test]
+fn samples_in_bursts_of_any_length_are_spread_over_the_time_between() {
+    for longest in [4, 20] {
+        let mut times = Vec::new();
+        let lengths = noise(15, SAMPLES).into_iter();
+        for length in lengths.map(|it| 3 + (it.abs() * 1e4) as usize % longest) {
+            // All are received with the last of them.
+            let received = at(times.len() + length - 1) + 0.01;
+            times.extend((0..length).map(|k| received + 1e-4 * k as f64));
+        }
+        let answer = with_times("t", |k| format!("{:.4}", times[k]), &[]);
+        answer.is_the_plant(SAMPLES as u64);
+        assert!(answer.text.contains("share_a_stamp"), "{}", answer.brief());
+    }
+}
+
+#[test]
 fn the_time_of_a_counter_that_wraps_goes_on() {
     for (name, modulus, unit, first) in [
         ("time_us", 1_u64 << 32, 1e-6, (1_u64 << 32) - 50_000_000),

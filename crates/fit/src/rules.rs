@@ -188,7 +188,7 @@ pub const ORDER: RangeInclusive<i64> = 1..=64;
 /// Coefficients of a numerator.
 pub const NUMERATOR: RangeInclusive<i64> = 1..=40;
 /// Delays, samples.
-pub const DELAY: RangeInclusive<i64> = 0..=40;
+pub const DELAY: RangeInclusive<i64> = 0..=1000;
 /// Zeros and poles known to be at z = 1.
 pub const AT_ONE: RangeInclusive<i64> = 0..=4;
 /// Records of a bootstrap.

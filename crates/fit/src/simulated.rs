@@ -28,15 +28,14 @@ impl<'a> Simulated<'a> {
             .get(analysis.longest)
             .and_then(|number| record.segments.get(*number))
             .ok_or_else(|| refused("the record does not hold the segment of the model"))?;
-        let (Some(input), Some(measured)) = (segment.inputs.first(), segment.outputs.first())
-        else {
-            return Err(refused("the record has no input or no output"));
-        };
+        let run = segment
+            .run()
+            .ok_or_else(|| refused("the record has no input or no output"))?;
         Ok(Self {
             start: segment.start,
-            input,
-            measured,
-            simulated: analysis.estimate.simulate(analysis.longest, input),
+            input: run.inputs,
+            measured: run.outputs,
+            simulated: analysis.estimate.simulate(analysis.longest, run),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Every numeric field of a bag, table or PX4 log: rate, gaps, range and time history.
+//! Every numeric field of a bag, table or log: rate, gaps, range and time history.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;

@@ -111,7 +111,7 @@ impl GivenModel {
         let simulated: Vec<Vec<f64>> = (runs.iter().enumerate())
             .map(|(number, run)| {
                 bounded &= estimate.set_in_motion(number, *run);
-                estimate.simulate(number, run.inputs)
+                estimate.simulate(number, *run)
             })
             .collect();
         estimate.residuals = (0..runs.len())
@@ -126,7 +126,8 @@ impl GivenModel {
         };
         let of_simulation = |number: usize| {
             let pairs = runs[number].outputs.iter().zip(&simulated[number]);
-            Missed::by(pairs.map(|(y, x)| (*y, y - x)))
+            let unknown = estimate.layout.structure.unknown(runs[number].past.len());
+            Missed::by(pairs.skip(unknown).map(|(y, x)| (*y, y - x)))
         };
         Ok(Judgement {
             segments: record.used(),
@@ -223,8 +224,10 @@ impl GivenModel {
 impl Estimate {
     /// Fits the motion at the beginning of a record; whether there is one that does not grow beyond measure.
     fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> bool {
-        let caused = self.simulate(number, run.inputs);
+        let caused = self.simulate(number, run);
+        let unknown = self.layout.structure.unknown(run.past.len());
         let left: Vec<f64> = (run.outputs.iter().zip(&caused))
+            .skip(unknown)
             .map(|(y, x)| y - x)
             .collect();
         let a = self.layout.denominator(self.theta.as_slice());

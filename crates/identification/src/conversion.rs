@@ -244,6 +244,7 @@ mod tests {
         let record = Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         };
         let structure = Structure::of_order(2).with_zero_at_one();
         let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).unwrap();

@@ -59,7 +59,7 @@ pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>>
 /// had; `None` where they grow beyond measure.
 fn motions(count: usize, denominator: &[f64]) -> Option<(DMatrix<f64>, Vec<f64>)> {
     let n = denominator.len() - 1;
-    let motion = filter(&[1.0], denominator, &impulse(count));
+    let motion = filter(&[1.0], denominator, &impulse(0, count));
     if !motion.iter().all(|v| v.abs() < LARGEST) {
         return None;
     }
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn a_free_motion_is_taken_away_and_nothing_else() {
         let denominator = [1.0, -1.5, 0.7];
-        let free = filter(&[2.0, -3.0], &denominator, &impulse(50));
+        let free = filter(&[2.0, -3.0], &denominator, &impulse(0, 50));
         assert!(without_free_motion(&free, &denominator) < 1e-20);
         let found = free_motion(&free, &denominator).unwrap();
         assert!((found[0] - 2.0).abs() < 1e-9 && (found[1] + 3.0).abs() < 1e-9);

@@ -42,7 +42,7 @@ pub use fit::{Spread, fit, simulated};
 pub use model::Model;
 pub use planesman_parallel::{Stop, on_all_cores, stop_point, until_stopped};
 pub use planesman_record::{
-    Input, Record, RecordError, Run, Segment, StraightLine, filter, noise, with_noise,
+    Input, LONGEST_PAST, Record, RecordError, Run, Segment, StraightLine, filter, noise, with_noise,
 };
 pub use readout::{PHYSICAL, Readout};
 pub use regression::{Shape, rows};

@@ -99,7 +99,8 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     let errors = errors_of_simulation(found, number, run);
     let d = &found.noise_denominator;
-    Missed::by((d.len() + ahead - 1..errors.len()).map(|end| {
+    let unknown = found.layout.structure.unknown(run.past.len());
+    Missed::by((unknown + d.len() + ahead - 1..errors.len()).map(|end| {
         let start = end + 1 - ahead;
         let predicted = match d.is_empty() {
             true => 0.0,
@@ -119,7 +120,8 @@ pub(crate) fn residuals(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f6
         Error::Output => {
             let d = monic(&found.noise_denominator);
             let errors = errors_of_simulation(found, number, run);
-            (filter(&d, &[1.0], &errors), d.len() - 1)
+            let unknown = found.layout.structure.unknown(run.past.len());
+            (filter(&d, &[1.0], &errors), unknown + d.len() - 1)
         }
     };
     errors.drain(..past.min(errors.len()));
@@ -127,7 +129,7 @@ pub(crate) fn residuals(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f6
 }
 
 fn errors_of_simulation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
-    let simulated = found.simulate(number, run.inputs);
+    let simulated = found.simulate(number, run);
     let pairs = run.outputs.iter().zip(&simulated);
     pairs.map(|(y, x)| y - x).collect()
 }
@@ -140,7 +142,7 @@ fn errors_of_equation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64>
         &[1.0],
         run.outputs,
     );
-    let forced = forced(found, number, run.inputs);
+    let forced = forced(found, number, run);
     for (k, (error, forced)) in errors.iter_mut().zip(forced).enumerate() {
         *error = match k < structure.history() {
             true => 0.0,
@@ -155,13 +157,13 @@ pub(crate) fn from_first_outputs(found: &Estimate, number: usize, run: Run<'_>) 
     let a = found.layout.denominator(found.theta.as_slice());
     let first = found.layout.structure.history().min(run.outputs.len());
     let mut driving = filter(&a, &[1.0], &run.outputs[..first]);
-    driving.extend(&forced(found, number, run.inputs)[first..]);
+    driving.extend(&forced(found, number, run)[first..]);
     filter(&[1.0], &a, &driving)
 }
 
 /// `B u + constant` of a record's difference equation.
-fn forced(found: &Estimate, number: usize, inputs: &[f64]) -> Vec<f64> {
-    let driving = found.layout.structure.driving(&found.about_level(inputs));
+fn forced(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
+    let driving = found.driving(run);
     let b = &found.theta.as_slice()[found.layout.b(number)];
     let constant = constant(found, number);
     let caused = filter(b, &[1.0], &driving);
@@ -208,6 +210,7 @@ mod tests {
         let run = Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         };
         let structure = Structure {
             start: InitialState::Estimated,

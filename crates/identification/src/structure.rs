@@ -102,18 +102,37 @@ impl Structure {
     }
 
     /// A record's input through what is known, delayed so that element k first acts on output k. Before a record in
-    /// motion the input is taken to have stood at its first value: a constant added to it changes the offset alone.
+    /// motion the input is its past; where that is not known, it is taken to have stood at its first known value: a
+    /// constant added to it changes the offset alone. Outputs that this drives are not known ([`Self::unknown`]).
     #[must_use]
-    pub fn driving(&self, inputs: &[f64]) -> Vec<f64> {
-        let through = filter(&self.known_numerator, &self.known_denominator, inputs);
+    pub fn driving(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {
+        let past = match self.start {
+            InitialState::Rest => &[],
+            InitialState::Estimated => past,
+        };
+        let all = [past, inputs].concat();
+        let through = filter(&self.known_numerator, &self.known_denominator, &all);
         let before = match self.start {
             InitialState::Rest => 0.0,
             InitialState::Estimated => through.first().copied().unwrap_or_default(),
         };
-        let mut driving = vec![before; self.delay];
-        driving.extend(through);
+        let mut driving = vec![before; self.delay.saturating_sub(past.len())];
+        driving.extend(&through[past.len().saturating_sub(self.delay)..]);
         driving.truncate(inputs.len());
         driving
+    }
+
+    /// The first outputs of a record in motion that inputs act on which are not known, with so many known before it:
+    /// they count for nothing. What a state of the poles accounts for is none of them.
+    #[must_use]
+    pub fn unknown(&self, past: usize) -> usize {
+        let beyond_state = (self.numerator - 1).saturating_sub(self.poles);
+        match self.start {
+            InitialState::Rest => 0,
+            InitialState::Estimated => {
+                (self.delay + self.known_numerator.len() - 1 + beyond_state).saturating_sub(past)
+            }
+        }
     }
 
     /// Samples of history a row of the difference equation needs.
@@ -165,7 +184,11 @@ impl<'a> Problem<'a> {
                     run.outputs.len()
                 ));
             }
-            if run.inputs.iter().chain(run.outputs).any(|v| !v.is_finite()) {
+            if [run.past, run.inputs, run.outputs]
+                .concat()
+                .iter()
+                .any(|v| !v.is_finite())
+            {
                 return record("a record holds numbers that are not finite".to_owned());
             }
         }
@@ -193,6 +216,10 @@ impl<'a> Problem<'a> {
                 variance(p).total_cmp(&variance(q))
             })?;
         let run = Run {
+            past: match first {
+                0 => longest.past,
+                _ => &longest.inputs[..first],
+            },
             inputs: &longest.inputs[first..first + count],
             outputs: &longest.outputs[first..first + count],
         };
@@ -216,11 +243,20 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// Of each record, the outputs that are driven by inputs which are not known.
+    #[must_use]
+    pub fn unknown(&self) -> Vec<usize> {
+        let runs = self.runs.iter();
+        runs.map(|run| self.structure.unknown(run.past.len()))
+            .collect()
+    }
+
     /// Each record's input as [`Structure::driving`] has it.
     #[must_use]
     pub fn driving(&self) -> Vec<Vec<f64>> {
         let runs = self.runs.iter();
-        runs.map(|run| self.structure.driving(run.inputs)).collect()
+        runs.map(|run| self.structure.driving(run.past, run.inputs))
+            .collect()
     }
 }
 
@@ -362,12 +398,14 @@ mod tests {
         let run = Run {
             inputs: &[1.0],
             outputs: &[1.0, 2.0],
+            ..Run::default()
         };
         assert!(Problem::new(Structure::of_order(1), 0.1, vec![run]).is_err());
         assert!(Problem::new(Structure::of_order(1), 0.1, vec![]).is_err());
         let run = Run {
             inputs: &[f64::NAN],
             outputs: &[1.0],
+            ..Run::default()
         };
         assert!(Problem::new(Structure::of_order(1), 0.1, vec![run]).is_err());
         assert!(Problem::new(Structure::of_order(1), 0.0, vec![]).is_err());

@@ -21,6 +21,7 @@ fn record(segments: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
                 start: 0,
                 inputs: vec![inputs],
                 outputs: vec![outputs],
+                ..Segment::default()
             })
             .collect(),
     }

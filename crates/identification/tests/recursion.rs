@@ -28,6 +28,7 @@ fn recursive_least_squares_is_batch_least_squares_whatever_the_structure() {
     let record = Run {
         inputs: &inputs,
         outputs: &outputs,
+        ..Run::default()
     };
     let delayed = Structure {
         delay: 3,
@@ -70,6 +71,7 @@ fn off_after_noise(kind: Kind, c: &[f64]) -> f64 {
         Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         },
     );
     let theta = learner.parameters();
@@ -261,6 +263,7 @@ fn a_limit_keeps_the_covariance_and_a_dead_zone_the_parameters() {
     let record = Run {
         inputs: &inputs,
         outputs: &outputs,
+        ..Run::default()
     };
     let limited = Options {
         forgetting: Forgetting::Constant(0.9),
@@ -296,6 +299,7 @@ fn resetting_the_covariance_keeps_the_parameters_and_a_gap_the_learning() {
     let record = Run {
         inputs: &inputs,
         outputs: &outputs,
+        ..Run::default()
     };
     let structure = Structure::of_order(3).without_offset();
     let options = Options {
@@ -309,6 +313,7 @@ fn resetting_the_covariance_keeps_the_parameters_and_a_gap_the_learning() {
         Run {
             inputs: &inputs[..100],
             outputs: &outputs[..100],
+            ..Run::default()
         },
     );
     // A gap of ten samples; both parts are of one plant.
@@ -317,6 +322,7 @@ fn resetting_the_covariance_keeps_the_parameters_and_a_gap_the_learning() {
         Run {
             inputs: &inputs[110..],
             outputs: &outputs[110..],
+            ..Run::default()
         },
     );
     let theta = learner.parameters();

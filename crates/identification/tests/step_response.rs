@@ -44,7 +44,11 @@ fn with_problem(samples: usize, test: impl FnOnce(&Problem<'_>)) {
         (inputs.clone(), outputs.clone())
     };
     let all = [run(&first), run(&second)];
-    let runs = all.iter().map(|(inputs, outputs)| Run { inputs, outputs });
+    let runs = all.iter().map(|(inputs, outputs)| Run {
+        inputs,
+        outputs,
+        ..Run::default()
+    });
     let structure = Structure {
         delay: DELAY,
         start: InitialState::Estimated,

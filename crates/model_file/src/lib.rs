@@ -14,8 +14,8 @@ use planesman_text::{write_text, yaml};
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
-/// The largest order taken: beyond any model that a record determines.
-pub const LARGEST_ORDER: usize = 64;
+/// The largest order taken: beyond any model that a record determines, the samples of a long delay counted.
+pub const LARGEST_ORDER: usize = 200;
 
 /// A model file that was not read or not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

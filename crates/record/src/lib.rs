@@ -16,5 +16,5 @@ pub use error::RecordError;
 pub use filter::filter;
 pub use input::Input;
 pub use noise::{noise, with_noise};
-pub use record::{Record, Run, Segment};
+pub use record::{LONGEST_PAST, Record, Run, Segment};
 pub use straight_line::StraightLine;

@@ -13,9 +13,14 @@ use crate::error::RecordError;
 const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
 
+/// The input that a segment keeps from before its first instant, intervals at most.
+pub const LONGEST_PAST: usize = 1100;
+
 /// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Run<'a> {
+    /// The input's means over the intervals before the first output, the latest last, where they are known.
+    pub past: &'a [f64],
     /// The input's mean over each interval, the input's unit.
     pub inputs: &'a [f64],
     /// The output at the beginning of each interval, the output's unit.
@@ -40,6 +45,9 @@ pub struct Record {
 pub struct Segment {
     /// The first instant, ns on the data's own clock.
     pub start: i64,
+    /// `past[i]`: input i over the intervals before the first instant, the latest last, where it is known there. Empty,
+    /// or one list for each input.
+    pub past: Vec<Vec<f64>>,
     /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
     pub inputs: Vec<Vec<f64>>,
     /// `outputs[i][k]`: output i at instant k.
@@ -53,10 +61,29 @@ impl Segment {
         self.outputs.first().map_or(0, Vec::len)
     }
 
+    /// The part of its instants from `first` up to `end`; the inputs before are its past.
+    #[must_use]
+    pub fn part(&self, first: usize, end: usize, sample_time: f64) -> Self {
+        let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
+        let past = |(number, input): (usize, &Vec<f64>)| {
+            let before = self.past.get(number).map_or(&[][..], Vec::as_slice);
+            let past = [before, &input[..first]].concat();
+            past[past.len().saturating_sub(LONGEST_PAST)..].to_vec()
+        };
+        let later = (first as f64 * sample_time * 1e9).round() as i64;
+        Self {
+            start: self.start.saturating_add(later),
+            past: self.inputs.iter().enumerate().map(past).collect(),
+            inputs: cut(&self.inputs),
+            outputs: cut(&self.outputs),
+        }
+    }
+
     /// Its first input and output; `None` where one is missing.
     #[must_use]
     pub fn run(&self) -> Option<Run<'_>> {
         Some(Run {
+            past: self.past.first().map_or(&[], Vec::as_slice),
             inputs: self.inputs.first()?,
             outputs: self.outputs.first()?,
         })
@@ -91,6 +118,7 @@ impl Record {
             outputs: outputs.0,
             segments: vec![Segment {
                 start: 0,
+                past: Vec::new(),
                 inputs: inputs.1,
                 outputs: outputs.1,
             }],

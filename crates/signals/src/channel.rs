@@ -42,8 +42,8 @@ pub enum Change {
     },
     /// A slow sensor's samples are repeated until the next: repeats are left out.
     RepeatsLeftOut {
-        /// Rows for each sample of the sensor.
-        rows: usize,
+        /// Rows for each sample of the sensor, on the mean.
+        rows: f64,
     },
     /// An angle or counter that wraps is unwrapped.
     Unwrapped {
@@ -80,7 +80,8 @@ impl fmt::Display for Change {
             }
             Self::RepeatsLeftOut { rows } => write!(
                 f,
-                "a new value in every {rows}th row only: repeats are left out"
+                "a new value every {} rows only: repeats are left out",
+                (10.0 * rows).round() / 10.0
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,

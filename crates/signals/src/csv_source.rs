@@ -549,7 +549,10 @@ impl CsvSource {
             _ => {}
         }
         reading.stamps = self.stamps();
-        reading.unit = self.known;
+        reading.unit = JudgedUnit {
+            unit: self.written.unit,
+            known: self.known,
+        };
         let notes = self.form.notes.iter();
         reading
             .notes

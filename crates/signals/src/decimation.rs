@@ -81,7 +81,18 @@ fn means(segment: &Segment, factor: usize, sample_time: f64) -> Segment {
             .collect()
     };
     let later = (half as f64 * sample_time * 1e9).round() as i64;
+    // Windows of an input begin `half` behind the outputs'.
+    let past = |number: usize, input: &Vec<f64>| -> Vec<f64> {
+        let before = segment.past.get(number).map_or(&[][..], Vec::as_slice);
+        let known = [before, &input[..half.min(input.len())]].concat();
+        let windows = known.len() / factor;
+        (known[known.len() - windows * factor..].chunks(factor))
+            .map(mean)
+            .collect()
+    };
+    let inputs = segment.inputs.iter().enumerate();
     Segment {
+        past: inputs.map(|(number, input)| past(number, input)).collect(),
         start: segment.start.saturating_add(later),
         inputs: segment.inputs.iter().map(|it| from(it, half)).collect(),
         outputs: segment.outputs.iter().map(|it| from(it, 0)).collect(),

@@ -52,6 +52,14 @@ impl Grid {
         }
     }
 
+    /// The same, from so many instants earlier on.
+    pub(crate) fn from_before(self, instants: i64) -> Self {
+        Self {
+            first: self.first.saturating_sub(instants),
+            ..self
+        }
+    }
+
     pub(crate) fn time(&self, k: i64) -> i64 {
         let since = match self.whole {
             Some(step) => k.saturating_mul(step),

@@ -59,7 +59,7 @@ pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
 pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
-pub use log_source::LogSource;
+pub use log_source::{LogKind, LogSource};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,

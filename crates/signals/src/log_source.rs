@@ -65,10 +65,27 @@ pub(crate) trait LogReader {
 
 /// The kind of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub enum LogKind {
+    /// ArduPilot's `.bin`.
     DataFlash,
+    /// MAVLink's `.tlog`.
     Telemetry,
+    /// MOOS' `.alog`.
     Moos,
+}
+
+impl LogKind {
+    /// The kind of a file, by its ending.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match ending.as_str() {
+            "bin" => Self::DataFlash,
+            "tlog" => Self::Telemetry,
+            "alog" => Self::Moos,
+            _ => return None,
+        })
+    }
 }
 
 /// Topic and labels, as the log has them.
@@ -82,24 +99,18 @@ type Wanted<'a> = (&'a [String; 2], usize, &'a String, usize);
 pub struct LogSource {
     path: PathBuf,
     bytes: u64,
-    kind: Kind,
+    kind: LogKind,
     /// Fields by topic.
     topics: BTreeMap<String, (Key, Vec<String>)>,
     notes: Vec<String>,
 }
 
 impl LogSource {
-    /// Whether a file is such a log, by its ending.
-    #[must_use]
-    pub fn is_one(path: &Path) -> bool {
-        Kind::of(path).is_some()
-    }
-
-    /// Reads the topics of the log at `path`.
+    /// Reads the topics of the log of that kind at `path`.
     ///
     /// # Errors
     /// A line with the path: no file, no log of its kind, no message.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub fn open(path: &Path, kind: LogKind) -> Result<Self> {
         let name = path.display();
         // Asked before it is opened: a pipe would be waited for.
         let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
@@ -109,7 +120,7 @@ impl LogSource {
         let mut source = Self {
             path: path.to_owned(),
             bytes: about.len(),
-            kind: Kind::of(path).unwrap_or(Kind::DataFlash),
+            kind,
             topics: BTreeMap::new(),
             notes: Vec::new(),
         };
@@ -192,9 +203,9 @@ impl LogSource {
     #[must_use]
     pub fn type_name(&self) -> &'static str {
         match self.kind {
-            Kind::DataFlash => "DataFlash",
-            Kind::Telemetry => "MAVLink",
-            Kind::Moos => "MOOS",
+            LogKind::DataFlash => "DataFlash",
+            LogKind::Telemetry => "MAVLink",
+            LogKind::Moos => "MOOS",
         }
     }
 
@@ -219,7 +230,7 @@ impl LogSource {
         let unreadable = SourceError::unreadable(&self.path);
         let file = File::open(&self.path).map_err(unreadable)?;
         let mut reader: Box<dyn LogReader> = match self.kind {
-            Kind::DataFlash => match DataFlash::of(file).map_err(unreadable)? {
+            LogKind::DataFlash => match DataFlash::of(file).map_err(unreadable)? {
                 Some(log) => Box::new(log),
                 None => {
                     let name = self.path.display();
@@ -228,8 +239,8 @@ impl LogSource {
                     )));
                 }
             },
-            Kind::Telemetry => Box::new(Telemetry::of(file)),
-            Kind::Moos => Box::new(Alog::of(file)),
+            LogKind::Telemetry => Box::new(Telemetry::of(file)),
+            LogKind::Moos => Box::new(Alog::of(file)),
         };
         let mut message = LogMessage::default();
         while reader.next(&mut message).map_err(unreadable)? {
@@ -328,9 +339,9 @@ impl LogSource {
             more
         })?;
         let stamps = match self.kind {
-            Kind::DataFlash => "of the messages, since the vehicle's start",
-            Kind::Telemetry => "of the reception of the messages",
-            Kind::Moos => "of the log, since its start",
+            LogKind::DataFlash => "of the messages, since the vehicle's start",
+            LogKind::Telemetry => "of the reception of the messages",
+            LogKind::Moos => "of the log, since its start",
         };
         Ok(Reading {
             stamps: stamps.to_owned(),
@@ -340,14 +351,114 @@ impl LogSource {
     }
 }
 
-impl Kind {
-    fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        Some(match ending.as_str() {
-            "bin" => Self::DataFlash,
-            "tlog" => Self::Telemetry,
-            "alog" => Self::Moos,
-            _ => return None,
-        })
+#[cfg(test)]
+mod tests {
+    use planesman_testing::telemetry::Version;
+    use planesman_testing::{dataflash, hostile, telemetry};
+    use rand::SeedableRng as _;
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    #[test]
+    fn changed_logs_are_read_in_part_or_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let response = [(1.0, 0.5); 40];
+        let moos = "0.0 A p 1.5\n0.1 B p X=1,Y=2\n%% c\n0.2 A p 2\n".repeat(20);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        for (kind, bytes) in [
+            (LogKind::DataFlash, dataflash::log(&response)),
+            (
+                LogKind::Telemetry,
+                telemetry::log(&response, Version::One, 1),
+            ),
+            (
+                LogKind::Telemetry,
+                telemetry::log(&response, Version::Two, 2),
+            ),
+            (LogKind::Moos, moos.into_bytes()),
+        ] {
+            let path = folder.path().join("log");
+            for number in 0..300 {
+                let bytes = match number {
+                    0 => bytes.clone(),
+                    _ => hostile::mutated(&bytes, &mut random),
+                };
+                let longest = bytes.len() as u64;
+                std::fs::write(&path, bytes).unwrap();
+                let Ok(log) = LogSource::open(&path, kind) else {
+                    continue;
+                };
+                let topics: Vec<String> = log.topics().cloned().collect();
+                let requests: Vec<Request> =
+                    topics.iter().flat_map(|it| log.requests(it)).collect();
+                let mut count = 0_u64;
+                let mut take = |signal: usize, _, _| {
+                    assert!(signal < requests.len());
+                    count += 1;
+                    true
+                };
+                log.read(&requests, &mut take, &|_| {}).unwrap();
+                assert!(count <= 4 * longest, "{kind:?} {number}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_of_every_letter_are_read() {
+        // Letters of all widths in one message; values by hand, the half by IEEE 754: 0x3555 is 0.333251953125.
+        let mut bytes = dataflash::format(
+            90,
+            "ALL",
+            "QbBhHiIqfdcCeELg",
+            "TimeUS,b,B,h,H,i,I,q,f,d,c,C,e,E,L,g",
+            60,
+        );
+        let mut message = vec![0xa3, 0x95, 90];
+        message.extend(7_u64.to_le_bytes());
+        message.extend([0xff, 0xff]);
+        message.extend((-2_i16).to_le_bytes());
+        message.extend(65_535_u16.to_le_bytes());
+        message.extend((-3_i32).to_le_bytes());
+        message.extend(4_000_000_000_u32.to_le_bytes());
+        message.extend((-4_i64).to_le_bytes());
+        message.extend(0.5_f32.to_le_bytes());
+        message.extend(0.25_f64.to_le_bytes());
+        message.extend((-150_i16).to_le_bytes());
+        message.extend(150_u16.to_le_bytes());
+        message.extend((-250_i32).to_le_bytes());
+        message.extend(250_u32.to_le_bytes());
+        message.extend(525_000_000_i32.to_le_bytes());
+        message.extend(0x3555_u16.to_le_bytes());
+        bytes.extend(message);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        std::fs::write(&path, bytes).unwrap();
+        let log = LogSource::open(&path, LogKind::DataFlash).unwrap();
+        let mut values = vec![None; 15];
+        let mut take = |signal: usize, stamp: i64, value| {
+            assert_eq!(stamp, 7000);
+            values[signal] = value;
+            true
+        };
+        log.read(&log.requests("ALL"), &mut take, &|_| {}).unwrap();
+        let expected = [
+            -1.0,
+            255.0,
+            -2.0,
+            65_535.0,
+            -3.0,
+            4e9,
+            -4.0,
+            0.5,
+            0.25,
+            -1.5,
+            1.5,
+            -2.5,
+            2.5,
+            52.5,
+            0.333_251_953_125,
+        ];
+        assert_eq!(values, expected.map(Some));
     }
 }

@@ -40,8 +40,8 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
         .is_finite()
         .then(|| low_pass(band.1 * record.sample_time));
     let high_pass = (band.0 > 0.0).then(|| high_pass(band.0 * record.sample_time));
-    let later = (lead as f64 * record.sample_time * 1e9).round() as i64;
     for segment in &mut record.segments {
+        segment.past.clear();
         for list in segment.inputs.iter_mut().chain(&mut segment.outputs) {
             let first = list.first().copied().unwrap_or_default();
             let mut values: Vec<f64> = list.iter().map(|value| value - first).collect();
@@ -50,11 +50,10 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
             }
             // The mean passes a low-pass filter only.
             let level = if high_pass.is_none() { first } else { 0.0 };
-            *list = (values.iter().skip(lead))
-                .map(|value| value + level)
-                .collect();
+            *list = values.iter().map(|value| value + level).collect();
         }
-        segment.start = segment.start.saturating_add(later);
+        let lead = lead.min(segment.len());
+        *segment = segment.part(lead, segment.len(), record.sample_time);
     }
     record.segments.retain(|it| !it.is_empty());
     let passed = match (high_pass, low_pass) {

@@ -506,14 +506,7 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
             time(first),
             time(end)
         ));
-        let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
-        kept.push(Segment {
-            start: segment
-                .start
-                .saturating_add((time(first) * 1e9).round() as i64),
-            inputs: cut(&segment.inputs),
-            outputs: cut(&segment.outputs),
-        });
+        kept.push(segment.part(first, end, record.sample_time));
     }
     // A record in which nothing moves stays as it is.
     if kept.is_empty() {
@@ -576,12 +569,17 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
     let mut steps = Vec::new();
     for (number, segment) in record.segments.iter_mut().enumerate() {
         let lists = segment.inputs.iter_mut().chain(&mut segment.outputs);
+        let mut pasts = segment.past.iter_mut();
         for (list, name) in lists.zip(&names) {
             let StraightLine { mean, slope, .. } = StraightLine::nearest_to(list);
             let slope = if trend == Trend::Line { slope } else { 0.0 };
             let middle = 0.5 * (list.len() as f64 - 1.0);
             for (k, value) in list.iter_mut().enumerate() {
                 *value -= mean + slope * (k as f64 - middle);
+            }
+            let past = pasts.next().into_iter().flatten().rev();
+            for (k, value) in past.enumerate() {
+                *value -= mean - slope * (k as f64 + 1.0 + middle);
             }
             if Some(number) != longest {
                 continue;
@@ -608,6 +606,7 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
 /// Puts zeros in front of every segment.
 fn prewindow(record: &mut Record, count: usize) -> Step {
     for segment in &mut record.segments {
+        segment.past.clear();
         for list in segment.inputs.iter_mut().chain(&mut segment.outputs) {
             list.splice(0..0, std::iter::repeat_n(0.0, count));
         }

@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use planesman_record::{Record, Segment};
+use planesman_record::{LONGEST_PAST, Record, Segment};
 use thiserror::Error;
 
 use crate::channel::{Channel, Method};
@@ -138,7 +138,9 @@ pub struct Resampler {
 
 #[derive(Clone, Debug)]
 struct Running {
-    grid: Grid,
+    /// Of inputs and of outputs: the same instants, of which inputs take some before the window.
+    grids: [Grid; 2],
+    inputs: usize,
     tracks: Vec<Track>,
 }
 
@@ -222,6 +224,8 @@ impl Resampler {
         };
         let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
         let grid = Grid::new(anchor.unwrap_or(0), step).within(&self.options.window);
+        // What an input does before the window acts in it.
+        let grid_of_inputs = grid.clone().from_before(LONGEST_PAST as i64);
         let tracks = intervals
             .iter()
             .zip(sieves)
@@ -250,7 +254,11 @@ impl Resampler {
                 }
             })
             .collect();
-        let mut running = Running { grid, tracks };
+        let mut running = Running {
+            grids: [grid_of_inputs, grid],
+            inputs: self.inputs,
+            tracks,
+        };
         for (signal, sample) in prelude {
             running.take(signal, sample, &mut self.meters[signal]);
         }
@@ -282,9 +290,13 @@ impl Resampler {
         let mut until = i64::MIN;
         let tracks = running.tracks.iter_mut().zip(&mut self.meters);
         for (signal, (track, meter)) in tracks.enumerate().rev() {
-            track.finish(&running.grid, meter, until);
+            track.finish(
+                &running.grids[usize::from(signal >= self.inputs)],
+                meter,
+                until,
+            );
             if let (Some(run), true) = (track.runs.list.last(), signal >= self.inputs) {
-                until = until.max(running.grid.time(run.end()));
+                until = until.max(running.grids[1].time(run.end()));
             }
         }
         let common = common(&running.tracks);
@@ -293,7 +305,7 @@ impl Resampler {
         let numbers = instants.saturating_mul(running.tracks.len());
         if running.is_full() || numbers > MAX_NUMBERS {
             return Err(GridError::TooLong {
-                interval: running.grid.step * 1e-9,
+                interval: running.grids[1].step * 1e-9,
             });
         }
         let mut channels: Vec<Channel> = self
@@ -336,6 +348,8 @@ impl Resampler {
                 spans: spans.join("; "),
             });
         }
+        let inputs = running.tracks.iter().take(self.inputs);
+        let known: Vec<_> = inputs.map(|it| it.runs.known()).collect();
         let segments = common
             .into_iter()
             .map(|(first, end)| {
@@ -344,8 +358,14 @@ impl Resampler {
                     .iter()
                     .map(|track| track.runs.cut(first, end))
                     .collect();
+                let inputs = running.tracks.iter().take(self.inputs);
+                // As long as the outputs are: a delay is no longer.
+                let longest = (end - first).min(LONGEST_PAST as i64);
                 Segment {
-                    start: running.grid.time(first),
+                    start: running.grids[1].time(first),
+                    past: (inputs.zip(&known))
+                        .map(|(it, known)| it.runs.before(first, longest, known))
+                        .collect(),
                     outputs: lists.split_off(self.inputs),
                     inputs: lists,
                 }
@@ -355,7 +375,7 @@ impl Resampler {
         let names = |channels: &[Channel]| channels.iter().map(|it| it.name.clone()).collect();
         Ok(Resampled {
             record: Record {
-                sample_time: running.grid.step * 1e-9,
+                sample_time: running.grids[1].step * 1e-9,
                 inputs: names(&channels),
                 outputs: names(&outputs),
                 segments,
@@ -417,9 +437,10 @@ impl Running {
         let Some(track) = self.tracks.get_mut(signal) else {
             return;
         };
+        let grid = &self.grids[usize::from(signal >= self.inputs)];
         match sample {
-            Some((stamp, value)) => track.take(stamp, value, &self.grid, meter),
-            None => track.begin_anew(&self.grid, meter),
+            Some((stamp, value)) => track.take(stamp, value, grid, meter),
+            None => track.begin_anew(grid, meter),
         }
     }
 
@@ -648,6 +669,17 @@ impl Runs {
             }
         }
         known
+    }
+
+    /// The values before the instant `end`, so many of them at most, as far back as all are known: within the instants of
+    /// [`Self::known`].
+    fn before(&self, end: i64, most: i64, known: &[(i64, i64)]) -> Vec<f64> {
+        let place = known.partition_point(|(first, _)| *first < end);
+        let run = place.checked_sub(1).map(|it| known[it]);
+        match run {
+            Some((first, until)) if until >= end => self.cut(first.max(end - most), end),
+            _ => Vec::new(),
+        }
     }
 
     /// The values at the instants from `first` up to `end`, all of which are known.

@@ -34,7 +34,7 @@ impl Sieve {
             .filter(|_| is_output)
             .map(Repeats::new);
         if let Some(repeats) = &repeats {
-            interval *= repeats.rows as f64;
+            interval *= repeats.rows;
         }
         Self {
             interval,

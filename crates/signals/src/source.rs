@@ -10,7 +10,7 @@ use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
 use crate::joined_tables::JoinedTables;
-use crate::log_source::LogSource;
+use crate::log_source::{LogKind, LogSource};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
 
@@ -98,6 +98,11 @@ const FOREIGN: &[Foreign] = &[
         kind: "a bag of ROS 1",
         command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
     },
+    Foreign {
+        endings: &["active"],
+        kind: "a bag of ROS 1 that was not closed",
+        command: "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
+    },
 ];
 
 /// The kind of that ending, if it is known and not read.
@@ -150,7 +155,8 @@ impl Source {
             return Err(SourceError::Data(kind.remedy(path)));
         }
         let is_csv = |path: &PathBuf| is_table(path);
-        let is_log = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]) || LogSource::is_one(path);
+        let is_log =
+            |path: &PathBuf| ends_in(path, &["ulg", "ulog"]) || LogKind::of(path).is_some();
         match &data.paths[..] {
             paths @ [first, others @ ..] if paths.iter().all(is_csv) => {
                 if data.stamp.is_some() {
@@ -167,9 +173,9 @@ impl Source {
                 if data.stamp.is_some() || data.time != TableTime::default() {
                     return Err(SourceError::Request("a log has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
                 }
-                Ok(match LogSource::is_one(path) {
-                    true => Self::Log(LogSource::open(path)?),
-                    false => Self::Ulog(UlogSource::open(path)?),
+                Ok(match LogKind::of(path) {
+                    Some(kind) => Self::Log(LogSource::open(path, kind)?),
+                    None => Self::Ulog(UlogSource::open(path)?),
                 })
             }
             paths if paths.iter().any(|it| is_csv(it) || is_log(it)) => Err(SourceError::Request(

@@ -21,7 +21,11 @@ fn fit(
 ) -> Estimate {
     let runs = records
         .iter()
-        .map(|(inputs, outputs)| Run { inputs, outputs })
+        .map(|(inputs, outputs)| Run {
+            inputs,
+            outputs,
+            ..Run::default()
+        })
         .collect();
     estimator
         .fit(&Problem::new(structure, SAMPLE_TIME, runs).unwrap())
@@ -62,6 +66,7 @@ fn every_method_finds_the_plant_in_a_clean_record() {
                     Run {
                         inputs: &record[0].0,
                         outputs: &record[0].1,
+                        ..Run::default()
                     },
                     0,
                 );
@@ -200,7 +205,11 @@ fn a_record_that_says_nothing_is_refused_with_the_reason() {
     for method in ALL {
         let runs = record
             .iter()
-            .map(|(inputs, outputs)| Run { inputs, outputs })
+            .map(|(inputs, outputs)| Run {
+                inputs,
+                outputs,
+                ..Run::default()
+            })
             .collect();
         let problem = Problem::new(Structure::of_order(2), SAMPLE_TIME, runs).unwrap();
         assert!(

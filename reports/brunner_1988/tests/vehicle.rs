@@ -50,7 +50,11 @@ fn filter(vehicle: Vehicle) -> VehicleFilter {
 
 /// One record from rest.
 fn fit(estimator: &dyn Estimator, inputs: &[f64], outputs: &[f64]) -> Estimate {
-    let runs = vec![Run { inputs, outputs }];
+    let runs = vec![Run {
+        inputs,
+        outputs,
+        ..Run::default()
+    }];
     let problem = Problem::new(Structure::of_order(1), SAMPLE_TIME, runs).unwrap();
     estimator.fit(&problem).unwrap()
 }
@@ -188,6 +192,7 @@ fn a_drifting_bias_is_followed() {
         Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         },
     );
     assert!((filter.bias() - BIAS).abs() < 0.003, "{}", filter.bias());
@@ -226,6 +231,7 @@ fn a_record_that_begins_in_motion_gives_the_same_vehicle() {
         let runs = vec![Run {
             inputs: &inputs[45..],
             outputs: &outputs[45..],
+            ..Run::default()
         }];
         let problem = Problem::new(structure, SAMPLE_TIME, runs).unwrap();
         let found = VehicleSearch { vehicle: known }.fit(&problem).unwrap();

@@ -134,7 +134,7 @@ impl Simulated {
         drawn.iter_mut().for_each(|e| *e = (*e - mean) * size);
         let outputs: Vec<Vec<f64>> = runs()
             .map(|(number, run)| match found.error {
-                Error::Output => found.simulate(number, run.inputs),
+                Error::Output => found.simulate(number, *run),
                 Error::Equation => prediction::from_first_outputs(found, number, *run),
             })
             .collect();

@@ -19,10 +19,12 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
     // A constant is one more free motion, at z = 1.
     let mut free = product(&product(&a, &structure.known_denominator), &[1.0, -1.0]);
     free.resize(free.len().max(structure.numerator + 1), 0.0);
-    let mean = run.outputs.iter().sum::<f64>() / run.outputs.len().max(1) as f64;
-    let caused = filter(b, &a, &structure.driving(run.inputs));
+    let unknown = structure.unknown(run.past.len()).min(run.outputs.len());
+    let outputs = &run.outputs[unknown..];
+    let mean = outputs.iter().sum::<f64>() / outputs.len().max(1) as f64;
+    let caused = filter(b, &a, &found.driving(run)[unknown..]);
     let level = caused.first().copied().unwrap_or_default();
-    let centred: Vec<f64> = run.outputs.iter().map(|y| y - mean).collect();
+    let centred: Vec<f64> = outputs.iter().map(|y| y - mean).collect();
     let with: Vec<f64> = (centred.iter().zip(&caused))
         .map(|(y, x)| y - (x - level))
         .collect();

@@ -54,6 +54,7 @@ pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
         of.runs[0] = Run {
             inputs: &one.runs[0].inputs[ahead..last + ahead],
             outputs: &one.runs[0].outputs[..last],
+            ..one.runs[0]
         };
         let equations = NormalEquations::new(&of, &whitening);
         let whole = equations.whole();

@@ -451,6 +451,7 @@ impl Level {
         let mut record = record.clone();
         for segment in &mut record.segments {
             let sides = [
+                (segment.past.first_mut(), self.input),
                 (segment.inputs.first_mut(), self.input),
                 (segment.outputs.first_mut(), self.output),
             ];

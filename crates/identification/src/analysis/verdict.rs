@@ -9,7 +9,7 @@ use super::{
     Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
-use crate::selection::criteria;
+use crate::selection::{criteria, dead_time};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::identifiability::Doubt;
 use crate::validation::residuals::ResidualTests;
@@ -134,18 +134,14 @@ impl Analysis {
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
         let (orders, delays) = match (self.selected.is_empty(), self.candidates.is_empty()) {
-            (false, _) => (MAX_ORDER, MAX_DELAY),
+            (false, _) => (MAX_ORDER, dead_time::longest(self.searched).max(MAX_DELAY)),
             (true, false) => (METHOD_MAX_ORDER, METHOD_MAX_DELAY),
             _ => return Vec::new(),
         };
-        let delay = self
-            .selected
-            .first()
-            .map_or(s.delay, |it| it.structure.delay);
         let order = (self.options.order.is_none() && s.poles >= orders)
             .then_some(Reason::LargestOrder(s.poles));
-        let delay = (self.options.delay.is_none() && delay >= delays)
-            .then_some(Reason::LongestDelay(delay));
+        let delay = (self.options.delay.is_none() && s.delay >= delays)
+            .then_some(Reason::LongestDelay(s.delay));
         order.into_iter().chain(delay).collect()
     }
 

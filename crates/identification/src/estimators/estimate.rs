@@ -133,21 +133,28 @@ impl Estimate {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
+    /// A record's input about the level that the offset is about, as [`Structure::driving`] has it.
+    pub(crate) fn driving(&self, record: Run<'_>) -> Vec<f64> {
+        let [past, inputs] = [record.past, record.inputs].map(|it| self.about_level(it));
+        self.layout.structure.driving(&past, &inputs)
+    }
+
     /// The output of record `run` from its input alone, with offset and the motion it began with.
     #[must_use]
-    pub fn simulate(&self, run: usize, inputs: &[f64]) -> Vec<f64> {
+    pub fn simulate(&self, run: usize, record: Run<'_>) -> Vec<f64> {
         let structure = &self.layout.structure;
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
-        let inputs = self.about_level(inputs);
-        let driving = match self.physical {
+        let (driving, begins) = match self.physical {
             // The vehicle's motion is its state, which no input before the record has led to.
-            Some(_) => Structure {
-                start: InitialState::Rest,
-                ..structure.clone()
+            Some(_) => {
+                let rest = Structure {
+                    start: InitialState::Rest,
+                    ..structure.clone()
+                };
+                (rest.driving(&[], &self.about_level(record.inputs)), 0)
             }
-            .driving(&inputs),
-            None => structure.driving(&inputs),
+            None => (self.driving(record), structure.unknown(record.past.len())),
         };
         let mut output = filter(b, &a, &driving);
         let offset = self
@@ -159,7 +166,7 @@ impl Estimate {
             .motion(run)
             .filter_map(|at| self.theta.get(at).copied())
             .collect();
-        let transient = filter(&motion, &a, &impulse(inputs.len()));
+        let transient = filter(&motion, &a, &impulse(begins, record.inputs.len()));
         for (y, t) in output.iter_mut().zip(transient) {
             *y += offset + t;
         }
@@ -174,7 +181,8 @@ impl Estimate {
         let structure = &self.layout.structure;
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
-        let mut driving = structure.driving(&self.about_level(record.inputs));
+        let from = from.max(structure.unknown(record.past.len()));
+        let mut driving = self.driving(record);
         let (mut b, first) = (b, from.min(driving.len()));
         if b.len() > a.len() {
             // The numerator looks back farther than a state of the poles: through it first, where inputs are known.
@@ -203,7 +211,9 @@ impl Estimate {
             InitialState::Rest if from == 0 => vec![1.0],
             _ => product(&a, &structure.known_denominator),
         };
-        if structure.start == InitialState::Estimated && from < structure.numerator {
+        if structure.start == InitialState::Estimated
+            && from + record.past.len() < structure.numerator
+        {
             // The inputs before the record are not known.
             free.resize(free.len().max(structure.numerator), 0.0);
         }

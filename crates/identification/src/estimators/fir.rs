@@ -140,7 +140,15 @@ mod tests {
             ..Structure::of_order(2)
         };
         let (inputs, outputs) = (&inputs[..], &outputs[..]);
-        let problem = Problem::new(structure, 0.1, vec![Run { inputs, outputs }]);
+        let problem = Problem::new(
+            structure,
+            0.1,
+            vec![Run {
+                inputs,
+                outputs,
+                ..Run::default()
+            }],
+        );
         fir.fit(&problem.unwrap()).unwrap()
     }
 

@@ -62,8 +62,19 @@ fn poles(problem: &Problem<'_>) -> Option<Vec<f64>> {
         let of = |values: &Vec<f64>| values.iter().map(|v| v / scale).collect();
         records.iter().map(of).collect()
     };
-    let driving = scaled(part.driving());
-    let outputs = scaled(part.runs.iter().map(|run| run.outputs.to_vec()).collect());
+    let known = |values: &[f64], run: &Run<'_>| -> Vec<f64> {
+        let unknown = part.structure.unknown(run.past.len());
+        values.get(unknown..).unwrap_or_default().to_vec()
+    };
+    let driving = part.driving();
+    let driving = driving.iter().zip(&part.runs);
+    let driving = scaled(driving.map(|(driving, run)| known(driving, run)).collect());
+    let outputs = scaled(
+        part.runs
+            .iter()
+            .map(|run| known(run.outputs, run))
+            .collect(),
+    );
     let runs: Vec<(&[f64], &[f64])> = driving
         .iter()
         .zip(&outputs)
@@ -100,7 +111,11 @@ fn high_order(
         sample_time: 1.0,
         runs: runs
             .iter()
-            .map(|(inputs, outputs)| Run { inputs, outputs })
+            .map(|(inputs, outputs)| Run {
+                inputs,
+                outputs,
+                ..Run::default()
+            })
             .collect(),
     };
     let (phi, outputs) = regression(&problem);
@@ -140,7 +155,16 @@ mod tests {
             ..Structure::of_order(2)
         };
         let (inputs, outputs) = (&inputs[..], &outputs[..]);
-        let problem = Problem::new(structure, 0.1, vec![Run { inputs, outputs }]);
+        let problem = Problem::new(
+            structure,
+            0.1,
+            vec![Run {
+                inputs,
+                outputs,
+                // It stood before the record begins.
+                past: &inputs[..1],
+            }],
+        );
         N4sid.fit(&problem.unwrap()).unwrap()
     }
 
@@ -201,6 +225,7 @@ mod tests {
                 let run = Run {
                     inputs: &u,
                     outputs: &y,
+                    ..Run::default()
                 };
                 let found = N4sid.fit(&Problem::new(structure, 0.1, vec![run]).unwrap());
                 let theta = found.unwrap().theta;
@@ -222,6 +247,7 @@ mod tests {
         let half = |range: std::ops::Range<usize>| Run {
             inputs: &inputs[range.clone()],
             outputs: &outputs[range],
+            ..Run::default()
         };
         let fit = |runs| {
             let structure = Structure {

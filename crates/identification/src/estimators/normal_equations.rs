@@ -49,6 +49,8 @@ pub(super) struct Signals {
     pub(super) outputs: Vec<f64>,
     pub(super) constant: Vec<f64>,
     pub(super) impulse: Vec<f64>,
+    /// Samples at the beginning that do not count: their input is not known, or their whitened residual needs values before.
+    pub(super) lead: usize,
 }
 
 impl Signals {
@@ -57,11 +59,16 @@ impl Signals {
         let through = |values: &[f64]| filter(whitening, &[1.0], values);
         let pairs = problem.runs.iter().zip(problem.driving());
         pairs
-            .map(|(run, driving)| Self {
-                driving: through(&driving),
-                outputs: through(run.outputs),
-                constant: through(&vec![1.0; run.outputs.len()]),
-                impulse: through(&impulse(run.outputs.len())),
+            .map(|(run, driving)| {
+                let (count, unknown) =
+                    (run.outputs.len(), problem.structure.unknown(run.past.len()));
+                Self {
+                    driving: through(&driving),
+                    outputs: through(run.outputs),
+                    constant: through(&vec![1.0; count]),
+                    impulse: through(&impulse(unknown, count)),
+                    lead: (unknown + whitening.len() - 1).min(count),
+                }
             })
             .collect()
     }
@@ -71,8 +78,6 @@ impl Signals {
 pub(crate) struct NormalEquations {
     layout: Layout,
     signals: Vec<Signals>,
-    /// Samples at the beginning of each record whose whitened residual needs values before it.
-    lead: usize,
 }
 
 /// The normal equations of one part: `psi'psi`, `psi'e` and `e'e` in the order a, b, offset, motion of its record.
@@ -97,7 +102,6 @@ impl NormalEquations {
         Self {
             layout: problem.layout(),
             signals: Signals::of(problem, whitening),
-            lead: whitening.len() - 1,
         }
     }
 
@@ -130,7 +134,7 @@ impl NormalEquations {
 
     /// `1, d1, ..., dk` that whiten the errors of all records.
     pub(crate) fn whitening(&self, theta: &DVector<f64>) -> Vec<f64> {
-        let errors = |run| self.errors(theta, run);
+        let errors = |run: usize| self.errors(theta, run).split_off(self.signals[run].lead);
         let errors: Vec<Vec<f64>> = (0..self.signals.len()).map(errors).collect();
         whitening(errors.iter().map(Vec::as_slice))
     }
@@ -182,7 +186,8 @@ impl NormalEquations {
             ];
             families.retain(|(_, shifts)| !shifts.is_empty());
             for part in parts.iter().filter(|part| part.run == run) {
-                let samples = part.samples.start.max(self.lead)..part.samples.end;
+                let samples =
+                    part.samples.start.max(of.lead).min(part.samples.end)..part.samples.end;
                 let count: usize = families.iter().map(|(_, shifts)| shifts.len()).sum();
                 let mut gradient = DVector::zeros(count);
                 let mut at = 0;
@@ -344,7 +349,7 @@ fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>)
 }
 
 /// The scalar product, in eight sums side by side.
-fn dot(f: &[f64], g: &[f64]) -> f64 {
+pub(crate) fn dot(f: &[f64], g: &[f64]) -> f64 {
     let (f, g) = (f.chunks_exact(8), g.chunks_exact(8));
     let rest = (f.remainder().iter().zip(g.remainder())).map(|(f, g)| f * g);
     let rest: f64 = rest.sum();

@@ -77,11 +77,11 @@ pub(super) fn parts(numbers: &[f64], lengths: impl Iterator<Item = usize>) -> Ve
     lengths.map(part).collect()
 }
 
-/// 1, 0, 0, ...
-pub(crate) fn impulse(count: usize) -> Vec<f64> {
+/// 1 at one place, 0 elsewhere.
+pub(crate) fn impulse(at: usize, count: usize) -> Vec<f64> {
     let mut impulse = vec![0.0; count];
-    if let Some(first) = impulse.first_mut() {
-        *first = 1.0;
+    if let Some(value) = impulse.get_mut(at) {
+        *value = 1.0;
     }
     impulse
 }

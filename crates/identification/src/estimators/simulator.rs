@@ -93,7 +93,7 @@ impl<'a> Simulator<'a> {
             for (i, at) in self.layout.motion(r).enumerate() {
                 column(at, i, 1.0, &impulse);
             }
-            let lead = (self.whitening.len() - 1).min(count);
+            let lead = of.lead;
             errors.rows_mut(first, lead).fill(0.0);
             slopes.rows_mut(first, lead).fill(0.0);
             first += count;
@@ -103,7 +103,7 @@ impl<'a> Simulator<'a> {
 
     /// The estimate at `theta`.
     pub(super) fn estimate(&self, theta: DVector<f64>, at: &Linearised) -> Result<Estimate> {
-        let lead = (self.whitening.len() - 1) * self.signals.len();
+        let lead: usize = self.signals.iter().map(|of| of.lead).sum();
         let freedom = freedom(at.errors.len().saturating_sub(lead), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
         let residuals = samples_by_run(self.problem, at.errors.as_slice());

@@ -53,6 +53,7 @@ impl TwoStages<'_> {
         let runs = ahead.iter().zip(&problem.runs).map(|(ahead, run)| Run {
             inputs: ahead,
             outputs: run.inputs,
+            ..Run::default()
         });
         let whole = Problem {
             structure: Structure::of_order(0),
@@ -81,7 +82,7 @@ impl TwoStages<'_> {
         let caused = self.caused(problem)?;
         let runs = caused.iter().zip(&problem.runs).map(|(caused, run)| Run {
             inputs: caused,
-            outputs: run.outputs,
+            ..*run
         });
         estimate(&Problem {
             runs: runs.collect(),
@@ -176,6 +177,7 @@ mod tests {
                 let run = Run {
                     inputs: &u,
                     outputs: &y,
+                    ..Run::default()
                 };
                 find(
                     &r,
@@ -216,6 +218,7 @@ mod tests {
         let run = Run {
             inputs: &u,
             outputs: &y,
+            ..Run::default()
         };
         let problem = Problem::new(Structure::of_order(1), 0.1, vec![run]).unwrap();
         for references in [vec![&r[..99]], vec![]] {

@@ -99,6 +99,7 @@ pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
     Run {
         inputs: &run.inputs[..kept],
         outputs: &run.outputs[..kept],
+        ..*run
     }
 }
 

@@ -91,9 +91,12 @@ impl Folds {
         let (mut squares, mut samples) = (0.0, 0);
         for (run, of) in problem.runs.iter().enumerate() {
             let count = self.lengths[run];
-            let block = count * BLOCKS[fold].start / 10..count * BLOCKS[fold].end / 10;
+            let end = count * BLOCKS[fold].end / 10;
+            let unknown = problem.structure.unknown(of.past.len()).min(end);
+            let begins = count * BLOCKS[fold].start / 10;
+            let block = begins.max(unknown)..end;
             if let Some(through) = through
-                && block.start > 0
+                && begins > 0
             {
                 squares += through[run][block.clone()]
                     .iter()

@@ -37,6 +37,7 @@ impl Lagged {
         outputs: &[Vec<f64>],
         lags: usize,
         parts: &[Part],
+        unknown: &[usize],
     ) -> Self {
         let columns = 2 * lags + 3;
         let mut products = Vec::new();
@@ -44,7 +45,7 @@ impl Lagged {
         for part in parts {
             let (u, y) = (&inputs[part.run], &outputs[part.run]);
             let Range { start, end } = part.samples;
-            let first = start.max(lags);
+            let first = start.max(unknown[part.run] + lags);
             let count = end.saturating_sub(first);
             let mut matrix = DMatrix::zeros(count, columns);
             let mut fill = |at: usize, signal: &[f64], shift: usize| {

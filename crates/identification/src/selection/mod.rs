@@ -15,6 +15,7 @@
 //! stable model has one, models with an integrator are tried too, of which those remain that leave less in either half.
 
 pub mod criteria;
+pub(crate) mod dead_time;
 mod folds;
 mod lagged;
 mod realisation;
@@ -189,6 +190,19 @@ pub fn select(
     structure: &(dyn Fn(usize, usize) -> Structure + Sync),
 ) -> Vec<Candidate> {
     let mut candidates = cross_validated(problem, orders.clone(), delays.clone(), structure);
+    // A delay that was given is the only one.
+    let is_searched = delays.start() < delays.end();
+    let farther = is_searched.then(|| dead_time::beyond(problem, &delays));
+    let mut delays = delays;
+    if let Some(farther) = farther.flatten() {
+        candidates.extend(cross_validated(
+            problem,
+            orders.clone(),
+            farther.clone(),
+            structure,
+        ));
+        delays = farther;
+    }
     let (stable, _) = by_stability(&candidates);
     if structure(1, 1).known_denominator == [1.0]
         && let Some(slow) = least(&stable).filter(|it| it.at_limit).cloned()
@@ -216,9 +230,15 @@ fn cross_validated(
     delays: std::ops::RangeInclusive<usize>,
     structure: &(dyn Fn(usize, usize) -> Structure + Sync),
 ) -> Vec<Candidate> {
+    // The regressions look back so far behind the first of long delays.
+    let base = if *delays.end() > LAGS / 2 {
+        *delays.start()
+    } else {
+        0
+    };
     let plain = Structure {
-        delay: 0,
-        ..structure(1, 0)
+        delay: base,
+        ..structure(1, base)
     };
     let scaled = Scaled::of(problem, &plain);
     let runs = scaled.runs();
@@ -232,10 +252,18 @@ fn cross_validated(
     };
     let driving = plain.driving();
     let outputs: Vec<Vec<f64>> = runs.iter().map(|run| run.outputs.to_vec()).collect();
-    let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts);
+    let unknown = plain.unknown();
+    let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts, &unknown);
     let constant = plain.structure.offset;
-    let likely = likely_delay(&lagged, delays.clone(), constant);
-    let mut tried: Vec<usize> = [likely, *delays.start(), 1]
+    let from_base = delays.start() - base..=delays.end() - base;
+    let likely = base + likely_delay(&lagged, from_base, constant);
+    // Of long delays the first is no more likely than others.
+    let other = if base > 0 {
+        likely + 1
+    } else {
+        *delays.start()
+    };
+    let mut tried: Vec<usize> = [likely, other, 1]
         .into_iter()
         .filter(|delay| delays.contains(delay))
         .collect();
@@ -259,6 +287,7 @@ fn cross_validated(
         sample_time: problem.sample_time,
         folds: &folds,
         lagged: &lagged,
+        base,
         products: lagged.over(&|_| true),
         kept: (0..folds.count())
             .map(|fold| lagged.over(&|part| !folds.is_left_out(fold, part)))
@@ -319,9 +348,10 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
 
 /// The variance of what an equation of high order leaves of the outputs of the records: the noise, whatever the model.
 pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
+    let delay = problem.structure.delay;
     let plain = Problem {
         structure: Structure {
-            delay: 0,
+            delay: if delay > LAGS / 2 { delay } else { 0 },
             ..problem.structure.clone()
         },
         ..problem.clone()
@@ -330,7 +360,8 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let outputs: Vec<Vec<f64>> = plain.runs.iter().map(|run| run.outputs.to_vec()).collect();
     let samples: usize = outputs.iter().map(Vec::len).sum();
     let parts = Folds::of(&plain.runs).parts;
-    let lagged = Lagged::of(&plain.driving(), &outputs, LAGS.min(samples / 8), &parts);
+    let (driving, lags) = (plain.driving(), LAGS.min(samples / 8));
+    let lagged = Lagged::of(&driving, &outputs, lags, &parts, &plain.unknown());
     let found = realisation::high_order(&lagged, true)?;
     let freedom = found.rows.checked_sub(found.a.len() + found.b.len() + 1)?;
     Some(found.variance * found.rows as f64 / freedom.max(1) as f64)
@@ -362,6 +393,8 @@ struct Shared<'a> {
     sample_time: f64,
     folds: &'a Folds,
     lagged: &'a Lagged,
+    /// The delay of its inputs.
+    base: usize,
     /// The products of its columns over everything, and with each block left out.
     products: (DMatrix<f64>, usize),
     kept: Vec<(DMatrix<f64>, usize)>,
@@ -567,8 +600,13 @@ impl Shared<'_> {
         products: &(DMatrix<f64>, usize),
     ) -> Option<lagged::Equation> {
         let s = &problem.structure;
-        self.lagged
-            .equation(products, s.poles, s.delay, s.numerator, s.offset)
+        self.lagged.equation(
+            products,
+            s.poles,
+            s.delay - self.base,
+            s.numerator,
+            s.offset,
+        )
     }
 
     fn arx(&self, problem: &Problem<'_>) -> Option<Candidate> {
@@ -601,13 +639,15 @@ impl Shared<'_> {
 
 /// The records about their means and over their standard deviations, where the structure allows it.
 struct Scaled {
+    past: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,
     outputs: Vec<Vec<f64>>,
 }
 
 impl Scaled {
-    fn of(problem: &Problem<'_>, s: &Structure) -> Self {
-        let of = |signals: Vec<&[f64]>, centred: bool| -> Vec<Vec<f64>> {
+    fn of<'a>(problem: &Problem<'a>, s: &Structure) -> Self {
+        // Of signals: their level and scale.
+        let of = |signals: &[&[f64]], centred: bool| {
             let count = signals.iter().map(|it| it.len()).sum::<usize>().max(1) as f64;
             let mean = signals.iter().flat_map(|it| it.iter()).sum::<f64>() / count;
             let squares = signals
@@ -616,29 +656,34 @@ impl Scaled {
                 .map(|v| (v - mean).powi(2));
             let deviation = (squares.sum::<f64>() / count).sqrt();
             let deviation = if deviation > 0.0 { deviation } else { 1.0 };
-            let level = if centred { mean } else { 0.0 };
+            (if centred { mean } else { 0.0 }, deviation)
+        };
+        let scaled = |signals: &[&[f64]], (level, deviation): (f64, f64)| -> Vec<Vec<f64>> {
+            let signals = signals.iter();
             signals
-                .into_iter()
                 .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
                 .collect()
         };
         let free = s.offset && s.start == InitialState::Estimated;
+        let all = |of: fn(&Run<'a>) -> &'a [f64]| problem.runs.iter().map(of).collect::<Vec<_>>();
+        let (past, inputs) = (all(|run| run.past), all(|run| run.inputs));
+        let outputs = all(|run| run.outputs);
+        let of_inputs = of(&inputs, free && s.known_denominator == [1.0]);
         Self {
-            inputs: of(
-                problem.runs.iter().map(|run| run.inputs).collect(),
-                free && s.known_denominator == [1.0],
-            ),
-            outputs: of(
-                problem.runs.iter().map(|run| run.outputs).collect(),
-                s.offset,
-            ),
+            past: scaled(&past, of_inputs),
+            inputs: scaled(&inputs, of_inputs),
+            outputs: scaled(&outputs, of(&outputs, s.offset)),
         }
     }
 
     fn runs(&self) -> Vec<Run<'_>> {
-        let pairs = self.inputs.iter().zip(&self.outputs);
+        let pairs = self.past.iter().zip(&self.inputs).zip(&self.outputs);
         pairs
-            .map(|(inputs, outputs)| Run { inputs, outputs })
+            .map(|((past, inputs), outputs)| Run {
+                past,
+                inputs,
+                outputs,
+            })
             .collect()
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn from_markov_parameters(
     if rows < 2 * most {
         return Vec::new();
     }
-    let g = filter(&high.b, &monic(&high.a), &impulse(2 * rows));
+    let g = filter(&high.b, &monic(&high.a), &impulse(0, 2 * rows));
     let early = g.iter().take(20).fold(0.0_f64, |m, v| m.max(v.abs()));
     if !g.iter().all(|v| v.is_finite() && v.abs() <= 1e6 * early) {
         return Vec::new();

@@ -145,7 +145,18 @@ mod tests {
     use planesman_record::with_noise;
 
     fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<Doubt> {
-        doubts(&Problem::new(structure, 0.05, vec![Run { inputs, outputs }]).unwrap())
+        doubts(
+            &Problem::new(
+                structure,
+                0.05,
+                vec![Run {
+                    inputs,
+                    outputs,
+                    ..Run::default()
+                }],
+            )
+            .unwrap(),
+        )
     }
 
     #[test]

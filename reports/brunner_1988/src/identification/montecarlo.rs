@@ -406,9 +406,11 @@ impl Contender {
             }
             Records::Repeated(times) => records.extend(noises(run, times).skip(1)),
         }
-        let runs = records
-            .iter()
-            .map(|(inputs, outputs)| Run { inputs, outputs });
+        let runs = records.iter().map(|(inputs, outputs)| Run {
+            inputs,
+            outputs,
+            ..Run::default()
+        });
         let problem = Problem::new(self.structure.clone(), SAMPLE_TIME, runs.collect()).ok()?;
         let estimator = (self.estimator)(run, seed);
         read(&estimator.fit(&problem).ok()?, pole)
@@ -502,6 +504,7 @@ pub fn failures(run: synthetic::Run, seeds: usize) -> Failures {
         let record = Run {
             inputs: &inputs,
             outputs: &outputs,
+            ..Run::default()
         };
         let structure = Structure::of_order(2).without_offset();
         let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).ok()?;

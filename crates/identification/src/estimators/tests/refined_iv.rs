@@ -146,7 +146,11 @@ fn fit(
 ) -> Estimate {
     let runs = records
         .iter()
-        .map(|(inputs, outputs)| Run { inputs, outputs })
+        .map(|(inputs, outputs)| Run {
+            inputs,
+            outputs,
+            ..Run::default()
+        })
         .collect();
     estimator
         .fit(&Problem::new(structure, SAMPLE_TIME, runs).unwrap())
