@@ -5,7 +5,7 @@ use std::fs;
 use planesman_testing::near;
 
 use crate::answer::{Answer, fit};
-use crate::plant::{STEP, noise, prbs, second_order, table};
+use crate::plant::{GAIN, POLE, STEP, noise, prbs, second_order, table};
 
 /// The rows of a log of `1/(2s + 1)` behind a delay of so many samples, from rest; the first input is 1, before it was 0.
 fn delayed(delay: usize, seed: u64, samples: usize) -> Vec<(String, f64, f64)> {
@@ -126,4 +126,56 @@ fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
         "{}",
         answer.brief()
     );
+}
+
+/// A log of `3/(s^2 + 1.2 s + 4)` in which the input is `levels.0` for so many samples, and `levels.1` from then on.
+fn step_log(samples: usize, step: usize, levels: (f64, f64)) -> String {
+    let moved: Vec<f64> = (0..samples)
+        .map(|k| if k < step { 0.0 } else { levels.1 - levels.0 })
+        .collect();
+    let y = second_order([3.0, 1.2, 4.0], STEP, &moved);
+    let rows = y.into_iter().zip(noise(21, samples)).enumerate();
+    let rows = rows.map(|(k, (y, e))| {
+        let u = if k < step { levels.0 } else { levels.1 };
+        (format!("{:.2}", k as f64 * STEP), u, y + 0.003 * e)
+    });
+    table("t,u,y", rows)
+}
+
+#[track_caller]
+fn is_the_plant_from_rest(answer: &Answer) {
+    answer.says("verdict: good");
+    near(answer.number("model/continuous_poles/0/re"), POLE.0, 0.01);
+    near(
+        answer.number("model/continuous_poles/0/im").abs(),
+        POLE.1,
+        0.01,
+    );
+    near(answer.number("model/steady_state_gain/0"), GAIN, 0.005);
+}
+
+#[test]
+fn a_step_in_the_first_rows_is_a_step_from_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |step, levels| {
+        fs::write(folder.path().join("log.csv"), step_log(400, step, levels)).unwrap()
+    };
+    let arguments = ["log.csv", "-i", "u", "-o", "y"];
+    let at_rest = [&arguments[..], &["--at-rest"]].concat();
+    write(1, (0.0, 2.0));
+    is_the_plant_from_rest(fit(folder.path(), &arguments).says("a step in the first samples"));
+    is_the_plant_from_rest(&fit(folder.path(), &at_rest));
+    // From another level than 0.
+    write(2, (1.0, 3.0));
+    is_the_plant_from_rest(&fit(folder.path(), &arguments));
+    // The input never moves: a step before the first row, or at it.
+    write(0, (0.0, 2.0));
+    fit(folder.path(), &arguments).refused(&["u is constant: 2 in all 400 samples", "--at-rest"]);
+    is_the_plant_from_rest(&fit(folder.path(), &at_rest));
+    // Nothing but free motion.
+    let rows = step_log(400, 0, (0.0, 2.0)).replace(",2,", ",0,");
+    fs::write(folder.path().join("log.csv"), rows).unwrap();
+    for arguments in [&arguments[..], &at_rest] {
+        fit(folder.path(), arguments).refused(&["u is constant: 0 in all", "free motion"]);
+    }
 }

@@ -95,7 +95,7 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
     let sample_time = first.sample_time;
     let read = |grid: &GridOptions| {
         let grid = grid.clone().at_rate(1.0 / sample_time);
-        let record = signals.record(&options.data, &grid, 0, false, progress);
+        let record = signals.record(&options.data, &grid, (0, false), false, progress);
         record.map_err(|source| FitError::Grid {
             model: path.clone(),
             sample_time,

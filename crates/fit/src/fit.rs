@@ -83,11 +83,11 @@ impl FitOptions {
             Some(Validation::Window(from, to)) => signals.grid.outside((from, to))?,
             _ => vec![signals.grid.clone()],
         };
-        let zeros = self.structure.zeros_in_front();
+        let start = (self.structure.zeros_in_front(), self.structure.at_rest);
         // A named method is given the data as it is.
         let automatic = MethodChoice::One(Method::Automatic);
         let decimate = [MethodChoice::All, automatic].contains(&self.method);
-        let record = |grid| signals.record(&signals.data, grid, zeros, decimate, progress);
+        let record = |grid| signals.record(&signals.data, grid, start, decimate, progress);
         let mut found = ways.iter().map(record);
         let prepared = match found.next().ok_or(FitError::NoData)? {
             Ok(prepared) => prepared,

@@ -107,12 +107,13 @@ impl SignalOptions {
         let rate = 1.0 / fitted.resampled.record.sample_time;
         let grid = averaged.unwrap_or(grid).at_rate(rate);
         let data = own.as_ref().unwrap_or(&self.data);
-        let record = self.record(data, &grid, 0, false, progress);
+        let record = self.record(data, &grid, (0, false), false, progress);
         record.map_err(|error| FitError::Validation(Box::new(error)))
     }
 
     /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each
-    /// source is a segment, or several. So many zeros are put in front of each. If it may be decimated, it is where it is sampled
+    /// source is a segment, or several. So many zeros are put in front of each; at rest before, a constant
+    /// input is a step. If it may be decimated, it is where it is sampled
     /// far faster than it moves, unless a rate was asked for.
     ///
     /// # Errors
@@ -122,7 +123,7 @@ impl SignalOptions {
         &self,
         data: &DataOptions,
         grid: &GridOptions,
-        prewindow: usize,
+        (prewindow, at_rest): (usize, bool),
         decimate: bool,
         progress: &dyn Progress,
     ) -> Result<PreparedRecord, FitError> {
@@ -151,7 +152,7 @@ impl SignalOptions {
         let record = &prepared.resampled.record;
         let preparation = &self.preparation;
         let unfit = (preparation.prefilter).and_then(|band| unreachable(record, band));
-        if let Some(reason) = without_dynamics(record).or(unfit) {
+        if let Some(reason) = without_dynamics(record, at_rest).or(unfit) {
             return Err(FitError::Record(reason));
         }
         Ok(prepared.prepared(&Preparation {

@@ -230,8 +230,9 @@ pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
 }
 
 /// Why a record determines no model: an input or an output that never moves, an output that is the input times a number.
+/// At rest before it, a constant input is a step.
 #[must_use]
-pub fn without_dynamics(record: &Record) -> Option<String> {
+pub fn without_dynamics(record: &Record, at_rest: bool) -> Option<String> {
     let all = |signal: usize| {
         record
             .segments
@@ -243,9 +244,20 @@ pub fn without_dynamics(record: &Record) -> Option<String> {
         let first = *all(signal).next()?;
         // A single sample neither moves nor rests.
         let samples = record.samples();
-        if samples > 1 && all(signal).all(|it| *it == first) {
+        let is_input = signal < record.inputs.len();
+        let is_step = at_rest && is_input && first != 0.0;
+        if samples > 1 && !is_step && all(signal).all(|it| *it == first) {
+            let help = match (is_input, first == 0.0) {
+                (false, _) => "",
+                (true, false) => {
+                    "; where the output was at rest before the first sample, --at-rest takes it for a step there"
+                }
+                (true, true) => {
+                    "; a free motion alone has no gain: record the input that begins it, or one that moves"
+                }
+            };
             return Some(format!(
-                "{name} is constant: {first} in all {samples} samples; it determines no model"
+                "{name} is constant: {first} in all {samples} samples; it determines no model{help}"
             ));
         }
     }
@@ -801,7 +813,8 @@ mod tests {
 
     #[test]
     fn a_record_without_dynamics_is_refused() {
-        let says = |inputs: Vec<f64>, outputs: Vec<f64>| without_dynamics(&record(inputs, outputs));
+        let says =
+            |inputs: Vec<f64>, outputs: Vec<f64>| without_dynamics(&record(inputs, outputs), false);
         let moving = noise(1, 100);
         let still = says(vec![3.2; 100], moving.clone()).unwrap();
         assert!(

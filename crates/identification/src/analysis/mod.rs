@@ -197,7 +197,18 @@ pub fn analyse_validated(
 }
 
 fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) -> Result<Analysis> {
-    let level = Level::of(record, options);
+    let at_rest = Options {
+        start: InitialState::Rest,
+        ..options.clone()
+    };
+    let is_asked = options.method == Method::Automatic && options.start == InitialState::Estimated;
+    let before_step = is_asked
+        .then(|| checks::level_before_step(record))
+        .flatten();
+    let (options, level) = match before_step {
+        None => (options, Level::of(record, options)),
+        Some(input) => (&at_rest, Level { input, output: 0.0 }),
+    };
     let record = &*level.taken_off(record);
     let segments = record.used();
     let of = |number: &usize| &record.segments[*number];
@@ -334,8 +345,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         false => identifiability::doubts(&problem),
     };
     found.verdict = found.judged(!doubts.is_empty());
-    found.reasons = validated
-        .into_iter()
+    let step = before_step.map(|_| Reason::AtRest);
+    found.reasons = (validated.into_iter().chain(step))
         .chain(found.reasons(doubts, record))
         .collect();
     Ok(found)

@@ -12,6 +12,8 @@ pub enum Reason {
     Validated(usize, Option<f64>, Option<f64>),
     /// What reading the data has found that bears on the model, in words.
     Data(String),
+    /// The input is a step in the first samples: the record is taken to begin at rest.
+    AtRest,
     /// The record may not determine the model.
     Doubt(Doubt),
     /// Segments used, of so many, with the share of the samples.
@@ -43,8 +45,8 @@ pub enum Reason {
     PredictedFit(f64),
     /// The simulated fit on held-out data.
     HeldOutFit(f64, FitRemark),
-    /// Not validated: the output stays within the noise there.
-    HeldOutIsNoise,
+    /// The output stays within the noise there; the cross-validated fit, %, where the model is judged by that.
+    HeldOutIsNoise(Option<f64>),
     /// Not validated: the first part alone does not determine the model.
     FirstPartUndetermined,
     /// The halves of the record do not agree.

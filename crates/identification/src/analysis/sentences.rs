@@ -196,8 +196,15 @@ impl fmt::Display for Reason {
                     ),
                 }
             }
-            Self::HeldOutIsNoise => f.write_str(
+            Self::AtRest => f.write_str(
+                "the input is a step in the first samples: the output is taken to have been at rest before it, as by --at-rest",
+            ),
+            Self::HeldOutIsNoise(None) => f.write_str(
                 "not validated: in the held-out data the output stays within the noise",
+            ),
+            Self::HeldOutIsNoise(Some(fit)) => write!(
+                f,
+                "in the last part the output stays within the noise: judged by the cross-validated fit, {fit:.1} %"
             ),
             Self::FirstPartUndetermined => f.write_str(
                 "not validated: the first seven tenths alone do not determine the model",

@@ -166,12 +166,23 @@ impl Analysis {
                 .attainable_fit
                 .is_some_and(|fit| fit <= UNINFORMATIVE_FIT) =>
             {
-                Reason::HeldOutIsNoise
+                Reason::HeldOutIsNoise(self.cross_validated())
             }
             None => Reason::FirstPartUndetermined,
         };
         let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
         std::iter::once(fit).chain(unsteady).collect()
+    }
+
+    /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
+    /// simulates all of the data well.
+    fn cross_validated(&self) -> Option<f64> {
+        let settled = self
+            .attainable_fit
+            .is_some_and(|fit| fit <= UNINFORMATIVE_FIT);
+        let simulates = self.fit.is_some_and(|fit| fit >= GOOD);
+        let chosen = self.selected.first().filter(|_| settled && simulates)?;
+        Some(chosen.fit())
     }
 
     fn fit_remark(&self, held_out: f64) -> FitRemark {
@@ -222,7 +233,7 @@ impl Analysis {
     pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
             true => self.predicted_fit,
-            false => self.held_out_fit,
+            false => self.held_out_fit.or_else(|| self.cross_validated()),
         };
         let tests = self.residuals.as_ref();
         let missing = tests.is_some_and(|it| {

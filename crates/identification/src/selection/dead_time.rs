@@ -46,9 +46,13 @@ pub(super) fn beyond(
     for run in &problem.runs {
         let y = about_mean(run.outputs);
         let driving = plain.driving(&[], &[run.past, run.inputs].concat());
-        let u = about_mean(&driving);
-        let past = run.past.len();
-        let (first, end) = ((most + 1).saturating_sub(past).max(2), y.len());
+        // The rows are the same for all delays: before what is known the input is taken to have stood.
+        let before = driving.first().copied().unwrap_or_default();
+        let past = run.past.len().max(most + 1);
+        let mut held = vec![before; past - run.past.len()];
+        held.extend(driving);
+        let u = about_mean(&held);
+        let (first, end) = (2, y.len());
         if first >= end {
             continue;
         }
@@ -95,7 +99,8 @@ pub(super) fn beyond(
     };
     let (near, far) = (least(shorter.clone())?, least(shorter.end() + 1..=most)?);
     let is_farther = rows as f64 * (near.0 / far.0).ln() > BEYOND_DOUBT;
-    is_farther.then(|| far.1.saturating_sub(ABOUT).max(shorter.end() + 1)..=far.1 + ABOUT)
+    is_farther
+        .then(|| far.1.saturating_sub(ABOUT).max(shorter.end() + 1)..=(far.1 + ABOUT).min(most))
 }
 
 fn about_mean(values: &[f64]) -> Vec<f64> {

@@ -32,12 +32,14 @@ pub(super) struct Equation {
 }
 
 impl Lagged {
+    /// Of records at rest the samples before are known: no input, and the first output.
     pub(super) fn of(
         inputs: &[Vec<f64>],
         outputs: &[Vec<f64>],
         lags: usize,
         parts: &[Part],
         unknown: &[usize],
+        at_rest: bool,
     ) -> Self {
         let columns = 2 * lags + 3;
         let mut products = Vec::new();
@@ -45,22 +47,26 @@ impl Lagged {
         for part in parts {
             let (u, y) = (&inputs[part.run], &outputs[part.run]);
             let Range { start, end } = part.samples;
-            let first = start.max(unknown[part.run] + lags);
+            let first = match at_rest {
+                true => start,
+                false => start.max(unknown[part.run] + lags),
+            };
             let count = end.saturating_sub(first);
             let mut matrix = DMatrix::zeros(count, columns);
-            let mut fill = |at: usize, signal: &[f64], shift: usize| {
-                let values = signal.get(first - shift..end.saturating_sub(shift));
-                matrix
-                    .column_mut(at)
-                    .copy_from_slice(values.unwrap_or_default());
+            let mut fill = |at: usize, signal: &[f64], shift: usize, rest: f64| {
+                let value = |k: usize| k.checked_sub(shift).map_or(rest, |before| signal[before]);
+                let mut column = matrix.column_mut(at);
+                let values = column.iter_mut().zip(first..end);
+                values.for_each(|(it, k)| *it = value(k));
             };
+            let level = y.first().copied().unwrap_or_default();
             for shift in 1..=lags {
-                fill(shift - 1, y, shift);
+                fill(shift - 1, y, shift, level);
             }
             for shift in 0..=lags {
-                fill(lags + shift, u, shift);
+                fill(lags + shift, u, shift, 0.0);
             }
-            fill(2 * lags + 2, y, 0);
+            fill(2 * lags + 2, y, 0, level);
             matrix.column_mut(2 * lags + 1).fill(1.0);
             products.push(matrix.tr_mul(&matrix));
             rows.push(count);

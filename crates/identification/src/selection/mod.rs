@@ -253,7 +253,8 @@ fn cross_validated(
     let driving = plain.driving();
     let outputs: Vec<Vec<f64>> = runs.iter().map(|run| run.outputs.to_vec()).collect();
     let unknown = plain.unknown();
-    let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts, &unknown);
+    let at_rest = plain.structure.start == InitialState::Rest;
+    let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts, &unknown, at_rest);
     let constant = plain.structure.offset;
     let from_base = delays.start() - base..=delays.end() - base;
     let likely = base + likely_delay(&lagged, from_base, constant);
@@ -361,7 +362,7 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let samples: usize = outputs.iter().map(Vec::len).sum();
     let parts = Folds::of(&plain.runs).parts;
     let (driving, lags) = (plain.driving(), LAGS.min(samples / 8));
-    let lagged = Lagged::of(&driving, &outputs, lags, &parts, &plain.unknown());
+    let lagged = Lagged::of(&driving, &outputs, lags, &parts, &plain.unknown(), false);
     let found = realisation::high_order(&lagged, true)?;
     let freedom = found.rows.checked_sub(found.a.len() + found.b.len() + 1)?;
     Some(found.variance * found.rows as f64 / freedom.max(1) as f64)

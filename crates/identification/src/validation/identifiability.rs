@@ -9,7 +9,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::batch::Triangle;
 use crate::estimators::regression;
-use crate::structure::Problem;
+use crate::structure::{InitialState, Problem};
+use planesman_record::Run;
 
 /// An input counts as exciting a direction when its singular value is above this share of the
 /// largest; noise of a thousandth of the input's size excites nothing.
@@ -35,9 +36,38 @@ pub enum Doubt {
 #[must_use]
 pub fn doubts(problem: &Problem<'_>) -> Vec<Doubt> {
     let structure = &problem.structure;
-    let mut doubts = of_inputs(problem, structure.poles + structure.numerator);
-    doubts.extend(of_rows(problem));
-    doubts
+    let needed = structure.poles + structure.numerator;
+    let of = |problem: &Problem<'_>| {
+        let mut doubts = of_inputs(problem, needed);
+        doubts.extend(of_rows(problem));
+        doubts
+    };
+    let doubts = of(problem);
+    let is_feedback = |doubt: &Doubt| matches!(doubt, Doubt::FeedbackAlone(..));
+    let is_moving = structure.start == InitialState::Estimated;
+    if is_moving || doubts.is_empty() || doubts.iter().any(is_feedback) {
+        return doubts;
+    }
+    // Of a record from rest the samples before it are known.
+    let before = structure.history().max(needed);
+    let longer = |values: &[f64], rest: f64| [vec![rest; before], values.to_vec()].concat();
+    let longer: Vec<_> = (problem.runs.iter())
+        .map(|run| {
+            let rest = run.outputs.first().copied().unwrap_or_default();
+            (longer(run.inputs, 0.0), longer(run.outputs, rest))
+        })
+        .collect();
+    let runs = longer.iter().zip(&problem.runs);
+    of(&Problem {
+        runs: runs
+            .map(|((inputs, outputs), run)| Run {
+                inputs,
+                outputs,
+                ..*run
+            })
+            .collect(),
+        ..problem.clone()
+    })
 }
 
 /// Those that the inputs give, when so many parameters are sought.
@@ -141,7 +171,6 @@ mod tests {
     use super::*;
     use crate::common::{clean, measured, next, pulses};
     use crate::structure::Structure;
-    use planesman_record::Run;
     use planesman_record::with_noise;
 
     fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<Doubt> {
