@@ -62,7 +62,7 @@ def read_bag(
     *,
     stamp: Literal["header", "log"] | None = None,
     time: str | None = None,
-    time_unit: Literal["s", "ms", "us", "ns"] | None = None,
+    time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None = None,
     sample_time: float | str | None = None,
 ) -> dict[str, Samples]:
     """Read signals of a bag, table or log: every sample with its stamp, on no grid.

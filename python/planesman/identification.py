@@ -56,7 +56,7 @@ class FitOptions(TypedDict, total=False):
     """Time stamps: of the message headers, or of the recorder."""
     time: str
     """Column of time of a table."""
-    time_unit: Literal["s", "ms", "us", "ns"]
+    time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"]
     """Its unit."""
     sample_time: float | str
     """Interval between two rows of a table or of arrays without a time, s."""
