@@ -15,7 +15,8 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::{Float64, Header};
 use planesman_msgs::{Message, cdr};
-use planesman_testing::{hostile, mcap, ulog};
+use planesman_testing::telemetry::{self, Version};
+use planesman_testing::{dataflash, hostile, mcap, ulog};
 
 libfuzzer_sys::fuzz_target!(
     init: {
@@ -29,7 +30,7 @@ fn write() {
     let folder = std::env::var_os("SEEDS").map(PathBuf::from);
     let folder = folder.expect("SEEDS=FOLDER");
     for target in [
-        "bag", "cdr", "csv", "flight", "rtps", "schema", "ulog", "yaml",
+        "bag", "cdr", "csv", "flight", "log", "rtps", "schema", "ulog", "yaml",
     ] {
         fs::create_dir_all(folder.join(target)).expect("a folder");
     }
@@ -48,6 +49,27 @@ fn write() {
     }
     flight(&folder.join("flight/three_ticks.mcap"));
     fs::write(folder.join("ulog/log"), ulog::log(&[(1.0, 0.0); 25])).expect("a seed");
+    for (name, kind, bytes) in [
+        ("dataflash", 0, dataflash::log(&[(1.0, 0.0); 25])),
+        (
+            "mavlink_1",
+            1,
+            telemetry::log(&[(1.0, 0.0); 25], Version::One, 1),
+        ),
+        (
+            "mavlink_2",
+            1,
+            telemetry::log(&[(1.0, 0.0); 25], Version::Two, 2),
+        ),
+        (
+            "moos",
+            2,
+            b"0.0 A p 1.5\n0.1 B p X=1,Y=2\n0.2 A p 2\n".to_vec(),
+        ),
+    ] {
+        let bytes = [&[kind], &bytes[..]].concat();
+        fs::write(folder.join("log").join(name), bytes).expect("a seed");
+    }
     hurtful(&folder);
     datagrams(&folder.join("rtps"));
     payload(&folder, 0, &state(0));

@@ -71,6 +71,29 @@ impl Field for String {
     }
 }
 
+/// Of JSON: its numbers, texts, lists and objects.
+impl Field for serde_json::Value {
+    fn field(&self, name: &str) -> Option<&dyn Field> {
+        self.as_object()?.get(name).map(|it| it as &dyn Field)
+    }
+
+    fn element(&self, number: usize) -> Option<&dyn Field> {
+        self.as_array()?.get(number).map(|it| it as &dyn Field)
+    }
+
+    fn text(&self) -> Option<&str> {
+        self.as_str()
+    }
+
+    fn append_to(&self, numbers: &mut Vec<f64>) {
+        match self {
+            Self::Array(list) => Self::append_all(list, numbers),
+            Self::Bool(is_so) => numbers.push(f64::from(u8::from(*is_so))),
+            other => numbers.extend(other.as_f64()),
+        }
+    }
+}
+
 impl<T: Field> Field for Vec<T> {
     fn element(&self, number: usize) -> Option<&dyn Field> {
         self.get(number).map(|it| it as &dyn Field)

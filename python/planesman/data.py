@@ -65,9 +65,9 @@ def read_bag(
     time_unit: Literal["s", "ms", "us", "ns"] | None = None,
     sample_time: float | str | None = None,
 ) -> dict[str, Samples]:
-    """Read signals of a bag, CSV file or PX4 log: every sample with its stamp, on no grid.
+    """Read signals of a bag, table or log: every sample with its stamp, on no grid.
 
-    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a `.csv` or a `.ulg`. Nothing
+    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a `.csv`, or a log (`.ulg`, `.bin`, `.tlog`, `.alog`). Nothing
     of ROS needs to be installed.
 
     `fields` are named as `list_fields` lists them: `"imu:angular_velocity.y"`, `"joint_states:position[shoulder]"`,
@@ -93,7 +93,7 @@ def read_bag(
 
 
 def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Table:
-    """List every numeric field of a bag, CSV file or PX4 log, a row each.
+    """List every numeric field of a bag, table or log, a row each.
 
     A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
     `topic` keeps the topics whose name contains it. `list_fields(bag).frame()` is a data frame.

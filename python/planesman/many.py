@@ -31,7 +31,7 @@ _FLIGHTS = 1000
 _FITS = 100
 
 # Endings of what `fit_all` looks for in a folder.
-_ENDINGS = (".mcap", ".db3", ".csv", ".ulg")
+_ENDINGS = (".mcap", ".db3", ".csv", ".ulg", ".tlog", ".alog")
 
 
 @overload
@@ -164,7 +164,7 @@ def fit_all(
 ) -> Path:
     """Fit a model to each of many bags, as `fit` does, into a Parquet dataset with a row a bag.
 
-    `data` is a folder, in which every bag, `.mcap`, `.db3`, `.csv` and `.ulg` file below it is taken, or a list of paths.
+    `data` is a folder, in which every bag, `.mcap`, `.db3`, `.csv`, `.ulg`, `.tlog` and `.alog` file below it is taken, or a list of paths.
 
     Returns the folder `out/models`, of `parts` files, which DuckDB, Polars, pandas and Spark read as one table: `data` (the path),
     `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `steady_state_gain` with `steady_state_gain_deviation`, the lists `pole_re`, `pole_im`

@@ -28,8 +28,8 @@ pub(super) fn together(argument: Arg) -> Arg {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Data")]
 pub(super) struct DataArgs {
-    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, a .csv file, or a PX4
-    /// log (.ulg)
+    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, one or several tables (.csv), or a
+    /// log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog)
     #[arg(required = true, value_name = "DATA", help_heading = None::<&str>)]
     pub(super) data: Vec<PathBuf>,
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]

@@ -1,4 +1,4 @@
-//! `planesman sysid topics`: every numeric field of a bag, CSV file or PX4 log: rate, gaps, range and time history.
+//! `planesman sysid topics`: every numeric field of a bag, table or log: rate, gaps, range and time history.
 
 use anyhow::Result;
 use clap::Parser;

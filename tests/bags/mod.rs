@@ -30,7 +30,17 @@ impl Maker {
         Self(BagWriter::create_file(path, options).unwrap())
     }
 
-    pub(crate) fn topic(&mut self, name: &str, (kind, encoding, definition): Kind<'_>) -> TopicId {
+    pub(crate) fn topic(&mut self, name: &str, kind: Kind<'_>) -> TopicId {
+        self.topic_of(name, kind, "cdr")
+    }
+
+    /// A topic whose messages are encoded so.
+    pub(crate) fn topic_of(
+        &mut self,
+        name: &str,
+        (kind, encoding, definition): Kind<'_>,
+        messages: &str,
+    ) -> TopicId {
         self.0
             .add_topic(&Topic {
                 name: name.to_owned(),
@@ -38,7 +48,7 @@ impl Maker {
                     type_name: kind.to_owned(),
                     definition: definition.to_owned(),
                     definition_encoding: encoding.to_owned(),
-                    message_encoding: "cdr".to_owned(),
+                    message_encoding: messages.to_owned(),
                     type_hash: String::new(),
                     offered_qos: vec![OfferedQos::reliable(1)],
                 }),

@@ -619,3 +619,86 @@ fn a_file_that_was_renamed_beside_its_metadata_is_found() {
     std::fs::remove_file(folder.path().join("log.db3")).unwrap();
     fit(folder.path(), &signals).refused(&["log.db3: no such file"]);
 }
+
+#[test]
+fn json_is_read_by_the_same_paths_and_other_encodings_are_refused_with_what_converts_them() {
+    let (u, y) = log(1, SAMPLES);
+    for encoding in ["json", "protobuf", "flatbuffer", "ros1"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut maker = Maker::new(&folder.path().join("log.mcap"));
+        let kind = ("foxglove.Thing", "jsonschema", "{}");
+        let [cmd, out] = ["/cmd", "/out"].map(|name| maker.topic_of(name, kind, encoding));
+        for k in 0..SAMPLES {
+            let time = EPOCH + k as i64 * STEP_NS;
+            let header = format!(
+                r#""header": {{"stamp": {{"sec": {}, "nanosec": {}}}, "frame_id": "a"}}"#,
+                time / 1_000_000_000,
+                time % 1_000_000_000
+            );
+            let command = format!(r#"{{{header}, "force": {{"x": {}}}}}"#, u[k]);
+            maker.write(cmd, command.as_bytes(), time + 3_000_000);
+            let both = [
+                format!(r#"{{"name": "pan", "at": {}}}"#, y[k]),
+                r#"{"name": "tilt", "at": 2}"#.to_owned(),
+            ];
+            let both = if k % 2 == 0 {
+                both.join(",")
+            } else {
+                both[1].clone() + "," + &both[0]
+            };
+            let answer = format!(r#"{{{header}, "joints": [{both}]}}"#);
+            maker.write(out, answer.as_bytes(), time + 7_000_000);
+        }
+        maker.close();
+        let signals = ["log.mcap", "-i", "cmd:force.x", "-o", "out:joints[pan].at"];
+        let answer = fit(folder.path(), &signals);
+        if encoding == "json" {
+            answer.is_the_plant(SAMPLES as u64);
+            let by_index = ["log.mcap", "-i", "cmd:force.x", "-o", "out:joints[0].at"];
+            fit(folder.path(), &by_index).refused(&[
+                "joints[0] is now of pan, now of tilt",
+                "'out:joints[pan].at'",
+            ]);
+            let listed = topics(folder.path(), "log.mcap").text;
+            assert!(
+                listed.contains("joints[pan].at") && listed.contains("(stamps: header)"),
+                "{listed}"
+            );
+        } else {
+            let command = match encoding {
+                "ros1" => "rosbags-convert --src log.mcap",
+                "protobuf" => "iter_decoded_messages(['/cmd'])",
+                _ => "CSV file from PlotJuggler",
+            };
+            answer.refused(&["/cmd", encoding, "cdr and json are read", command]);
+        }
+    }
+}
+
+#[test]
+fn a_topic_of_two_types_is_read_by_the_type_that_has_the_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let (u, y) = log(1, SAMPLES);
+    let base = rusqlite::Connection::open(folder.path().join("log.db3")).unwrap();
+    base.execute_batch(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL);
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+         INSERT INTO topics VALUES (1, '/cmd', 'std_msgs/msg/String', 'cdr'), (2, '/cmd', 'std_msgs/msg/Float64', 'cdr'),
+             (3, '/y', 'std_msgs/msg/Float64', 'cdr');
+         BEGIN;",
+    )
+    .unwrap();
+    let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
+    let mut insert = base.prepare(insert).unwrap();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        let hello = Cdr::default().text("hello").payload();
+        for (topic, payload) in [(1, hello), (2, float(u[k])), (3, float(y[k]))] {
+            insert.execute((topic, time, payload)).unwrap();
+        }
+    }
+    drop(insert);
+    base.execute_batch("COMMIT").unwrap();
+    let signals = ["log.db3", "-i", "cmd:data", "-o", "y:data"];
+    fit(folder.path(), &signals).is_the_plant(SAMPLES as u64);
+}

@@ -8,6 +8,7 @@
 
 mod answer;
 mod bags;
+mod logs;
 mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;

@@ -99,6 +99,11 @@ fn a_table_begins_where_its_rows_do_and_the_lines_before_it_are_told() {
             Some(3),
         ),
         (
+            "two_words.txt",
+            format!("Time (s)    u    y\n{by_blanks}"),
+            None,
+        ),
+        (
             "units_of_words.txt",
             format!("t [s]   u [V]   y [rad]\n{by_blanks}"),
             None,
@@ -247,6 +252,66 @@ fn names_that_do_not_go_with_the_rows_are_refused_or_told_apart() {
         &[],
     )
     .refused(&["UTF-16", "iconv"]);
+}
+
+#[test]
+fn what_may_be_read_in_two_ways_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    // Thousands that are grouped, and no fraction that tells it.
+    let grouped = |number: f64, sign: char| {
+        let number = (5000.0 * number).round() as i64;
+        let (minus, size) = (if number < 0 { "-" } else { "" }, number.abs());
+        match size {
+            0..1000 => format!("{minus}{size}"),
+            _ => format!("{minus}{}{sign}{:03}", size / 1000, size % 1000),
+        }
+    };
+    let german = rows(|_, t, u, y| format!("{t:.2};{u};{}", grouped(y, '.')));
+    of(folder.path(), "german.csv", format!("t;u;y\n{german}"), &[])
+        .refused(&["group thousands", "of 'y'"]);
+    let english = rows(|_, t, u, y| format!("{t:.2},{u},\"{}\"", grouped(y, ',')));
+    of(
+        folder.path(),
+        "english.csv",
+        format!("t,u,y\n{english}"),
+        &[],
+    )
+    .refused(&["group thousands", "of 'y'"]);
+    // A second table in the file, with the columns in another order.
+    let text = rows(|k, t, u, y| match k {
+        1000 => "t,y,u".to_owned(),
+        0..1000 => format!("{t:.2},{u},{y:.5}"),
+        _ => format!("{t:.2},{y:.5},{u}"),
+    });
+    of(folder.path(), "two.csv", format!("t,u,y\n{text}"), &[])
+        .refused(&["line 1002", "another order"]);
+    // The same names again are no matter.
+    let text = rows(|k, t, u, y| match k {
+        1000 => "t,u,y".to_owned(),
+        _ => format!("{t:.2},{u},{y:.5}"),
+    });
+    let answer = of(folder.path(), "again.csv", format!("t,u,y\n{text}"), &[]);
+    answer
+        .says("verdict: good")
+        .says("the first 't' in line 1002");
+    let old = format!("t,u,y\n{}", plain()).replace('\n', "\r");
+    of(folder.path(), "old.csv", old, &[]).refused(&["CR alone", "tr"]);
+    // A column whose name is the time's and that is empty is none.
+    let text = rows(|k, _, u, y| {
+        let all = k as u64 * 50_000_000;
+        format!(
+            "{k},,{},{},{u},{y:.5}",
+            1_600_000_000 + all / 1_000_000_000,
+            all % 1_000_000_000
+        )
+    });
+    of(
+        folder.path(),
+        "empty.csv",
+        format!("seq,stamp,secs,nsecs,u,y\n{text}"),
+        &[],
+    )
+    .is_the_plant(SAMPLES as u64);
 }
 
 #[test]

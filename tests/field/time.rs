@@ -7,7 +7,7 @@ use std::path::Path;
 use planesman_testing::near;
 
 use crate::answer::{Answer, fit};
-use crate::plant::{SAMPLES, STEP, log, noise, prbs, second_order, table};
+use crate::plant::{GAIN, SAMPLES, STEP, log, noise, prbs, second_order, table};
 
 /// The model of the usual log in a table whose times are written so.
 fn with_times(name: &str, time: impl Fn(usize) -> String, arguments: &[&str]) -> Answer {
@@ -95,6 +95,60 @@ fn a_rate_that_cannot_be_meant_is_questioned_in_the_verdict() {
         &["--time-unit", "d"],
     )
     .is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn steps_that_may_be_milliseconds_are_questioned() {
+    let whole = |k: usize| format!("{}", 50 * k);
+    let answer = with_times("time", whole, &[]);
+    answer
+        .says("milliseconds have such steps")
+        .says("the times are in doubt");
+    with_times("time", whole, &["--time-unit", "ms"]).is_the_plant(SAMPLES as u64);
+    with_times("time [ms]", whole, &[]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn a_stamp_that_is_damaged_costs_its_sample_alone() {
+    for (damaged, samples) in [(1e9, SAMPLES), (0.0, SAMPLES)] {
+        let begin = if damaged == 0.0 { 1.7e9 } else { 0.0 };
+        let time = |k: usize| {
+            let stamp = if k % 500 == 77 {
+                damaged
+            } else {
+                begin + at(k)
+            };
+            format!("{stamp:.2}")
+        };
+        with_times("t", time, &[]).is_the_plant(samples as u64);
+    }
+}
+
+#[test]
+fn a_clock_that_is_set_right_after_the_start_parts_the_record() {
+    let time = |k: usize| format!("{:.2}", at(k) + if k > 100 { 1.7e9 } else { 0.0 });
+    let answer = with_times("t", time, &[]);
+    answer.is_the_plant(SAMPLES as u64);
+    assert_eq!(
+        answer.json["record"]["segments"].as_array().unwrap().len(),
+        2
+    );
+}
+
+#[test]
+fn samples_in_bursts_of_any_length_are_spread_over_the_time_between() {
+    for longest in [4, 20] {
+        let mut times = Vec::new();
+        let lengths = noise(15, SAMPLES).into_iter();
+        for length in lengths.map(|it| 3 + (it.abs() * 1e4) as usize % longest) {
+            // All are received with the last of them.
+            let received = at(times.len() + length - 1) + 0.01;
+            times.extend((0..length).map(|k| received + 1e-4 * k as f64));
+        }
+        let answer = with_times("t", |k| format!("{:.4}", times[k]), &[]);
+        answer.is_the_plant(SAMPLES as u64);
+        assert!(answer.text.contains("share_a_stamp"), "{}", answer.brief());
+    }
 }
 
 #[test]
@@ -215,6 +269,51 @@ fn a_time_without_its_digits_asks_for_the_sample_time() {
     let time = |_| "1.70000e+09".to_owned();
     with_times("time", time, &[]).refused(&["--sample-time"]);
     with_times("time", time, &["--sample-time", "0.05s"]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn stamps_in_coarse_steps_are_spread_evenly() {
+    // 400 rows a second by a clock of milliseconds; 150 by one whose numbers have 24 bits, a day after its start.
+    let milliseconds = |k: usize| format!("{:.3}", (k as f64 * 2.5).floor() / 1000.0);
+    let single = |k: usize| format!("{:.7}", f64::from((100_000.0 + k as f64 / 150.0) as f32));
+    for (rate, time) in [
+        (400.0, &milliseconds as &dyn Fn(usize) -> String),
+        (150.0, &single),
+    ] {
+        let count = 8000;
+        let u: Vec<f64> = prbs(11, count)
+            .chunks(10)
+            .flat_map(|it| [it[0]; 100])
+            .take(count)
+            .collect();
+        let y = second_order([3.0 * 400.0, 1.2 * 20.0, 4.0 * 400.0], 1.0 / rate, &u);
+        let noise = noise(12, count);
+        let rows = (0..count).map(|k| (time(k), u[k], y[k] + 0.002 * noise[k]));
+        let answer = of_table(&table("t,u,y", rows), &["--order", "2"]);
+        near(answer.number("record/sample_time") * rate, 1.0, 0.001);
+        near(answer.number("model/continuous_poles/0/re"), -12.0, 0.2);
+        near(answer.number("model/steady_state_gain/0"), GAIN, 0.005);
+    }
+}
+
+#[test]
+fn rows_that_are_there_twice_count_once() {
+    let (u, y) = log(13, SAMPLES);
+    let rows = (0..2 * SAMPLES).map(|k| (format!("{:.2}", at(k / 2)), u[k / 2], y[k / 2]));
+    of_table(&table("t,u,y", rows), &[]).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn tables_one_behind_the_other_are_runs_of_one_model() {
+    let (u, y) = log(14, SAMPLES);
+    let rows = |from: usize| {
+        table(
+            "t,u,y",
+            (0..1000).map(|k| (format!("{:.2}", at(k)), u[from + k], y[from + k])),
+        )
+    };
+    let answer = of_table(&(rows(0) + &rows(1000)), &[]);
+    answer.is_the_plant(SAMPLES as u64).says("goes back");
 }
 
 #[test]

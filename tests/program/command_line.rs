@@ -473,8 +473,6 @@ fn a_file_of_another_kind_is_refused_with_the_command_that_converts_it() {
         ("log.h5", "an HDF5 file", "h5py.File('"),
         ("log.npz", "an archive of numpy", "numpy.load('"),
         ("log.pkl", "a pickle of Python", "pandas.read_pickle('"),
-        ("log.tlog", "a telemetry log of MAVLink", "mavlogdump.py "),
-        ("log.bin", "a log of ArduPilot", "mavlogdump.py "),
         ("log.bag", "a bag of ROS 1", "rosbags-convert --src "),
     ] {
         let file = stage.file(name, "something");

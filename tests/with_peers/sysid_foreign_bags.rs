@@ -138,7 +138,7 @@ fn every_number_of_every_kind_is_what_foreign_readers_read_in_bags_of_every_form
     ] {
         let bag = BagReader::open(&at(name)).unwrap();
         assert!(bag.completeness().is_whole(), "{name}");
-        let types = planesman_signals::types(&bag.topics()[0].topic).unwrap();
+        let types = planesman_signals::types(&bag, &bag.topics()[0].topic).unwrap();
         let mut fields = Catalogue::of(&types, usize::MAX).fields;
         // These are ours: rosbags knows none.
         fields.retain(|path| {

@@ -21,13 +21,17 @@ struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
     fn bytes(&mut self, count: usize) -> Result<&'a [u8], Defect> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or(Defect::ShortRecord)?;
+        let Some((taken, rest)) = self.0.split_at_checked(count) else {
+            return Err(Defect::ShortRecord);
+        };
         self.0 = rest;
         Ok(taken)
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], Defect> {
-        let (taken, rest) = self.0.split_first_chunk::<N>().ok_or(Defect::ShortRecord)?;
+        let Some((taken, rest)) = self.0.split_first_chunk::<N>() else {
+            return Err(Defect::ShortRecord);
+        };
         self.0 = rest;
         Ok(*taken)
     }

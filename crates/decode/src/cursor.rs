@@ -20,6 +20,9 @@ pub enum DecodeError {
         /// The number in the header.
         id: u16,
     },
+    /// To be a JSON object.
+    #[error("the message is no JSON, or longer than 1 MiB")]
+    Json,
     /// The message goes on behind the payload's end.
     #[error("the message is cut off or not of this type: byte {at} of {length} is passed")]
     Short {

@@ -18,11 +18,10 @@ use planesman_rosidl::definition::{Arity, Element, Field, Kind};
 use planesman_text::did_you_mean;
 
 use crate::cursor::{Cursor, DecodeError};
-use crate::key;
 use crate::path::Step;
 use crate::program::{self, Op, Wanted};
 use crate::values::Values;
-use crate::{FieldPath, Types};
+use crate::{FieldPath, Types, json, key};
 
 /// Reads some numbers of messages of one type.
 #[derive(Clone, Debug)]
@@ -38,6 +37,8 @@ pub struct Decoder {
     identities: Vec<Vec<Identity>>,
     /// Texts that the values hold.
     texts: usize,
+    /// Whether the messages are JSON objects.
+    is_json: bool,
     /// How a whole message is passed, of a type with wide strings.
     whole: Option<Vec<Op>>,
 }
@@ -177,15 +178,24 @@ impl Decoder {
                 match prefix.steps.last() {
                     None if matches!(path.steps.first(), Some(Step::Named(_))) => continue,
                     Some(Step::Field(_)) => continue,
-                    Some(Step::Index(index)) if steps == path.steps.len() => {
-                        identity.name = names_of(types, &prefix.parent()).map(|names| {
+                    Some(Step::Index(index))
+                        if steps == path.steps.len() || !has_key(types, &prefix.parent()) =>
+                    {
+                        let list = prefix.parent();
+                        let names = match steps == path.steps.len() {
+                            true => names_of(types, &list),
+                            false => names_of_messages(types, &list),
+                        };
+                        identity.name = names.map(|names| {
                             let slot = text();
                             wanted.add_identity(&names.element(*index), slot);
                             slot
                         });
-                        let slot = text();
-                        wanted.add_length(&prefix.parent(), slot);
-                        identity.length = Some(slot);
+                        if steps == path.steps.len() {
+                            let slot = text();
+                            wanted.add_length(&prefix.parent(), slot);
+                            identity.length = Some(slot);
+                        }
                     }
                     // By its name, of a list of numbers.
                     Some(Step::Named(_)) if steps == path.steps.len() => continue,
@@ -238,6 +248,19 @@ impl Decoder {
                 path: path.to_string(),
                 reason,
             })?;
+            // Messages of a list that others name stand where their names stand.
+            for (list, name) in path
+                .named()
+                .filter(|it| it.0.steps.len() + 1 < path.steps.len())
+            {
+                if !has_key(types, &list)
+                    && let Some(names) = names_of_messages(types, &list)
+                {
+                    wanted.add_name(&names, name, slots);
+                    wanted.add_number(&list, name, slots);
+                    slots += 1;
+                }
+            }
             let of = path.parent();
             let mut part = |wanted: &mut Wanted, path: &FieldPath| {
                 let slot = wanted.add(path, slots);
@@ -274,9 +297,8 @@ impl Decoder {
     #[must_use]
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
         let mut wanted = Wanted::default();
-        let names = names_of(types, path);
-        let are_messages = || has_key(types, path).then(|| path.clone());
-        wanted.add_all_names(&names.or_else(are_messages)?);
+        let own = has_key(types, path).then(|| path.clone());
+        wanted.add_all_names(&own.or_else(|| names_of(types, path))?);
         Some(Self::of(types, wanted, 0, Vec::new()))
     }
 
@@ -288,6 +310,7 @@ impl Decoder {
             computed,
             identities: Vec::new(),
             texts: 0,
+            is_json: types.is_json,
             whole: types
                 .has_wide_text()
                 .then(|| program::walk(types, &Wanted::default())),
@@ -309,7 +332,12 @@ impl Decoder {
     /// # Errors
     /// When the payload is not plain CDR, or ends before the last number asked for.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
-        self.clear(values);
+        self.clear(values, self.texts);
+        if self.is_json {
+            self.wanted.pick(&json::object_of(payload)?, values);
+            self.compute(values);
+            return Ok(());
+        }
         let mut cursor = Cursor::new(payload)?;
         if let Some(whole) = &self.whole {
             let other = cursor.clone().with_wide_characters(4);
@@ -324,16 +352,16 @@ impl Decoder {
 
     /// As [`Decoder::read`], of a message of the type that is at hand: the values of its payload, which is not made.
     pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
-        self.clear(values);
+        self.clear(values, 0);
         self.wanted.pick(message, values);
         self.compute(values);
     }
 
-    fn clear(&self, values: &mut Values) {
+    fn clear(&self, values: &mut Values, texts: usize) {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
-        values.texts.resize(self.texts, String::new());
+        values.texts.resize_with(texts, String::new);
         values.texts.iter_mut().for_each(String::clear);
     }
 
@@ -489,7 +517,11 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
                 }
                 At::Message(message)
             }
-            (At::Field(field), Step::Named(_)) if has_key(types, &path.first(number)) => {
+            (At::Field(field), Step::Named(_))
+                if has_key(types, &path.first(number))
+                    || matches!(field.field_type.element, Element::Message(_))
+                        && names_of_messages(types, &path.first(number)).is_some() =>
+            {
                 At::Element(&field.field_type.element)
             }
             (At::Field(field), Step::Named(name)) => {
@@ -554,6 +586,12 @@ fn has_key(types: &Types, path: &FieldPath) -> bool {
         }
     }
     is_list && !key::fields(types, message).is_empty()
+}
+
+/// The same of a list of messages. Points of a trajectory are instants, which the joints' names do not name.
+fn names_of_messages(types: &Types, path: &FieldPath) -> Option<FieldPath> {
+    let is_of_points = matches!(path.steps.last(), Some(Step::Field(name)) if name == "points");
+    names_of(types, path).filter(|_| !is_of_points)
 }
 
 /// The path of the texts that name the elements of the list at `path`.

@@ -9,6 +9,7 @@
 //! - [`message_types`]: types by name, where no schema comes with them; [`standard`]: the definitions of ROS' own messages, for bags that hold none.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
 //! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
+//! - [`json`]: the type of messages that are JSON objects.
 //! - [`catalogue`]: every number a message type holds.
 //!
 //! Inside: `key` knows what a message is called, `layout` knows sizes and alignment, `program` what to do with a payload, `cursor` where one is in it.
@@ -19,6 +20,7 @@
 pub mod catalogue;
 mod cursor;
 pub mod decoder;
+pub mod json;
 mod key;
 mod layout;
 pub mod message_types;

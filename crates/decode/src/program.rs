@@ -58,6 +58,13 @@ pub(crate) enum Op {
         /// All names are kept.
         are_kept: bool,
     },
+    /// Reads within the element whose number is in the slot; does not advance.
+    At {
+        count: Count,
+        slot: usize,
+        pass: Pass,
+        within: Vec<Op>,
+    },
     /// Keeps what the message that begins here is called; does not advance.
     Identity { key: Arc<[Op]>, slots: Vec<usize> },
     /// Reads within some elements of a list of messages or strings, and passes the others.
@@ -104,6 +111,8 @@ pub(crate) struct Wanted {
     elements: BTreeMap<usize, Wanted>,
     /// Of a list of messages those that are so called; the message itself if it is.
     named: BTreeMap<String, Wanted>,
+    /// Of a list of messages that a list of texts names: where the numbers of those so called go.
+    numbers: BTreeMap<String, usize>,
 }
 
 impl Wanted {
@@ -116,6 +125,11 @@ impl Wanted {
     /// Asks for the number of the text `name` in the list of texts at `path` to go to `slot`.
     pub(crate) fn add_name(&mut self, path: &FieldPath, name: &str, slot: usize) {
         self.at(path).names.push((name.to_owned(), slot));
+    }
+
+    /// Says where the number of the element `name` of the list at `path` goes.
+    pub(crate) fn add_number(&mut self, path: &FieldPath, name: &str, slot: usize) {
+        self.at(path).numbers.insert(name.to_owned(), slot);
     }
 
     /// Asks for all texts of the list at `path`.
@@ -138,7 +152,12 @@ impl Wanted {
         if let Some(list) = self.slot.and_then(|slot| values.slots.get_mut(slot)) {
             of.append_to(list);
         }
-        for (name, wanted) in &self.fields {
+        // Names first: messages stand where theirs stand.
+        let of_names = |are_names: bool| {
+            let fields = self.fields.iter();
+            fields.filter(move |it| it.1.names.is_empty() != are_names)
+        };
+        for (name, wanted) in of_names(true).chain(of_names(false)) {
             if let Some(field) = of.field(name) {
                 wanted.pick(field, values);
             }
@@ -148,6 +167,15 @@ impl Wanted {
                 wanted.pick(element, values);
             }
         }
+        let texts = values.texts.len();
+        for slot in self.identity.iter().filter(|it| **it < texts) {
+            let name = of.text().map_or_else(|| key::of_message(of), str::to_owned);
+            values.put_text(*slot, &name);
+        }
+        if let Some(slot) = self.length.filter(|it| *it < texts) {
+            let count = (0..).map_while(|number| of.element(number)).count();
+            values.put_length(slot, count as u64);
+        }
         // A message that is none of a list is the only one.
         let elements = || {
             let listed = (0..).map_while(|number| of.element(number));
@@ -156,6 +184,13 @@ impl Wanted {
                 .chain(listed)
         };
         for (name, wanted) in &self.named {
+            if let Some(slot) = self.numbers.get(name) {
+                let number = values.number(*slot).map(|it| it as usize);
+                if let Some(of) = number.and_then(|number| of.element(number)) {
+                    wanted.pick(of, values);
+                }
+                continue;
+            }
             if let Some(of) = elements().find(|it| key::is_called(&key::of_message(*it), name)) {
                 wanted.pick(of, values);
             }
@@ -170,7 +205,11 @@ impl Wanted {
             }
         }
         if self.all_names {
-            values.names.extend(texts().map(str::to_owned));
+            let name = |of: &dyn Field| {
+                let text = of.text().map(str::to_owned);
+                text.unwrap_or_else(|| key::of_message(of))
+            };
+            values.names.extend(elements().map(name));
         }
     }
 
@@ -216,6 +255,7 @@ fn trim(ops: &mut Vec<Op>) {
             | Op::Name { .. }
             | Op::Names { .. }
             | Op::Called { .. }
+            | Op::At { .. }
             | Op::Identity { .. } => return,
             Op::Numbers { whole, picks, .. } if whole.is_some() || !picks.is_empty() => return,
             Op::Elements {
@@ -313,7 +353,21 @@ impl<'t> Compiler<'t> {
             return;
         }
         let Element::Message(name) = of else { return };
-        let Some(key) = self.key(name) else { return };
+        for (called, slot) in &wanted.numbers {
+            let mut within = Vec::new();
+            if let Some(wanted) = wanted.named.get(called) {
+                self.message(name, wanted, &mut within);
+            }
+            ops.push(Op::At {
+                count,
+                slot: *slot,
+                pass: self.pass_of(of),
+                within,
+            });
+        }
+        let Some(key) = self.key(name).filter(|_| wanted.numbers.is_empty()) else {
+            return;
+        };
         let picks = wanted.named.iter().map(|(called, wanted)| {
             let mut within = Vec::new();
             self.message(name, wanted, &mut within);
@@ -457,7 +511,7 @@ pub(crate) fn run(
             } => {
                 let count = count.read(cursor)?;
                 if let Some(slot) = length {
-                    values.put_text(*slot, format_args!("{count} numbers"));
+                    values.put_length(*slot, count);
                 }
                 let numbers = cursor.numbers(*primitive, count)?;
                 if let Some(list) = whole.and_then(|slot| values.slots.get_mut(slot)) {
@@ -477,7 +531,7 @@ pub(crate) fn run(
                     let text = cursor.text()?;
                     for (_, slot) in picks.iter().filter(|it| it.0 as u64 == number) {
                         let text = String::from_utf8_lossy(text);
-                        values.put_text(*slot, format_args!("{text}"));
+                        values.put_text(*slot, &text);
                     }
                     for (name, slot) in wanted {
                         let is_first = values.list(*slot).is_empty();
@@ -506,7 +560,7 @@ pub(crate) fn run(
                 named(key, cursor, values)?;
                 let name = std::mem::take(&mut values.name);
                 for slot in slots {
-                    values.put_text(*slot, format_args!("{name}"));
+                    values.put_text(*slot, &name);
                 }
                 values.name = name;
             }
@@ -535,6 +589,21 @@ pub(crate) fn run(
                     named(key, &start, values)?;
                     values.names.push(values.name.clone());
                     pass.pass(1, &mut start)?;
+                }
+            }
+            Op::At {
+                count,
+                slot,
+                pass,
+                within,
+            } => {
+                let mut at = cursor.clone();
+                let count = count.read(&mut at)?;
+                if let Some(number) = values.number(*slot).map(|it| it as u64)
+                    && number < count
+                {
+                    pass.pass(number, &mut at)?;
+                    run(within, &mut at, values)?;
                 }
             }
             Op::Elements {

@@ -8,6 +8,8 @@ use planesman_rosidl::{Error, Library, Message, TypeName, parse_idl_schema, pars
 pub struct Types {
     library: Library,
     root: TypeName,
+    /// Whether the messages are JSON objects.
+    pub(crate) is_json: bool,
 }
 
 /// The longest text taken, bytes; the longest of the standard messages has 30 000 with all it refers to.
@@ -22,6 +24,9 @@ pub enum SchemaError {
     /// A text longer than any definition.
     #[error("its schema has {0} bytes; at most {LONGEST} are taken")]
     TooLong(usize),
+    /// A message that is to be a JSON object, and is none.
+    #[error("its messages are no JSON objects")]
+    NotJson,
     /// The text breaks a rule.
     #[error(transparent)]
     Text(#[from] Error),
@@ -57,7 +62,11 @@ impl Types {
         let root = TypeName::parse(root).ok_or_else(not_defined)?;
         library.check()?;
         library.expect_message(&root)?;
-        Ok(Self { library, root })
+        Ok(Self {
+            library,
+            root,
+            is_json: false,
+        })
     }
 
     /// The type's name.

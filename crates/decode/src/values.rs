@@ -1,6 +1,6 @@
 //! The values of a payload, by the paths that were asked for.
 
-use std::fmt;
+use std::fmt::Write as _;
 
 /// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
 #[derive(Clone, Debug, Default)]
@@ -15,11 +15,19 @@ pub struct Values {
 
 impl Values {
     /// Sets a text, in the memory of the one before.
-    pub(crate) fn put_text(&mut self, slot: usize, text: fmt::Arguments<'_>) {
+    pub(crate) fn put_text(&mut self, slot: usize, text: &str) {
+        if let Some(place) = self.texts.get_mut(slot) {
+            place.clear();
+            place.push_str(text);
+        }
+    }
+
+    /// Sets a text to the length of a list.
+    pub(crate) fn put_length(&mut self, slot: usize, count: u64) {
         if let Some(place) = self.texts.get_mut(slot) {
             place.clear();
             // Writing to memory never fails.
-            let _ = fmt::Write::write_fmt(place, text);
+            let _ = write!(place, "{count} numbers");
         }
     }
 

@@ -540,3 +540,64 @@ fn a_message_tells_what_each_of_its_numbers_is_of() {
     joints.name.clear();
     assert_eq!(identities(&joints)[0], ["arm", "3 numbers"]);
 }
+
+#[test]
+fn messages_of_a_list_that_others_name_stand_where_their_names_stand() {
+    let text = "string[] name\nP[] pose\nfloat64[] after\n================================================================================\nMSG: a/P\nfloat64 x\nstring[] axis_names\nfloat64[] axis_values\n";
+    let types = schema::read("a/msg/A", "ros2msg", text).unwrap();
+    let body = |names: [&str; 2]| {
+        let mut bytes = vec![0, 1, 0, 0];
+        let place = |bytes: &mut Vec<u8>, size: usize| {
+            let length = (bytes.len() - 4).next_multiple_of(size) + 4;
+            bytes.resize(length, 0);
+        };
+        let text = |bytes: &mut Vec<u8>, text: &str| {
+            place(bytes, 4);
+            bytes.extend((text.len() as u32 + 1).to_le_bytes());
+            bytes.extend(text.bytes().chain([0]));
+        };
+        let length = |bytes: &mut Vec<u8>, length: u32| {
+            place(bytes, 4);
+            bytes.extend(length.to_le_bytes());
+        };
+        let number = |bytes: &mut Vec<u8>, number: f64| {
+            place(bytes, 8);
+            bytes.extend(number.to_le_bytes());
+        };
+        length(&mut bytes, 2);
+        names.iter().for_each(|it| text(&mut bytes, it));
+        length(&mut bytes, 2);
+        for x in [1.0, 2.0] {
+            number(&mut bytes, x);
+            length(&mut bytes, 2);
+            text(&mut bytes, "u");
+            text(&mut bytes, "v");
+            length(&mut bytes, 2);
+            number(&mut bytes, x + 0.25);
+            number(&mut bytes, x + 0.5);
+        }
+        length(&mut bytes, 1);
+        number(&mut bytes, 9.0);
+        bytes
+    };
+    let paths = [
+        "pose[robot].x",
+        "pose[robot].axis_values[v]",
+        "after[0]",
+        "pose[0].x",
+        "pose[none].x",
+    ];
+    let decoder = Decoder::compile_with_identities(&types, &paths.map(path)).unwrap();
+    let mut values = Values::default();
+    for (names, expected, first) in [
+        (["ground", "robot"], [2.0, 2.5], "ground"),
+        (["robot", "ground"], [1.0, 1.5], "robot"),
+    ] {
+        decoder.read(&body(names), &mut values).unwrap();
+        let found = [0, 1, 2, 3, 4].map(|it| values.number(it));
+        let [robot, axis] = expected.map(Some);
+        assert_eq!(found, [robot, axis, Some(9.0), Some(1.0), None]);
+        let identity: Vec<_> = decoder.identity(3, &values).map(|it| it.1).collect();
+        assert_eq!(identity, ["", first]);
+    }
+}

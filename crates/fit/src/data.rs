@@ -15,7 +15,7 @@ pub type Columns = Vec<(String, Vec<f64>)>;
 /// What is read.
 #[derive(Clone, Debug)]
 pub enum Sources {
-    /// Bag folders, `metadata.yaml` files, `.mcap` and `.db3` files of a split bag, tables, PX4 logs.
+    /// Bag folders, `metadata.yaml` files, `.mcap` and `.db3` files of a split bag, tables, logs.
     Files(Vec<PathBuf>),
     /// Columns in memory.
     Columns(Columns),

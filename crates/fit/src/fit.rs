@@ -132,7 +132,11 @@ impl FitResult {
         let told: Vec<Reason> = told.cloned().map(Reason::Data).collect();
         self.analysis.reasons.splice(0..0, told);
         let is_doubtful = readings.iter().any(|it| it.is_time_doubtful);
-        if is_doubtful && matches!(self.analysis.verdict, Verdict::Good | Verdict::Usable) {
+        let is_none = matches!(
+            self.analysis.verdict,
+            Verdict::NoEffect | Verdict::Undetermined | Verdict::Unusable
+        );
+        if is_doubtful && !is_none {
             self.analysis.verdict = Verdict::TimeDoubtful;
         }
     }

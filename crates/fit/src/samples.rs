@@ -1,4 +1,4 @@
-//! Signals as they lie in a bag, CSV file or PX4 log: every sample with its stamp, on no grid.
+//! Signals as they lie in a bag, table or log: every sample with its stamp, on no grid.
 
 use planesman_parallel::stop_point;
 use planesman_signals::{Reading, Request, Role, Take};

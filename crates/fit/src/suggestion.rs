@@ -1,7 +1,6 @@
 //! What of a log may be identified from what: a first command to run.
 
 use crate::data::Sources;
-use crate::survey::{FieldSurvey, Survey, TopicSurvey};
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
@@ -29,35 +28,31 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
-/// Numbers of which a signal has so many at least.
-const FEWEST: u64 = 50;
-
-/// A command that fits the output most likely to the input most likely, with the others to choose from; `None` where nothing looks like
-/// an input and an output.
-pub(crate) fn suggestion(survey: &Survey, sources: &Sources) -> Option<String> {
+/// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
+/// in a table, and path. `None` where nothing looks like an input and an output.
+pub(crate) fn suggestion<'s>(
+    signals: impl Iterator<Item = (&'s str, &'s str)>,
+    sources: &Sources,
+) -> Option<String> {
     let Sources::Files(paths) = sources else {
         return None;
     };
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
-    for topic in &survey.topics {
-        for field in topic.fields.iter().filter(|it| is_signal(it)) {
-            let of = |words: &[&str]| {
-                let topic_too = if topic.type_name.is_empty() {
-                    ""
-                } else {
-                    &topic.name
-                };
-                let place = |text: &str| words.iter().position(|word| has(text, word));
-                let [topic, field] = [topic_too, &field.path].map(place);
-                let last = words.len();
-                let rank = (topic.unwrap_or(last), field.unwrap_or(last));
-                (rank != (last, last)).then_some(rank)
-            };
-            match (of(&INPUTS), of(&OUTPUTS)) {
-                (Some(rank), _) => inputs.push((rank, signal(topic, field))),
-                (None, Some(rank)) => outputs.push((rank, signal(topic, field))),
-                (None, None) => {}
-            }
+    for (topic, path) in signals.filter(|it| is_of_the_system(it.1)) {
+        let rank = |words: &[&str]| {
+            let place = |text: &str| words.iter().position(|word| has(text, word));
+            let last = words.len();
+            let rank = [topic, path].map(|it| place(it).unwrap_or(last));
+            (rank != [last, last]).then_some(rank)
+        };
+        let signal = match topic {
+            "" => quoted(path),
+            topic => quoted(&format!("{topic}:{path}")),
+        };
+        match (rank(&INPUTS), rank(&OUTPUTS)) {
+            (Some(rank), _) => inputs.push((rank, signal)),
+            (None, Some(rank)) => outputs.push((rank, signal)),
+            (None, None) => {}
         }
     }
     inputs.sort_by_key(|it| it.0);
@@ -67,7 +62,7 @@ pub(crate) fn suggestion(survey: &Survey, sources: &Sources) -> Option<String> {
         .iter()
         .map(|it| quoted(&it.display().to_string()))
         .collect();
-    let others = |of: &[((usize, usize), String)]| {
+    let others = |of: &[([usize; 2], String)]| {
         let names: Vec<&str> = of.iter().skip(1).take(4).map(|it| it.1.as_str()).collect();
         match names.is_empty() {
             true => String::new(),
@@ -82,15 +77,12 @@ pub(crate) fn suggestion(survey: &Survey, sources: &Sources) -> Option<String> {
     ))
 }
 
-/// Whether a field varies, as what excites or answers does.
-fn is_signal(field: &FieldSurvey) -> bool {
-    let path = &field.path;
-    let is_other = |it: &&&str| match it.contains('.') {
-        true => path.ends_with(**it),
-        false => path.split(['[', '.']).any(|part| part == **it),
-    };
-    let is_other = NOT_SIGNALS.iter().any(|it| is_other(&it));
-    field.count >= FEWEST && field.min < field.max && !is_other
+/// Whether a field may be a signal of the system, not one of its message.
+fn is_of_the_system(path: &str) -> bool {
+    !NOT_SIGNALS.iter().any(|it| match it.contains('.') {
+        true => path.ends_with(it),
+        false => path.split(['[', '.']).any(|part| part == *it),
+    })
 }
 
 /// Whether a name has the word between underscores, slashes and dots, or one that begins so: `thrusters`, `imu0`. What a controller says is
@@ -100,13 +92,6 @@ fn has(name: &str, word: &str) -> bool {
     let mut parts = name.split(|sign: char| !sign.is_ascii_alphanumeric());
     let begins = |part: &str| word.len() > 2 && part.starts_with(word) && part != "controller";
     parts.any(|part| part == word || begins(part))
-}
-
-fn signal(topic: &TopicSurvey, field: &FieldSurvey) -> String {
-    match topic.type_name.as_str() {
-        "" => quoted(&field.path),
-        _ => quoted(&format!("{}:{}", topic.name, field.path)),
-    }
 }
 
 /// As a shell takes it.

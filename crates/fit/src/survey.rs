@@ -1,4 +1,4 @@
-//! Every numeric field of a bag, table or PX4 log: rate, gaps, range and time history.
+//! Every numeric field of a bag, table or log: rate, gaps, range and time history.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -9,8 +9,8 @@ use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, Stamps, Take,
-    Timing, UlogSource,
+    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, SourceError,
+    Stamps, Take, Timing,
 };
 use serde::Serialize;
 
@@ -24,6 +24,9 @@ const FIELDS: usize = 20_000;
 
 /// Topics that are read.
 const TOPICS: usize = 1000;
+
+/// Numbers of which a signal that is suggested has so many at least.
+const FEWEST: u64 = 50;
 
 /// Names of a topic's messages that are counted.
 const NAMES: usize = 100;
@@ -103,7 +106,18 @@ pub fn survey(
             }
             Ok(all)
         }
-        Source::Ulog(log) => of_log(&log, topic, told),
+        Source::Ulog(log) => {
+            let topics = log.topics().keys().map(|name| (name, log.requests(name)));
+            of_log("ULog", topics, topic, |requests, take| {
+                log.read(requests, take, told)
+            })
+        }
+        Source::Log(log) => {
+            let topics = log.topics().map(|name| (name, log.requests(name)));
+            of_log(log.type_name(), topics, topic, |requests, take| {
+                log.read(requests, take, told)
+            })
+        }
         Source::Columns(columns) => {
             let name = "columns".to_owned();
             of_table(name, columns.requests(), |requests, take| {
@@ -111,10 +125,18 @@ pub fn survey(
             })
         }
     });
-    found.map(|survey| Survey {
-        suggestion: suggestion(&survey, &data.sources),
-        ..survey
-    })
+    let mut found = found?;
+    let varying = found.topics.iter().flat_map(|topic| {
+        let name = match topic.type_name.as_str() {
+            "" => "",
+            _ => topic.name.as_str(),
+        };
+        let fields = topic.fields.iter();
+        let fields = fields.filter(|it| it.count >= FEWEST && it.min < it.max);
+        fields.map(move |it| (name, it.path.as_str()))
+    });
+    found.suggestion = suggestion(varying, &data.sources);
+    Ok(found)
 }
 
 /// A field while it is read.
@@ -218,6 +240,8 @@ struct Plan {
     names: Option<Decoder>,
     /// Whether there are more fields.
     is_cut: bool,
+    /// Whether it is for one topic: the names of elements, and the members of JSON objects, are that topic's.
+    is_own: bool,
 }
 
 impl Plan {
@@ -232,7 +256,9 @@ impl Plan {
             Unreadable::Schema(own.unwrap_or(&reason).to_owned())
         })?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
+        let by_index = catalogue.fields.clone();
         catalogue.fields = signals::by_name(source.bag(), topic, &types, catalogue.fields);
+        let is_own = topic.kind.message_encoding == "json" || catalogue.fields != by_index;
         let clock = source.clock();
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
@@ -251,6 +277,7 @@ impl Plan {
             has_stamp: stamp.is_some(),
             names: Decoder::of_names(&types, &FieldPath { steps: Vec::new() }),
             is_cut: catalogue.is_cut,
+            is_own,
         })
     }
 }
@@ -326,7 +353,9 @@ impl TopicScan {
         let Some(plan) = &self.plan else {
             return Ok(None);
         };
+        // All of the first thousand, then every seventh.
         if let Some(names) = &plan.names
+            && (self.messages <= 1000 || self.messages.is_multiple_of(7))
             && names.read(payload, values).is_ok()
             && let [name] = values.names()
         {
@@ -359,7 +388,8 @@ impl TopicScan {
             (None, _) => None,
         };
         // Messages of several, met often: not numbers that count them.
-        let often = |count: &u64| *count > 2 && *count * 100 > self.messages;
+        let looked: u64 = self.names.values().sum();
+        let often = |count: &u64| *count > 2 && *count * 100 > looked;
         let names: Vec<&str> = (self.names.iter())
             .filter_map(|(name, count)| often(count).then_some(name.as_str()))
             .collect();
@@ -427,10 +457,18 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             omitted += 1;
             continue;
         }
-        let plan = plans
-            .entry(Arc::as_ptr(&topic.kind))
-            .or_insert_with(|| Plan::of(source, topic).map(Rc::new));
-        let scan = TopicScan::new(topic, plan.clone(), room);
+        let kind = Arc::as_ptr(&topic.kind);
+        let plan = match plans.get(&kind) {
+            Some(known) => known.clone(),
+            None => {
+                let plan = Plan::of(source, topic).map(Rc::new);
+                if !plan.as_ref().is_ok_and(|it| it.is_own) {
+                    plans.insert(kind, plan.clone());
+                }
+                plan
+            }
+        };
+        let scan = TopicScan::new(topic, plan, room);
         room -= scan.fields.len();
         places.insert((&topic.name, &topic.kind.type_name), scans.len());
         scans.push(scan);
@@ -486,19 +524,17 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     survey
 }
 
-fn of_log(
-    log: &UlogSource,
+fn of_log<'a>(
+    type_name: &str,
+    topics: impl Iterator<Item = (&'a String, Vec<Request>)>,
     wanted: Option<&str>,
-    progress: &dyn Fn(u64),
+    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, SourceError>,
 ) -> Result<Survey, FitError> {
-    let is_wanted = |name: &&String| wanted.is_none_or(|text| name.contains(text));
-    let names = log.topics().keys().filter(is_wanted);
-    let topics: Vec<(&String, Vec<Request>)> =
-        names.map(|name| (name, log.requests(name))).collect();
+    let is_wanted = |it: &(&String, _)| wanted.is_none_or(|text| it.0.contains(text));
+    let topics: Vec<(&String, Vec<Request>)> = topics.filter(is_wanted).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
     let (fields, meters, reading) = read_fields(&requests, |requests, take| {
-        let reading = log.read(requests, take, progress);
-        reading.map_err(FitError::data)
+        read(requests, take).map_err(FitError::data)
     })?;
     let mut survey = Survey {
         topics: Vec::new(),
@@ -513,7 +549,7 @@ fn of_log(
         let each = fields[here.clone()].iter().zip(&requests);
         survey.topics.push(TopicSurvey {
             name: name.clone(),
-            type_name: "ULog".to_owned(),
+            type_name: type_name.to_owned(),
             stamps: "log".to_owned(),
             timing: meters
                 .get(here.start)

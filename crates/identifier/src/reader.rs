@@ -4,7 +4,7 @@ use planesman_decode::{Decoder, Types, Values};
 use planesman_identification::Input;
 use planesman_msgs::Field;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_signals::{Identity, Signal};
+use planesman_signals::Signal;
 
 use crate::error::Error;
 use crate::parameters::Config;
@@ -33,8 +33,63 @@ pub struct Reader {
     break_on: Option<(Signal, usize)>,
     /// The place of the stamp's seconds; nanoseconds follow.
     stamp: Option<usize>,
-    /// What input and output were of.
-    identities: [Identity; 2],
+    /// What input and output are of.
+    owners: [Owner; 2],
+}
+
+/// Messages in a row that are of something else before it is taken for renamed.
+const RENAMED: u32 = 20;
+
+/// Characters of names that an error lists.
+const LISTED: usize = 60;
+
+/// The frame, joint or motor that a signal is of.
+#[derive(Clone, Debug, Default)]
+struct Owner {
+    /// What the messages and elements that lead to it are called.
+    names: Option<Vec<String>>,
+    /// Messages in a row that were of something else.
+    others: u32,
+}
+
+impl Owner {
+    /// Checks that a message is of what those before were of.
+    ///
+    /// # Errors
+    /// With both names, when it is not, and has not been for long.
+    fn check<'a>(
+        &mut self,
+        signal: &Signal,
+        names: impl Iterator<Item = (usize, &'a str)>,
+    ) -> Result<(), Error> {
+        // Numbers and lengths of lists tell elements apart, not owners.
+        let names = names.map(|it| it.1).filter(|it| !it.contains(['=', ' ']));
+        let names: Vec<&str> = names.collect();
+        let is_same = |known: &Vec<String>| *known == names;
+        let known = match &self.names {
+            Some(known) if !is_same(known) && self.others < RENAMED => known,
+            Some(known) if is_same(known) => {
+                self.others = 0;
+                return Ok(());
+            }
+            _ => {
+                self.others = 0;
+                self.names = Some(names.into_iter().map(str::to_owned).collect());
+                return Ok(());
+            }
+        };
+        self.others += 1;
+        let listed = |names: Vec<&str>| {
+            let names = names.join(", ");
+            let shown: String = names.chars().take(LISTED).collect();
+            format!("'{}'", shown.escape_debug())
+        };
+        Err(Error::Message(format!(
+            "{signal}: the message is of {}, those before were of {}; name the one that is meant",
+            listed(names),
+            listed(known.iter().map(String::as_str).collect())
+        )))
+    }
 }
 
 impl Reader {
@@ -80,7 +135,7 @@ impl Reader {
             output,
             break_on,
             stamp,
-            identities: Default::default(),
+            owners: Default::default(),
         }))
     }
 
@@ -91,17 +146,12 @@ impl Reader {
     /// joint or motor.
     pub fn read(&mut self, payload: &[u8]) -> Result<Sample, Error> {
         self.decoder.read(payload, &mut self.values)?;
-        for (signal, identity) in [&self.input, &self.output]
-            .into_iter()
-            .zip(&mut self.identities)
-        {
-            let Some((signal, place)) = signal else {
-                continue;
-            };
-            if !self.values.list(*place).is_empty() {
-                identity.take(&self.decoder, *place, &self.values);
-                let judged = identity.judge(signal);
-                judged.map_err(|reason| Error::Message(reason.to_string()))?;
+        let signals = [&self.input, &self.output].into_iter();
+        for (signal, owner) in signals.zip(&mut self.owners) {
+            if let Some((signal, place)) = signal
+                && !self.values.list(*place).is_empty()
+            {
+                owner.check(signal, self.decoder.identity(*place, &self.values))?;
             }
         }
         self.sample()
@@ -124,10 +174,10 @@ impl Reader {
             None => false,
         };
         // A message without the element of a name that was there before is of something else.
-        let [of_input, of_output] = &self.identities;
-        let is_there = |(signal, place): &(Signal, usize), identity: &Identity| {
+        let [of_input, of_output] = &self.owners;
+        let is_there = |(signal, place): &(Signal, usize), owner: &Owner| {
             let is_named = signal.path().named().next().is_some();
-            !(is_named && identity.is_known() && values.list(*place).is_empty())
+            !(is_named && owner.names.is_some() && values.list(*place).is_empty())
         };
         let input = self.input.as_ref().filter(|it| is_there(it, of_input));
         let output = self.output.as_ref().filter(|it| is_there(it, of_output));

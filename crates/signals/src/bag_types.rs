@@ -1,7 +1,7 @@
 //! The type of a topic's messages: by the definition that the bag holds, else by those that are known.
 
 use planesman_bag::{BagReader, Order, Topic};
-use planesman_decode::{Decoder, Types, message_types, schema};
+use planesman_decode::{Decoder, Types, json, message_types, schema};
 
 use crate::error::{Result, SourceError};
 
@@ -13,11 +13,16 @@ use crate::error::{Result, SourceError};
 pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     let (name, kind) = (&topic.name, &topic.kind);
     let refuse = |reason: String| Err(SourceError::Data(format!("{name}: {reason}")));
+    if kind.message_encoding == "json" {
+        let first = bag.messages_of(|it| it == topic, Order::File).flatten();
+        let objects = first.take(OBJECTS).map(|it| it.payload);
+        return json::types(objects).or_else(|reason| refuse(brief(reason.to_string())));
+    }
     if kind.message_encoding != "cdr" {
         return refuse(format!(
-            "messages are encoded as '{}'; cdr is read; {}",
+            "messages are encoded as '{}'; cdr and json are read; {}",
             kind.message_encoding.escape_default(),
-            remedy(&kind.message_encoding)
+            remedy(bag, topic)
         ));
     }
     let is_written = ["ros2msg", "ros2idl"].contains(&kind.definition_encoding.as_str());
@@ -64,20 +69,26 @@ pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     })
 }
 
+/// JSON objects of a topic whose members are looked at.
+const OBJECTS: usize = 20;
+
 /// How one has a definition read that is not in the bag.
 const RECIPE: &str = "source the workspace that defines it (its prefix in AMENT_PREFIX_PATH) and run this again, or convert the bag \
                       there with 'ros2 bag convert' to mcap, which adds it";
 
-/// What makes messages of that encoding readable.
-fn remedy(encoding: &str) -> &'static str {
-    match encoding {
-        "ros1" => {
-            "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags) makes a bag of ROS 2 of its .bag file"
-        }
-        _ => {
-            "write the numbers as a table: python -c \"from mcap.reader import make_reader; ...\" with the decoder of PyPI's \
-             mcap-protobuf-support for protobuf, or export a CSV from PlotJuggler or Foxglove"
-        }
+/// What makes the messages of a topic readable that are encoded so.
+fn remedy(bag: &BagReader, topic: &Topic) -> String {
+    let (file, name) = (bag.path().display(), &topic.name);
+    match topic.kind.message_encoding.as_str() {
+        "ros1" => format!(
+            "'rosbags-convert --src {file} --dst NEW --dst-storage mcap' (of PyPI's rosbags) makes a bag of ROS 2 of the .bag file"
+        ),
+        "protobuf" => format!(
+            "write a CSV file of it: python -c \"from mcap.reader import make_reader; from mcap_protobuf.decoder import DecoderFactory; print('t,x', \
+             *(f'{{m.log_time/1e9}},{{d.FIELD}}' for _, _, m, d in make_reader(open('{file}', 'rb'), \
+             decoder_factories=[DecoderFactory()]).iter_decoded_messages(['{name}'])), sep='\\n')\" > NEW.csv (PyPI's mcap-protobuf-support)"
+        ),
+        _ => "export it as a CSV file from PlotJuggler or Foxglove".to_owned(),
     }
 }
 

@@ -35,10 +35,15 @@ pub enum Change {
         /// Those of a burst have one stamp, as of a clock of whole seconds; else they were received at once.
         share_a_stamp: bool,
     },
+    /// Their stamps are in steps nearly as long as the time between samples, and are spread evenly within them.
+    Rounded {
+        /// s
+        step: f64,
+    },
     /// A slow sensor's samples are repeated until the next: repeats are left out.
     RepeatsLeftOut {
-        /// Rows for each sample of the sensor.
-        rows: usize,
+        /// Rows for each sample of the sensor, on the mean.
+        rows: f64,
     },
     /// An angle or counter that wraps is unwrapped.
     Unwrapped {
@@ -67,9 +72,16 @@ impl fmt::Display for Change {
                     "{samples:.1} samples {how} every {period:.3} s, spread evenly over that time"
                 )
             }
+            Self::Rounded { step } => {
+                write!(
+                    f,
+                    "stamps in steps of {step:.6} s, spread evenly within them"
+                )
+            }
             Self::RepeatsLeftOut { rows } => write!(
                 f,
-                "a new value in every {rows}th row only: repeats are left out"
+                "a new value every {} rows only: repeats are left out",
+                (10.0 * rows).round() / 10.0
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,

@@ -33,6 +33,10 @@ const SHORTEST_PAUSE: f64 = 10.0;
 
 const SECOND: i64 = 1_000_000_000;
 
+/// A stamp so far ahead, ns, is believed when so many came in order.
+const FAR: i64 = 10 * SECOND;
+const AHEAD: usize = 4;
+
 /// Periods of counters that wrap, ns, with their names. A counter may be signed.
 const COUNTERS: [(i64, &str); 5] = [
     ((1 << 32) * 1000, "2^32 us"),
@@ -84,6 +88,8 @@ pub(crate) struct ClockFollower {
     returns: Vec<Return>,
     /// The newest stamp of any signal on the time that goes on.
     newest: Option<i64>,
+    /// Samples whose stamps were far ahead of those around them.
+    left_out: u64,
 }
 
 /// The stamps of one signal.
@@ -97,6 +103,8 @@ struct Stamps {
     recent: VecDeque<(i64, f64)>,
     /// Behind the newest, in the order in which they came.
     behind: Vec<(i64, f64)>,
+    /// So far ahead of the newest that they may be damage, in the order in which they came.
+    ahead: Vec<(i64, f64)>,
 }
 
 impl Stamps {
@@ -172,6 +180,7 @@ impl ClockFollower {
             signals: vec![Stamps::default(); signals],
             returns: Vec::new(),
             newest: None,
+            left_out: 0,
         }
     }
 
@@ -203,14 +212,44 @@ impl ClockFollower {
                 if !stamps.behind.is_empty() {
                     self.settle(signal, Some(stamp), give);
                 }
-                self.pass(signal, stamp, value, give);
+                self.go_on(signal, stamp, value, give);
             }
+        }
+    }
+
+    /// A sample that is not behind: one that is far ahead waits for the next ones, which tell whether the time has gone there.
+    fn go_on(&mut self, signal: usize, stamp: i64, value: f64, give: &mut dyn FnMut(Followed)) {
+        let stamps = &mut self.signals[signal];
+        let newest = stamps.newest();
+        let is_far = newest.is_some_and(|it| stamp.saturating_sub(it) > FAR);
+        match stamps.ahead.last() {
+            None if !is_far => return self.pass(signal, stamp, value, give),
+            Some((last, _)) if stamp < *last => {
+                // The time is where it was, or others came far ahead too.
+                self.left_out += stamps.ahead.len() as u64;
+                stamps.ahead.clear();
+                if !is_far {
+                    return self.pass(signal, stamp, value, give);
+                }
+            }
+            _ => {}
+        }
+        self.signals[signal].ahead.push((stamp, value));
+        if self.signals[signal].ahead.len() >= AHEAD {
+            self.give_out_ahead(signal, give);
+        }
+    }
+
+    fn give_out_ahead(&mut self, signal: usize, give: &mut dyn FnMut(Followed)) {
+        for (stamp, value) in std::mem::take(&mut self.signals[signal].ahead) {
+            self.pass(signal, stamp, value, give);
         }
     }
 
     /// Gives out what is left.
     pub(crate) fn finish(&mut self, give: &mut dyn FnMut(Followed)) {
         for signal in 0..self.signals.len() {
+            self.give_out_ahead(signal, give);
             self.settle(signal, None, give);
         }
     }
@@ -233,6 +272,12 @@ impl ClockFollower {
         let more = self.returns.len().saturating_sub(TOLD);
         if more > 0 {
             notes.push(format!("the clock goes back {more} more times"));
+        }
+        if self.left_out > 0 {
+            notes.push(format!(
+                "{} samples have stamps far ahead of those around them, and are left out",
+                self.left_out
+            ));
         }
         notes
     }

@@ -2,10 +2,11 @@
 
 use planesman_text::did_you_mean;
 
-use crate::csv_source::{TableTime, with_unit};
+use crate::csv_source::TableTime;
 use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, distinct};
-use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
+use crate::time_unit::{self, JudgedUnit, TimeUnit};
+use crate::unit_name::with_unit;
 
 /// Columns in memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,8 +123,8 @@ impl ColumnSource {
                 Time::Rows(step) => format!("of the rows, {} s apart", step * 1e-9),
             },
             unit: match self.time {
-                Time::Column(_, unit) => unit.known,
-                Time::Rows(_) => Known::Named,
+                Time::Column(_, unit) => unit,
+                Time::Rows(_) => JudgedUnit::default(),
             },
             ..Reading::default()
         };

@@ -14,6 +14,7 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 
 use crate::csv_cell::{is_missing, number};
 use crate::csv_time;
+use crate::unit_name::is_unit;
 
 /// The longest line taken, bytes.
 const LONGEST_LINE: usize = 1 << 20;
@@ -89,6 +90,10 @@ impl Form {
             Some(sign) => vec![Delimiter::Sign(sign)],
             None => DELIMITERS.to_vec(),
         };
+        if lines.iter().any(|it| it.text.contains(&b'\r')) {
+            let reason = "its lines end with CR alone, as of old Macs; make them lines with `tr '\\r' '\\n' < FILE > NEW.csv`";
+            return Ok(Err(reason.to_owned()));
+        }
         let body: Vec<&Line> = lines.iter().filter(|it| !it.is_comment).collect();
         let grids = candidates.into_iter().map(|delimiter| {
             form.delimiter = delimiter;
@@ -127,6 +132,17 @@ impl Form {
         let names = cells.names(first, of_blanks).filter(|(row, names, _)| {
             names.len() == cells.width || is_next(*row) || first == body.len()
         });
+        // Names of several words are parted by two blanks.
+        let by_two = || {
+            let row = first
+                .checked_sub(1)
+                .filter(|row| of_blanks && is_next(*row))?;
+            let text = String::from_utf8_lossy(&body[row].text);
+            let names = text.split("  ").map(str::trim).filter(|it| !it.is_empty());
+            let names: Vec<String> = names.map(str::to_owned).collect();
+            (names.len() == cells.width).then_some((row, names, Vec::new()))
+        };
+        let names = names.or_else(by_two);
         let of_comment = || {
             let is_before = |it: &&Line| it.is_comment && it.number < first_line;
             let last = lines.iter().rfind(is_before)?;
@@ -422,8 +438,8 @@ impl Cells {
         let mut at = first.checked_sub(1)?;
         let mut names = Some(line(at)).filter(near)?;
         let mut units = Vec::new();
-        let is_unit = |it: &String| it.is_empty() || crate::csv_source::is_unit(it);
-        while at > 0 && names.iter().all(is_unit) {
+        let is_units = |it: &String| it.is_empty() || is_unit(it);
+        while at > 0 && names.iter().all(is_units) {
             let upper = line(at - 1);
             if !near(&upper) || upper.len() != names.len() {
                 break;

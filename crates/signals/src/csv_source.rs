@@ -13,21 +13,13 @@ use std::path::{Path, PathBuf};
 use csv::{ByteRecord, Reader};
 use planesman_text::{did_you_mean, shown, unmarked};
 
-use crate::csv_cell::{decimal, number};
+use crate::csv_cell::{decimal, is_missing, number};
 use crate::csv_form::{Form, Lines};
 use crate::csv_time::{self, FORMS, Order, Written};
 use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, distinct};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
-
-/// Units that may end a column's name behind `_`.
-const UNITS: &[&str] = &[
-    "s", "ms", "us", "ns", "sec", "msec", "usec", "nsec", "min", "h", "m", "cm", "mm", "km", "ft",
-    "in", "nm", "kn", "kt", "kts", "mps", "kmh", "mph", "fps", "deg", "rad", "dps", "degs", "rads",
-    "radps", "degps", "rpm", "Hz", "hz", "kHz", "g", "kg", "N", "kN", "Nm", "V", "mV", "v", "A",
-    "mA", "W", "kW", "Ohm", "T", "uT", "G", "Pa", "hPa", "kPa", "MPa", "bar", "mbar", "psi", "C",
-    "degC", "K", "F", "pct", "percent", "l", "L", "lpm", "lbf", "lb",
-];
+use crate::unit_name::with_unit;
 
 /// Names of the whole seconds of a time in two columns, behind the last sign of a longer name, and of their parts.
 const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
@@ -196,7 +188,16 @@ impl CsvSource {
         }
         let plain: Vec<&str> = columns.iter().map(|it| with_unit(it).0).collect();
         let find = |name: &str| plain.iter().position(|it| it.eq_ignore_ascii_case(name));
-        let named = time_unit::column(columns.iter().map(String::as_str));
+        // A column that is empty is no time, whatever its name.
+        let is_empty = |at: usize| {
+            let is_missing = |row: &Vec<String>| row.get(at).is_none_or(|it| is_missing(it));
+            !start.is_empty() && start.iter().all(is_missing)
+        };
+        let with_cells = columns.iter().enumerate();
+        let names: Vec<&str> = with_cells
+            .map(|(at, name)| if is_empty(at) { "" } else { name })
+            .collect();
+        let named = time_unit::column(names.into_iter());
         let parts = || {
             let mut pairs = columns.windows(2).enumerate();
             pairs.find_map(|(at, pair)| {
@@ -217,7 +218,7 @@ impl CsvSource {
                 Time::Dated(find("date").unwrap_or(place), place)
             }
             Some(place) => match parts() {
-                Some(Time::Parts(first, second, unit)) if first == place => {
+                Some(Time::Parts(first, second, unit)) if first == place || second == place => {
                     Time::Parts(first, second, unit)
                 }
                 _ => Time::Named(place),
@@ -549,7 +550,10 @@ impl CsvSource {
             _ => {}
         }
         reading.stamps = self.stamps();
-        reading.unit = self.known;
+        reading.unit = JudgedUnit {
+            unit: self.written.unit,
+            known: self.known,
+        };
         let notes = self.form.notes.iter();
         reading
             .notes
@@ -571,6 +575,7 @@ impl CsvSource {
             signals,
             count: 0,
             timeless: Faults::default(),
+            others: None,
             broken: None,
         })
     }
@@ -635,6 +640,8 @@ pub(crate) struct Rows<'a> {
     /// Rows read.
     count: u64,
     timeless: Faults,
+    /// The line in which names in another order stand.
+    others: Option<u64>,
     /// Why no more could be read.
     broken: Option<String>,
 }
@@ -655,10 +662,33 @@ impl Rows<'_> {
             if stamp.is_some() {
                 return stamp;
             }
+            let line = self.line();
+            if self.others.is_none() && self.has_other_names() {
+                self.others = Some(line);
+            }
             let column = self.table.time_column().unwrap_or_default();
             let cell = self.row.get(column).unwrap_or_default();
-            self.timeless.count(cell, self.line());
+            self.timeless.count(cell, line);
         }
+    }
+
+    /// Whether the row holds the names of the columns in another order, or some of them: another table begins.
+    fn has_other_names(&self) -> bool {
+        let names = &self.table.form.columns;
+        let cells: Vec<&str> = self
+            .row
+            .iter()
+            .filter_map(|it| std::str::from_utf8(it).ok())
+            .collect();
+        let is_name = |cell: &&&str| !cell.is_empty() && names.iter().any(|it| it == **cell);
+        let known = cells.iter().filter(is_name).count();
+        let is_same = || {
+            cells
+                .iter()
+                .zip(names)
+                .all(|(cell, name)| name.starts_with(cell))
+        };
+        known > 1 && 2 * known >= cells.len() && !(cells.len() <= names.len() && is_same())
     }
 
     /// The bytes read.
@@ -693,6 +723,11 @@ impl Rows<'_> {
             .notes
             .extend(self.broken.map(|it| format!("{path}: {it}")));
         let columns = &self.table.form.columns;
+        if let Some(line) = self.others {
+            return Err(SourceError::Data(format!(
+                "{path}: names stand again in line {line}, in another order: another table begins there; make two files of it"
+            )));
+        }
         let timeless = self.timeless.empty + self.timeless.others;
         if let (Some(column), true) = (self.table.time_column(), timeless > 0) {
             let name = &columns[column];
@@ -712,6 +747,14 @@ impl Rows<'_> {
             reading.notes.push(note);
         }
         for (faults, (_, column)) in self.faults.iter().zip(&self.signals) {
+            if let Some((text, line)) = faults.doubtful() {
+                return Err(SourceError::Data(format!(
+                    "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: all numbers of the column have three digits \
+                     behind a sign, or no sign; write them without grouping",
+                    shown(text),
+                    columns[*column]
+                )));
+            }
             reading
                 .notes
                 .extend(faults.note(&columns[*column], self.count - timeless));
@@ -737,42 +780,6 @@ fn part(name: &str) -> Option<(&str, TimeUnit)> {
     Some((&name[..start], *unit))
 }
 
-/// Whether a name is that of a unit, as stands in a line below the names: `deg/s`, `[m]`, `-`.
-pub(crate) fn is_unit(text: &str) -> bool {
-    let bare = text.trim_matches(['[', ']', '(', ')']);
-    let is_one = |it: &str| {
-        let it = it.trim_end_matches(|it: char| it.is_ascii_digit() || it == '-');
-        it.is_empty() || UNITS.contains(&it) || MORE_UNITS.contains(&it)
-    };
-    bare.len() != text.len() || bare.split(['/', '*', '^', '\u{b7}', ' ']).all(is_one)
-}
-
-/// Units that stand below names, and no name ends in.
-const MORE_UNITS: [&str; 22] = [
-    "%",
-    "\u{b0}",
-    "\u{b0}C",
-    "\u{b5}s",
-    "\u{fffd}",
-    "\u{fffd}C",
-    "grad",
-    "unitless",
-    "none",
-    "1",
-    "bool",
-    "enum",
-    "raw",
-    "volt",
-    "volts",
-    "Volts",
-    "seconds",
-    "degrees",
-    "radians",
-    "TS",
-    "RN",
-    "Smp",
-];
-
 /// The cells of a column that hold no number.
 #[derive(Clone, Debug, Default)]
 struct Faults {
@@ -782,6 +789,11 @@ struct Faults {
     first: Option<(String, u64)>,
     /// The line of the first that is empty.
     first_empty: Option<u64>,
+    /// The first number with three digits behind its only sign, as 1.234.
+    grouped: Option<(String, u64)>,
+    /// Whether a number has no sign, and whether one has a sign that groups nothing.
+    has_whole: bool,
+    has_fraction: bool,
 }
 
 impl Faults {
@@ -791,8 +803,35 @@ impl Faults {
         let found = text.and_then(number);
         if found.is_none() {
             self.count(cell, line);
+        } else if !self.has_fraction {
+            self.see_sign(cell, line);
         }
         found
+    }
+
+    /// Looks whether the number may have its thousands grouped.
+    fn see_sign(&mut self, cell: &[u8], line: u64) {
+        let Some(at) = cell.iter().position(|it| matches!(it, b'.' | b',')) else {
+            self.has_whole |= cell.iter().all(|it| it.is_ascii_digit() || *it == b'-');
+            return;
+        };
+        let (whole, part) = (
+            cell[..at].strip_prefix(b"-").unwrap_or(&cell[..at]),
+            &cell[at + 1..],
+        );
+        let is_group = (1..=3).contains(&whole.len()) && whole[0] != b'0';
+        if is_group && part.len() == 3 && part.iter().all(u8::is_ascii_digit) {
+            let text = || (String::from_utf8_lossy(cell).into_owned(), line);
+            self.grouped.get_or_insert_with(text);
+        } else {
+            self.has_fraction = true;
+        }
+    }
+
+    /// A number that may be a thousand times as large.
+    fn doubtful(&self) -> Option<&(String, u64)> {
+        let is_doubtful = self.has_whole && !self.has_fraction;
+        self.grouped.as_ref().filter(|_| is_doubtful)
     }
 
     /// Counts a cell on that line.
@@ -824,20 +863,6 @@ impl Faults {
         }
         let parts = parts.join(", ");
         (!parts.is_empty()).then(|| format!("'{column}': of {rows} cells {parts}"))
-    }
-}
-
-/// The name and the unit of a column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT`.
-pub(crate) fn with_unit(column: &str) -> (&str, Option<&str>) {
-    for (open, close) in [('[', ']'), ('(', ')')] {
-        let unclosed = column.strip_suffix(close);
-        if let Some((name, unit)) = unclosed.and_then(|it| it.rsplit_once(open)) {
-            return (name.trim_end(), Some(unit.trim()));
-        }
-    }
-    match column.rsplit_once('_') {
-        Some((name, unit)) if !name.is_empty() && UNITS.contains(&unit) => (name, Some(unit)),
-        _ => (column, None),
     }
 }
 

@@ -53,7 +53,7 @@ impl Grid {
     }
 
     /// The same, from so many instants earlier on.
-    pub(crate) fn from_before(self, instants: i64) -> Self {
+    pub(crate) fn reaching_back(self, instants: i64) -> Self {
         Self {
             first: self.first.saturating_sub(instants),
             ..self

@@ -22,15 +22,15 @@ const EVERY: u64 = 10;
 const MOST_NUMBERS: usize = 32;
 
 /// The things that a signal's numbers were of.
-#[derive(Clone, Debug, Default)]
-pub struct Identity {
+#[derive(Debug, Default)]
+pub(crate) struct Identity {
     messages: u64,
     /// From the message inwards.
     levels: Vec<Level>,
 }
 
 /// A message or an element on the way to the number.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 struct Level {
     /// The steps of the path that lead there.
     steps: usize,
@@ -42,16 +42,15 @@ struct Level {
 }
 
 impl Identity {
-    /// Whether there was a number at all.
-    #[must_use]
-    pub fn is_known(&self) -> bool {
-        self.messages > 0
-    }
-
     /// Takes what number `index` of a message is of.
-    pub fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
+    pub(crate) fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
         self.messages += 1;
         for (place, (steps, name)) in decoder.identity(index, values).enumerate() {
+            if name.contains(|sign: char| sign.is_control() || sign == char::REPLACEMENT_CHARACTER)
+            {
+                // A damaged message's.
+                continue;
+            }
             let Some(level) = self.levels.get_mut(place) else {
                 self.levels.push(Level {
                     steps,
@@ -82,7 +81,7 @@ impl Identity {
     ///
     /// # Errors
     /// When the numbers are now of one thing, now of another, with the signals to choose from.
-    pub fn judge(&self, signal: &Signal) -> Result<Option<String>> {
+    pub(crate) fn judge(&self, signal: &Signal) -> Result<Option<String>> {
         let often = |count: u64| count > RENAMED && count.saturating_mul(SELDOM) > self.messages;
         for level in self.levels.iter().filter(|it| it.changes > 0) {
             // A name that is met once is a message's number, or damage.

@@ -1,11 +1,10 @@
 #![doc = include_str!("../README.md")]
 //!
 //! ```text
-//! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
-//! - [`Identity`]: whether a signal is of one frame, joint or motor throughout.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -13,7 +12,9 @@
 //!
 //! Inside: `clock` makes one time of stamps that go back, `gridder` puts samples on the grid.
 
+mod ahead;
 mod align;
+mod alog;
 mod bag_source;
 mod bag_types;
 mod channel;
@@ -23,12 +24,16 @@ mod csv_cell;
 mod csv_form;
 mod csv_source;
 mod csv_time;
+mod dataflash;
 mod decimation;
 mod error;
 mod gridder;
 mod identity;
 mod joined_tables;
 mod live_grid;
+mod log_message;
+mod log_source;
+mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
@@ -44,6 +49,7 @@ mod time_unit;
 mod timing;
 mod ulog;
 mod ulog_source;
+mod unit_name;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
@@ -53,9 +59,9 @@ pub use channel::{Change, Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
-pub use identity::Identity;
 pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
+pub use log_source::{LogKind, LogSource};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,

@@ -279,16 +279,20 @@ fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
 /// Questions a unit of time that nobody named.
 fn check_unit(resampled: &Resampled, reading: &mut Reading) {
     let rate = 1.0 / resampled.record.sample_time;
-    let (how, is_doubtful) = match reading.unit {
+    let (how, is_doubtful) = match reading.unit.known {
         Known::Likely(how) => (how, true),
         Known::Assumed if !PLAUSIBLE.contains(&rate) => ("", true),
         Known::Assumed if rate <= SLOW => ("", false),
         _ => return,
     };
-    let unit = if how.is_empty() { "s" } else { "us" };
+    let how = match how {
+        "" => String::new(),
+        how => format!(", {how},"),
+    };
     let told = format!(
-        "nobody names the unit of the times: read as {unit}{}{how} they give {rate:.3e} Hz (--time-unit names another)",
-        if how.is_empty() { "" } else { ", " }
+        "nobody names the unit of the times: in {}{how} the rate is {} Hz (--time-unit names it)",
+        reading.unit.unit.described().0,
+        number(rate)
     );
     match is_doubtful {
         true => reading.clock.push(told),

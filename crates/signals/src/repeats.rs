@@ -9,8 +9,8 @@ const MOST: f64 = 0.85;
 /// The share of new values that are like no other: a switch has few.
 const DISTINCT: f64 = 0.5;
 
-/// How many rows a value stands for, if each is repeated as often: at least 2.
-pub(crate) fn rows_per_sample(values: &[f64]) -> Option<usize> {
+/// How many rows a value stands for on the mean, if each is repeated as often, one row more or less.
+pub(crate) fn rows_per_sample(values: &[f64]) -> Option<f64> {
     let mut changes = vec![];
     for (row, pair) in values.windows(2).enumerate() {
         if pair[0] != pair[1] {
@@ -23,30 +23,31 @@ pub(crate) fn rows_per_sample(values: &[f64]) -> Option<usize> {
     }
     let middle = runs.len() / 2;
     let rows = *runs.select_nth_unstable(middle).1;
-    let usual = runs
-        .iter()
-        .filter(|it| it.abs_diff(rows) <= usize::from(rows > 2));
-    if rows < 2 || (usual.count() as f64) < MOST * runs.len() as f64 {
+    let usual: Vec<usize> = (runs.iter().copied())
+        .filter(|it| *it > 1 && it.abs_diff(rows) <= 1)
+        .collect();
+    if rows < 2 || (usual.len() as f64) < MOST * runs.len() as f64 {
         return None;
     }
+    let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
     let mut levels: Vec<f64> = changes.iter().map(|row| values[*row]).collect();
     levels.sort_unstable_by(f64::total_cmp);
     levels.dedup();
-    (levels.len() as f64 >= DISTINCT * changes.len() as f64).then_some(rows)
+    (levels.len() as f64 >= DISTINCT * changes.len() as f64).then_some(mean)
 }
 
 /// Leaves repeats out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Repeats {
-    /// Rows that a value stands for.
-    pub(crate) rows: usize,
+    /// Rows that a value stands for, on the mean.
+    pub(crate) rows: f64,
     last: Option<f64>,
     /// Rows since then.
     since: usize,
 }
 
 impl Repeats {
-    pub(crate) fn new(rows: usize) -> Self {
+    pub(crate) fn new(rows: f64) -> Self {
         Self {
             rows,
             last: None,
@@ -57,7 +58,7 @@ impl Repeats {
     /// Whether the row repeats the sample before. A sensor may measure the same value again.
     pub(crate) fn is_one(&mut self, value: f64) -> bool {
         self.since += 1;
-        if self.last == Some(value) && self.since < self.rows + usize::from(self.rows > 2) {
+        if self.last == Some(value) && (self.since as f64) < self.rows.ceil() {
             return true;
         }
         (self.last, self.since) = (Some(value), 0);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::{Result, SourceError};
-use crate::time_unit::Known;
+use crate::time_unit::JudgedUnit;
 use serde::Serialize;
 
 /// The clock whose stamps are taken.
@@ -78,9 +78,9 @@ pub struct Reading {
     pub clock: Vec<String>,
     /// Whether the times may be wrong as a whole.
     pub is_time_doubtful: bool,
-    /// How the unit of the times is known.
+    /// The unit of the times, and how it is known.
     #[serde(skip)]
-    pub(crate) unit: Known,
+    pub(crate) unit: JudgedUnit,
     /// By topic, how long after its own stamp the recorder received a message: the median, s.
     pub latencies: BTreeMap<String, f64>,
     /// Of each signal that was asked for without the unit in its column's name, that name.

@@ -225,7 +225,7 @@ impl Resampler {
         let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
         let grid = Grid::new(anchor.unwrap_or(0), step).within(&self.options.window);
         // What an input does before the window acts in it.
-        let grid_of_inputs = grid.clone().from_before(LONGEST_PAST as i64);
+        let grid_of_inputs = grid.clone().reaching_back(LONGEST_PAST as i64);
         let tracks = intervals
             .iter()
             .zip(sieves)

@@ -24,7 +24,7 @@ impl Sieve {
     pub(crate) fn find(samples: &mut [(i64, f64)], is_output: bool, unwrap: Unwrap) -> Self {
         samples.sort_by_key(|it| it.0);
         let stamps: Vec<i64> = samples.iter().map(|it| it.0).collect();
-        let bursts = Bursts::find(&stamps);
+        let bursts = Bursts::find(&stamps).or_else(|| Bursts::in_steps(&stamps));
         let mut interval = match bursts {
             Some(bursts) => bursts.interval,
             None => interval(&stamps),
@@ -34,7 +34,7 @@ impl Sieve {
             .filter(|_| is_output)
             .map(Repeats::new);
         if let Some(repeats) = &repeats {
-            interval *= repeats.rows as f64;
+            interval *= repeats.rows;
         }
         Self {
             interval,
@@ -47,10 +47,15 @@ impl Sieve {
 
     /// What was done to the samples.
     pub(crate) fn changes(&self) -> Vec<Change> {
-        let spread = self.bursts.map(|it| Change::Spread {
-            samples: it.samples(),
-            period: it.period * 1e-9,
-            share_a_stamp: it.share_a_stamp,
+        let spread = self.bursts.map(|it| match it.samples() > 1.0 {
+            true => Change::Spread {
+                samples: it.samples(),
+                period: it.period * 1e-9,
+                share_a_stamp: it.share_a_stamp,
+            },
+            false => Change::Rounded {
+                step: it.period * 1e-9,
+            },
         });
         let repeats = self
             .repeats

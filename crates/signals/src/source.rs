@@ -1,4 +1,4 @@
-//! The sources of samples: a bag, whole or split, a CSV file, a PX4 log, or columns in memory.
+//! The sources of samples: a bag, whole or split, tables, a log of a vehicle, or columns in memory.
 //!
 //! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
@@ -10,13 +10,15 @@ use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
 use crate::joined_tables::JoinedTables;
+use crate::log_source::{LogKind, LogSource};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
 
 /// Where data lies, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, a table (.csv, .tsv, .txt or .dat), or a PX4 log (.ulg).
+    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, tables (.csv, .tsv, .txt, .dat, .lvm), or
+    /// a log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog).
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
@@ -92,19 +94,14 @@ const FOREIGN: &[Foreign] = &[
         command: "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
     },
     Foreign {
-        endings: &["tlog"],
-        kind: "a telemetry log of MAVLink",
-        command: "mavlogdump.py --types ATTITUDE --format csv FILE > NEW.csv",
-    },
-    Foreign {
-        endings: &["bin"],
-        kind: "a log of ArduPilot",
-        command: "mavlogdump.py --types ATT --format csv FILE > NEW.csv",
-    },
-    Foreign {
         endings: &["bag"],
         kind: "a bag of ROS 1",
         command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
+    },
+    Foreign {
+        endings: &["active"],
+        kind: "a bag of ROS 1 that was not closed",
+        command: "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
     },
 ];
 
@@ -139,6 +136,8 @@ pub enum Source {
     Tables(JoinedTables),
     /// A PX4 log.
     Ulog(UlogSource),
+    /// A log of ArduPilot, MAVLink or MOOS.
+    Log(LogSource),
     /// Columns in memory.
     Columns(ColumnSource),
 }
@@ -156,7 +155,8 @@ impl Source {
             return Err(SourceError::Data(kind.remedy(path)));
         }
         let is_csv = |path: &PathBuf| is_table(path);
-        let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
+        let is_log =
+            |path: &PathBuf| ends_in(path, &["ulg", "ulog"]) || LogKind::of(path).is_some();
         match &data.paths[..] {
             paths @ [first, others @ ..] if paths.iter().all(is_csv) => {
                 if data.stamp.is_some() {
@@ -169,13 +169,16 @@ impl Source {
                     _ => Self::Tables(JoinedTables::open(paths, &data.time)?),
                 })
             }
-            [path] if is_ulog(path) => {
+            [path] if is_log(path) => {
                 if data.stamp.is_some() || data.time != TableTime::default() {
-                    return Err(SourceError::Request("a ULog has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
+                    return Err(SourceError::Request("a log has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
                 }
-                Ok(Self::Ulog(UlogSource::open(path)?))
+                Ok(match LogKind::of(path) {
+                    Some(kind) => Self::Log(LogSource::open(path, kind)?),
+                    None => Self::Ulog(UlogSource::open(path)?),
+                })
             }
-            paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => Err(SourceError::Request(
+            paths if paths.iter().any(|it| is_csv(it) || is_log(it)) => Err(SourceError::Request(
                 "tables are joined with tables only, and a log stands alone: no bag or log is taken beside them".to_owned(),
             )),
             _ if data.time != TableTime::default() => Err(SourceError::Request(
@@ -195,6 +198,7 @@ impl Source {
             Self::Csv(table) => table.bytes(),
             Self::Tables(tables) => tables.bytes(),
             Self::Ulog(log) => log.bytes(),
+            Self::Log(log) => log.bytes(),
             Self::Columns(_) => 0,
         }
     }
@@ -203,7 +207,7 @@ impl Source {
     #[must_use]
     pub fn sample_time(&self) -> Option<f64> {
         match self {
-            Self::Bag(_) | Self::Ulog(_) => None,
+            Self::Bag(_) | Self::Ulog(_) | Self::Log(_) => None,
             Self::Csv(table) => table.sample_time(),
             Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
@@ -225,6 +229,7 @@ impl Source {
             Self::Csv(table) => table.read(requests, take, progress),
             Self::Tables(tables) => tables.read(requests, take, progress),
             Self::Ulog(log) => log.read(requests, take, progress),
+            Self::Log(log) => log.read(requests, take, progress),
             Self::Columns(columns) => columns.read(requests, take),
         }
     }

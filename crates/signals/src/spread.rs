@@ -4,6 +4,8 @@
 //! then receives several at once: they belong before their stamp. Of either, the number per burst and the time between bursts give
 //! the interval; stamps from one sample to the next do not.
 
+use std::collections::BTreeMap;
+
 /// Stamps nearer than this, in mean intervals, are of one burst.
 const TOGETHER: f64 = 0.2;
 
@@ -16,6 +18,19 @@ const FEWEST: usize = 4;
 /// A time of so many usual ones between two bursts is a gap.
 const GAP: f64 = 3.0;
 
+/// Stamps from which steps are found, and the interval up to which they matter, in steps.
+const FEWEST_IN_STEPS: usize = 50;
+const SLOWEST: f64 = 8.0;
+
+/// Stamps that are cut to steps lie within so many of an even time through the first and the last, and fewer than this share of
+/// their intervals are equal.
+const EVEN: f64 = 2.1;
+const MOSTLY_EVEN: f64 = 0.9;
+
+/// Long intervals are no gaps where they are more than this share of all, or differ by less than this factor.
+const MANY: f64 = 0.05;
+const ALIKE: f64 = 2.0;
+
 /// How samples come in bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bursts {
@@ -27,27 +42,34 @@ pub(crate) struct Bursts {
     pub(crate) share_a_stamp: bool,
     /// From the first burst's stamp to the first sample, ns.
     first: f64,
+    /// Stamps nearer than this are of one burst, ns.
+    together: f64,
 }
 
 /// The mean interval of sorted stamps without gaps, ns; 0 for none.
 pub(crate) fn mean_interval(stamps: &[i64]) -> f64 {
-    let intervals = || stamps.windows(2).map(|pair| (pair[1] - pair[0]) as f64);
-    let mean = |longest: f64| {
-        let (sum, count) = intervals()
-            .filter(|it| *it <= longest)
-            .fold((0.0, 0_usize), |(sum, count), it| (sum + it, count + 1));
-        if count == 0 { 0.0 } else { sum / count as f64 }
-    };
-    // Bursts' own pauses are no gaps: the median of what is at least the mean tells of them.
-    let mut long: Vec<f64> = intervals()
-        .filter(|it| *it >= mean(f64::INFINITY))
+    let mut intervals: Vec<f64> = (stamps.windows(2))
+        .map(|pair| (pair[1] - pair[0]) as f64)
         .collect();
-    if long.is_empty() {
-        return 0.0;
+    intervals.sort_unstable_by(f64::total_cmp);
+    // What is longer than the mean is the pauses of bursts, if there are many or all are alike; else gaps.
+    loop {
+        let mean = intervals.iter().sum::<f64>() / intervals.len().max(1) as f64;
+        let long = &intervals[intervals.partition_point(|it| *it < mean)..];
+        let (Some(least), Some(most)) = (
+            long.get(long.len() / 10),
+            long.get((long.len() * 9 / 10).min(long.len().saturating_sub(1))),
+        ) else {
+            return mean;
+        };
+        let are_many = long.len() as f64 > MANY * intervals.len() as f64;
+        if are_many || (long.len() >= FEWEST && *most < ALIKE * least) {
+            let longest = GAP * long[long.len() / 2];
+            intervals.retain(|it| *it <= longest);
+            return intervals.iter().sum::<f64>() / intervals.len() as f64;
+        }
+        intervals.truncate(intervals.len() - long.len());
     }
-    let middle = long.len() / 2;
-    let usual = *long.select_nth_unstable_by(middle, f64::total_cmp).1;
-    mean(GAP * usual)
 }
 
 impl Bursts {
@@ -104,6 +126,37 @@ impl Bursts {
             period,
             share_a_stamp,
             first,
+            together,
+        })
+    }
+
+    /// Samples that come one by one, with stamps in whole steps of a clock that is as slow as they are: stamps of whole
+    /// milliseconds 400 times a second. They keep to the steps of an even time, which rows that are left out do not.
+    pub(crate) fn in_steps(stamps: &[i64]) -> Option<Self> {
+        let steps = || stamps.windows(2).map(|it| it[1] - it[0]);
+        let step = steps().fold(0, greatest_common_divisor);
+        let [first, .., last] = stamps else {
+            return None;
+        };
+        let interval = (last - first) as f64 / (stamps.len() - 1) as f64;
+        let mut counts: BTreeMap<i64, usize> = BTreeMap::new();
+        steps().for_each(|it| *counts.entry(it).or_default() += 1);
+        let usual = counts.values().copied().max().unwrap_or(0) as f64;
+        let is_even = usual > MOSTLY_EVEN * stamps.len() as f64;
+        let is_slow = interval > SLOWEST * step as f64;
+        if stamps.len() < FEWEST_IN_STEPS || step == 0 || is_slow || is_even {
+            return None;
+        }
+        let off = stamps.iter().enumerate();
+        let off = off.map(|(k, stamp)| (stamp - first) as f64 - k as f64 * interval);
+        let (least, most) = off.fold((0.0_f64, 0.0_f64), |(a, b), it| (a.min(it), b.max(it)));
+        let fits = most - least <= EVEN * step as f64;
+        fits.then_some(Self {
+            interval,
+            period: step as f64,
+            share_a_stamp: true,
+            first: (-least).min(step as f64),
+            together: 0.0,
         })
     }
 
@@ -113,17 +166,32 @@ impl Bursts {
     }
 }
 
+fn greatest_common_divisor(a: i64, b: i64) -> i64 {
+    match b {
+        0 => a,
+        b => greatest_common_divisor(b, a % b),
+    }
+}
+
 /// Samples of one signal, spread as they come: each an interval behind the one before, within what its stamp allows.
 #[derive(Clone, Debug)]
 pub(crate) struct Spreader {
     bursts: Bursts,
-    /// The last sample's time, ns: a whole stamp, and what is added.
+    /// The last sample's stamp, and what is added to it, ns.
     last: Option<(i64, f64)>,
+    /// The stamps of the burst before this and of this, ns.
+    before: Option<i64>,
+    burst: Option<i64>,
 }
 
 impl Spreader {
     pub(crate) fn new(bursts: Bursts) -> Self {
-        Self { bursts, last: None }
+        Self {
+            bursts,
+            last: None,
+            before: None,
+            burst: None,
+        }
     }
 
     /// The time of the next sample.
@@ -132,13 +200,24 @@ impl Spreader {
             interval, period, ..
         } = self.bursts;
         // Relative to the stamp: those of our time are not exact as 64-bit floating point.
+        let relative = |it: i64| it.saturating_sub(stamp) as f64;
+        let is_new = self
+            .last
+            .is_none_or(|it| -relative(it.0) >= self.bursts.together);
+        if is_new {
+            self.before = self.burst.replace(stamp);
+        }
         let expected = match self.last {
-            Some((last, more)) => last.saturating_sub(stamp) as f64 + more + interval,
+            Some((last, more)) => relative(last) + more + interval,
             None => self.bursts.first,
         };
         let since = match self.bursts.share_a_stamp {
             true => expected.min(period - 1.0).max(0.0),
-            false => expected.max(interval - period).min(0.0),
+            // Received at once, they were sent since the burst before.
+            false => {
+                let least = self.before.map_or(-period, relative) + 0.5 * interval;
+                expected.max(least).min(0.0)
+            }
         };
         self.last = Some((stamp, since));
         stamp.saturating_add(since.round() as i64)
@@ -146,6 +225,6 @@ impl Spreader {
 
     /// Nothing is known of the time between what has come and what follows.
     pub(crate) fn begin_anew(&mut self) {
-        self.last = None;
+        (self.last, self.before, self.burst) = (None, None, None);
     }
 }

@@ -57,14 +57,14 @@ impl TimeUnit {
     /// The unit of that name, as the end of a column's name has it.
     pub(crate) fn named(text: &str) -> Option<Self> {
         Some(match text {
-            "s" | "sec" | "secs" | "seconds" => Self::S,
+            "s" | "sec" | "secs" | "second" | "seconds" => Self::S,
             "ms" | "msec" | "msecs" | "millis" | "milliseconds" => Self::Ms,
             "us" | "usec" | "usecs" | "micros" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => {
                 Self::Us
             }
             "ns" | "nsec" | "nanosec" | "nsecs" | "nanoseconds" => Self::Ns,
-            "min" | "mins" | "minutes" => Self::Min,
-            "h" | "hr" | "hrs" | "hours" => Self::H,
+            "min" | "mins" | "minute" | "minutes" => Self::Min,
+            "h" | "hr" | "hrs" | "hour" | "hours" => Self::H,
             "d" | "day" | "days" => Self::D,
             _ => return None,
         })
@@ -126,12 +126,15 @@ pub(crate) const LOOKED_AT: usize = 500;
 /// Whole numbers whose usual step is at least this are no seconds, unless all are whole minutes.
 const NO_SECONDS: f64 = 1000.0;
 
+/// Whole numbers with such steps and longer ones may be milliseconds.
+const MILLISECONDS: f64 = 10.0;
+
 /// Steps that are plainly microseconds, and from which on they are nanoseconds.
 const MICROSECONDS: (f64, f64) = (5e3, 2e5);
 const NANOSECONDS: f64 = 2e6;
 
 /// The unit of times.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct JudgedUnit {
     pub(crate) unit: TimeUnit,
     pub(crate) known: Known,
@@ -236,6 +239,12 @@ pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
         };
     }
     let are_minutes = numbers.iter().all(|it| it % 60.0 == 0.0);
+    if (MILLISECONDS..NO_SECONDS).contains(&step) && !are_minutes {
+        return is(
+            TimeUnit::S,
+            Known::Likely("though milliseconds have such steps"),
+        );
+    }
     if step < NO_SECONDS || are_minutes {
         return assumed;
     }
@@ -314,6 +323,13 @@ mod tests {
             ),
             (0.0, 0.05, TimeUnit::S, Known::Assumed),
             (0.0, 60.0, TimeUnit::S, Known::Assumed),
+            (0.0, 9.0, TimeUnit::S, Known::Assumed),
+            (
+                0.0,
+                50.0,
+                TimeUnit::S,
+                Known::Likely("though milliseconds have such steps"),
+            ),
         ] {
             let judged = judged(&times(first, step));
             assert_eq!((judged.unit, judged.known), (unit, known), "{first} {step}");

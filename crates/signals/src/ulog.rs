@@ -6,7 +6,9 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io;
+
+use crate::ahead::Ahead;
 
 /// The first bytes of a log; a version and a time follow.
 const MAGIC: &[u8] = b"ULog\x01\x12\x35";
@@ -38,73 +40,113 @@ pub(crate) enum Message<'a> {
     Other,
 }
 
+/// The kinds of messages that the format has.
+const KINDS: &[u8] = b"BFIMPQARDLCSO";
+
+/// Messages that must follow each other where a log is found again behind damage.
+const FOLLOWING: usize = 3;
+
 /// The messages of a log, from the first.
 pub(crate) struct Messages {
-    file: BufReader<File>,
-    position: u64,
+    file: Ahead,
     /// Where data was appended after a crash; the message before may be cut off.
     appended: Vec<u64>,
     buffer: Vec<u8>,
+    /// Bytes that are of no message.
+    pub(crate) damaged: u64,
 }
 
 impl Messages {
     /// The messages of a log; `None` if the file is none.
     pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
-        let mut messages = Self {
-            file: BufReader::new(file),
-            position: 0,
+        let mut file = Ahead::of(file);
+        let head = file.bytes(HEADER)?;
+        let is_log = head.len() >= HEADER && head.starts_with(MAGIC);
+        file.pass(HEADER);
+        Ok(is_log.then_some(Self {
+            file,
             appended: Vec::new(),
             buffer: Vec::new(),
-        };
-        let is_log = messages.fill(HEADER)? && messages.buffer.starts_with(MAGIC);
-        Ok(is_log.then_some(messages))
+            damaged: 0,
+        }))
     }
 
     /// The bytes that have been read.
     pub(crate) fn position(&self) -> u64 {
-        self.position
-    }
-
-    /// Reads so many bytes; returns whether they are there.
-    fn fill(&mut self, count: usize) -> io::Result<bool> {
-        self.buffer.clear();
-        let taken = (&mut self.file)
-            .take(count as u64)
-            .read_to_end(&mut self.buffer)?;
-        self.position += taken as u64;
-        Ok(taken == count)
+        self.file.position()
     }
 
     /// The next message; `None` at the end. An error of the kind `UnexpectedEof` says that the log is cut off.
     pub(crate) fn next(&mut self) -> io::Result<Option<Message<'_>>> {
-        let cut = || io::Error::from(io::ErrorKind::UnexpectedEof);
         let kind = loop {
-            let start = self.position;
-            let is_whole = self.fill(3)?;
-            let [low, high, kind] = self.buffer[..] else {
-                return match is_whole || !self.buffer.is_empty() {
-                    true => Err(cut()),
-                    false => Ok(None),
-                };
-            };
-            let count = usize::from(u16::from_le_bytes([low, high]));
-            let behind = self.position + count as u64;
-            let appended = self.appended.iter().copied();
-            if let Some(next) = appended.filter(|it| start < *it && *it < behind).min() {
-                self.file.seek(SeekFrom::Start(next))?;
-                self.position = next;
-                continue;
+            let start = self.file.position();
+            let bytes = self.file.bytes(2 * 3 + LONGEST)?;
+            if bytes.is_empty() {
+                return Ok(None);
             }
-            if !self.fill(count)? {
-                return Err(cut());
+            if let Some((count, kind)) = header(bytes) {
+                let behind = start + (3 + count) as u64;
+                let appended = self.appended.iter().copied();
+                if let Some(next) = appended.filter(|it| start < *it && *it < behind).min() {
+                    self.file.pass((next - start) as usize);
+                    continue;
+                }
+                // Kinds that are not known yet are letters too.
+                if follow(bytes, 1, &|kind| kind.is_ascii_uppercase()) {
+                    self.buffer.clear();
+                    self.buffer.extend_from_slice(&bytes[3..3 + count]);
+                    self.file.pass(3 + count);
+                    break kind;
+                }
             }
-            break kind;
+            if !self.find_again()? {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+            self.damaged += self.file.position() - start;
         };
         if kind == b'B' {
             self.appended = appended(&self.buffer);
         }
         Ok(Some(message(kind, &self.buffer).unwrap_or(Message::Other)))
     }
+
+    /// Goes on to where messages follow each other again; returns whether they do.
+    fn find_again(&mut self) -> io::Result<bool> {
+        loop {
+            self.file.pass(1);
+            let bytes = self.file.bytes(FOLLOWING * (3 + LONGEST) + 3)?;
+            if bytes.is_empty() {
+                return Ok(false);
+            }
+            if follow(bytes, FOLLOWING, &|kind| KINDS.contains(&kind)) {
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// The length and the kind of a message.
+fn header(bytes: &[u8]) -> Option<(usize, u8)> {
+    let [low, high, kind, ..] = *bytes else {
+        return None;
+    };
+    Some((usize::from(u16::from_le_bytes([low, high])), kind))
+}
+
+/// Whether so many whole messages of such kinds stand there, and the beginning of another behind them, or the end.
+fn follow(bytes: &[u8], count: usize, is_kind: &dyn Fn(u8) -> bool) -> bool {
+    let mut rest = bytes;
+    for _ in 0..count {
+        let next = header(rest).filter(|it| is_kind(it.1));
+        let Some(behind) = next.and_then(|(count, _)| rest.get(3 + count..)) else {
+            return false;
+        };
+        rest = behind;
+        if rest.is_empty() {
+            return true;
+        }
+    }
+    header(rest).is_none_or(|it| is_kind(it.1))
 }
 
 /// Where data was appended, as the flags say.

@@ -1,7 +1,8 @@
 //! Samples from a PX4 log (ULog, `.ulg`).
 //!
 //! A topic is what PX4 calls a message; its second instance is `NAME_1`, and so on. Stamps are those of the messages, since the
-//! vehicle's start. A log that is cut off, as one is after a crash, is read up to the cut.
+//! vehicle's start. A log that is cut off, as one is after a crash, is read up to the cut; where one is
+//! damaged, it is read on behind.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -160,6 +161,7 @@ impl UlogSource {
                 Err(error) => return Err(unreadable(error)),
             }
         }
+        told.damaged = messages.damaged;
         Ok(told)
     }
 
@@ -232,6 +234,12 @@ impl UlogSource {
         if told.is_cut {
             notes.push("the log is cut off".to_owned());
         }
+        if told.damaged > 0 {
+            notes.push(format!(
+                "the log is damaged: {} bytes are of no message and are passed over",
+                told.damaged
+            ));
+        }
         if told.dropouts > 0 {
             notes.push(format!(
                 "the logger dropped messages {} times, for {:.3} s in all",
@@ -265,6 +273,8 @@ struct Data<'a> {
 #[derive(Default)]
 struct Told {
     is_cut: bool,
+    /// Bytes of no message.
+    damaged: u64,
     dropouts: u64,
     /// ms.
     lost: u64,

@@ -4,15 +4,17 @@
 //! - [`content`]: what a page says, without the scripts that draw it.
 //! - [`allocations`]: a run that takes no memory from the heap.
 //! - [`mcap`]: MCAP files put together byte by byte, so that they may lie.
-//! - [`ulog`]: a PX4 log, likewise.
+//! - [`ulog`], [`dataflash`], [`telemetry`]: logs of PX4, ArduPilot and MAVLink, likewise.
 //! - [`hostile`]: bags, schemas, payloads, tables and YAML made to hurt, the same for every layer that reads them, and
 //!   [`hostile::mutated`] bytes.
 
 #![allow(clippy::unwrap_used)]
 
 pub mod allocations;
+pub mod dataflash;
 pub mod hostile;
 pub mod mcap;
+pub mod telemetry;
 pub mod ulog;
 
 /// Checks that a number is within `tolerance` of the expected one.

@@ -228,14 +228,14 @@ fn a_record_that_begins_in_motion_gives_the_same_vehicle() {
             start: InitialState::Estimated,
             ..Structure::of_order(1)
         };
-        let runs = vec![Run {
+        let record = Run {
             inputs: &inputs[45..],
             outputs: &outputs[45..],
             ..Run::default()
-        }];
-        let problem = Problem::new(structure, SAMPLE_TIME, runs).unwrap();
+        };
+        let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).unwrap();
         let found = VehicleSearch { vehicle: known }.fit(&problem).unwrap();
-        let simulated = found.simulate(0, &inputs[45..]);
+        let simulated = found.simulate(0, record);
         for (found, truth) in found.physical.unwrap().values.iter().zip(truth) {
             let off = (found / truth - 1.0).abs();
             assert!(off < 1e-4, "{}: {found} {truth}", run.name());

@@ -1,0 +1,428 @@
+//! Samples from logs of vehicles: ArduPilot's DataFlash (`.bin`), telemetry of MAVLink (`.tlog`), MOOS (`.alog`).
+//!
+//! A topic is what the log calls a message or variable. Where several senders or instances have one, it is told which: `IMU[0]`, or
+//! `ATTITUDE[1.1]` of the system and the component. Each format has a [`LogReader`]; what is damaged is passed over and noted.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use planesman_text::did_you_mean;
+
+use crate::alog::Alog;
+use crate::dataflash::DataFlash;
+use crate::error::{Result, SourceError};
+use crate::log_message::{LogMessage, LogReader, VALUE};
+use crate::mavlink::Telemetry;
+use crate::request::{Reading, Request, Role, Take, distinct};
+
+/// Topics, and fields of one, at most.
+const TOPICS: usize = 1000;
+const FIELDS: usize = 1000;
+
+/// Names that are listed in an error at most.
+const LISTED: usize = 20;
+
+/// The interval of progress reports, in messages.
+const PROGRESS_INTERVAL: u64 = 4096;
+
+/// The kind of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogKind {
+    /// ArduPilot's `.bin`.
+    DataFlash,
+    /// MAVLink's `.tlog`.
+    Telemetry,
+    /// MOOS' `.alog`.
+    Moos,
+}
+
+impl LogKind {
+    /// The kind of a file, by its ending.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match ending.as_str() {
+            "bin" => Self::DataFlash,
+            "tlog" => Self::Telemetry,
+            "alog" => Self::Moos,
+            _ => return None,
+        })
+    }
+}
+
+/// Topic and labels, as the log has them.
+type Key = (String, [String; 2]);
+
+/// A signal of a topic: the labels, its number, its field, and where that was found before.
+type Wanted<'a> = (&'a [String; 2], usize, &'a String, usize);
+
+/// A log.
+#[derive(Clone, Debug)]
+pub struct LogSource {
+    path: PathBuf,
+    bytes: u64,
+    kind: LogKind,
+    /// Fields by topic.
+    topics: BTreeMap<String, (Key, Vec<String>)>,
+    notes: Vec<String>,
+}
+
+impl LogSource {
+    /// Reads the topics of the log of that kind at `path`.
+    ///
+    /// # Errors
+    /// A line with the path: no file, no log of its kind, no message.
+    pub fn open(path: &Path, kind: LogKind) -> Result<Self> {
+        let name = path.display();
+        // Asked before it is opened: a pipe would be waited for.
+        let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
+        if !about.is_file() {
+            return Err(SourceError::Data(format!("{name} is not a regular file")));
+        }
+        let mut source = Self {
+            path: path.to_owned(),
+            bytes: about.len(),
+            kind,
+            topics: BTreeMap::new(),
+            notes: Vec::new(),
+        };
+        let mut found: BTreeMap<Key, (Vec<String>, BTreeSet<String>)> = BTreeMap::new();
+        let mut last: BTreeMap<Key, Rc<[String]>> = BTreeMap::new();
+        source.notes = source.each(&mut |message, _| {
+            let key = (message.topic.clone(), message.labels.clone());
+            if found.len() >= TOPICS && !found.contains_key(&key) {
+                return true;
+            }
+            // Those of the message before are known.
+            if last
+                .get(&key)
+                .is_some_and(|it| Rc::ptr_eq(it, &message.names))
+            {
+                return true;
+            }
+            let (names, known) = found.entry(key.clone()).or_default();
+            for name in &*message.names {
+                if names.len() < FIELDS && known.insert(name.clone()) {
+                    names.push(name.clone());
+                }
+            }
+            last.insert(key, Rc::clone(&message.names));
+            true
+        })?;
+        if found.is_empty() {
+            return Err(SourceError::Data(format!(
+                "{name}: the log holds no message with a time and a number{}",
+                source.told()
+            )));
+        }
+        // A label is told where the topic has several.
+        let mut several: BTreeMap<&String, [BTreeSet<&String>; 2]> = BTreeMap::new();
+        for (topic, labels) in found.keys() {
+            let sets = several.entry(topic).or_default();
+            sets.iter_mut().zip(labels).for_each(|(set, label)| {
+                set.insert(label);
+            });
+        }
+        let shown = |(topic, labels): &Key| {
+            let told = labels
+                .iter()
+                .zip(&several[topic])
+                .filter(|(_, set)| set.len() > 1);
+            let told: Vec<&str> = told.map(|(label, _)| label.as_str()).collect();
+            match told[..] {
+                [] => topic.clone(),
+                _ => format!("{topic}[{}]", told.join(",")),
+            }
+        };
+        let topics = found
+            .iter()
+            .map(|(key, (names, _))| (shown(key), (key.clone(), names.clone())));
+        source.topics = topics.collect();
+        Ok(source)
+    }
+
+    /// The notes of opening it, behind a colon.
+    fn told(&self) -> String {
+        match &self.notes[..] {
+            [] => String::new(),
+            notes => format!("; {}", notes.join("; ")),
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its size.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// What the log is.
+    #[must_use]
+    pub fn type_name(&self) -> &'static str {
+        match self.kind {
+            LogKind::DataFlash => "DataFlash",
+            LogKind::Telemetry => "MAVLink",
+            LogKind::Moos => "MOOS",
+        }
+    }
+
+    /// The names of its topics.
+    pub fn topics(&self) -> impl Iterator<Item = &String> {
+        self.topics.keys()
+    }
+
+    /// Requests for every field of a topic.
+    #[must_use]
+    pub fn requests(&self, topic: &str) -> Vec<Request> {
+        let fields = self.topics.get(topic).into_iter().flat_map(|it| &it.1);
+        let request = |field: &String| Request {
+            name: format!("{topic}:{field}"),
+            role: Role::Output,
+        };
+        fields.map(request).collect()
+    }
+
+    /// Calls `take` with all messages, and where they end, until it returns false; returns what could not be read.
+    fn each(&self, take: &mut dyn FnMut(&LogMessage, u64) -> bool) -> Result<Vec<String>> {
+        let unreadable = SourceError::unreadable(&self.path);
+        let file = File::open(&self.path).map_err(unreadable)?;
+        let mut reader: Box<dyn LogReader> = match self.kind {
+            LogKind::DataFlash => match DataFlash::of(file).map_err(unreadable)? {
+                Some(log) => Box::new(log),
+                None => {
+                    let name = self.path.display();
+                    return Err(SourceError::Data(format!(
+                        "{name} is no DataFlash log of ArduPilot: it does not begin with A3 95 80"
+                    )));
+                }
+            },
+            LogKind::Telemetry => Box::new(Telemetry::of(file)),
+            LogKind::Moos => Box::new(Alog::of(file)),
+        };
+        let mut message = LogMessage::default();
+        while reader.next(&mut message).map_err(unreadable)? {
+            if !take(&message, reader.position()) {
+                break;
+            }
+        }
+        Ok(reader.notes())
+    }
+
+    /// The topic and the field of a request.
+    fn find(&self, request: &Request) -> Result<(&Key, String)> {
+        let name = &request.name;
+        let (topic, field) = name.split_once(':').unwrap_or((name, VALUE));
+        let listed = |names: Vec<&str>| match names.len() {
+            0..=LISTED => names.join(", "),
+            more => format!("{} and {} more", names[..LISTED].join(", "), more - LISTED),
+        };
+        let names = || self.topics.keys().map(String::as_str);
+        let Some((key, fields)) = self.topics.get(topic) else {
+            let is_of_it = |it: &&str| it.strip_prefix(topic).is_some_and(|it| it.starts_with('['));
+            let of_it: Vec<&str> = names().filter(is_of_it).collect();
+            let bare = topic
+                .split('[')
+                .next()
+                .filter(|it| *it != topic && self.topics.contains_key(*it));
+            return Err(SourceError::Request(match (&of_it[..], bare) {
+                ([], Some(bare)) => {
+                    format!("{name}: the log has but one '{bare}'; write {bare}:{field}")
+                }
+                ([], None) => format!(
+                    "{name}: the log has no such topic; it has {}{}{}",
+                    listed(names().collect()),
+                    did_you_mean(topic, names()),
+                    self.told()
+                ),
+                (several, _) => format!(
+                    "{name}: the log has several of it: {}; name one",
+                    listed(several.to_vec())
+                ),
+            }));
+        };
+        if !fields.iter().any(|it| it == field) {
+            let fields = || fields.iter().map(String::as_str);
+            return Err(SourceError::Request(format!(
+                "{name}: {topic} has no field '{field}'; it has {}{}",
+                listed(fields().collect()),
+                did_you_mean(field, fields())
+            )));
+        }
+        Ok((key, field.to_owned()))
+    }
+
+    /// Hands every sample of the signals to `take`.
+    ///
+    /// # Errors
+    /// A signal that is not there, or a log that cannot be read.
+    pub fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let places = requests
+            .iter()
+            .map(|request| self.find(request))
+            .collect::<Result<Vec<_>>>()?;
+        distinct(requests, &places)?;
+        let mut plans: BTreeMap<&str, Vec<Wanted<'_>>> = BTreeMap::new();
+        for (signal, ((topic, labels), field)) in places.iter().enumerate() {
+            let plan = plans.entry(topic).or_default();
+            plan.push((labels, signal, field, 0));
+        }
+        let mut count = 0_u64;
+        let notes = self.each(&mut |message, position| {
+            count += 1;
+            if count.is_multiple_of(PROGRESS_INTERVAL) {
+                progress(position);
+            }
+            let mut more = true;
+            for (labels, signal, field, at) in
+                plans.get_mut(message.topic.as_str()).into_iter().flatten()
+            {
+                if **labels != message.labels {
+                    continue;
+                }
+                if message.names.get(*at) != Some(*field) {
+                    match message.names.iter().position(|it| it == *field) {
+                        Some(place) => *at = place,
+                        None => continue,
+                    }
+                }
+                let value = message.values.get(*at).copied().flatten();
+                more &= take(*signal, message.stamp, value);
+            }
+            more
+        })?;
+        let stamps = match self.kind {
+            LogKind::DataFlash => "of the messages, since the vehicle's start",
+            LogKind::Telemetry => "of the reception of the messages",
+            LogKind::Moos => "of the log, since its start",
+        };
+        Ok(Reading {
+            stamps: stamps.to_owned(),
+            notes,
+            ..Reading::default()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_testing::telemetry::Version;
+    use planesman_testing::{dataflash, hostile, telemetry};
+    use rand::SeedableRng as _;
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    #[test]
+    fn changed_logs_are_read_in_part_or_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let response = [(1.0, 0.5); 40];
+        let moos = "0.0 A p 1.5\n0.1 B p X=1,Y=2\n%% c\n0.2 A p 2\n".repeat(20);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        for (kind, bytes) in [
+            (LogKind::DataFlash, dataflash::log(&response)),
+            (
+                LogKind::Telemetry,
+                telemetry::log(&response, Version::One, 1),
+            ),
+            (
+                LogKind::Telemetry,
+                telemetry::log(&response, Version::Two, 2),
+            ),
+            (LogKind::Moos, moos.into_bytes()),
+        ] {
+            let path = folder.path().join("log");
+            for number in 0..300 {
+                let bytes = match number {
+                    0 => bytes.clone(),
+                    _ => hostile::mutated(&bytes, &mut random),
+                };
+                let longest = bytes.len() as u64;
+                std::fs::write(&path, bytes).unwrap();
+                let Ok(log) = LogSource::open(&path, kind) else {
+                    continue;
+                };
+                let topics: Vec<String> = log.topics().cloned().collect();
+                let requests: Vec<Request> =
+                    topics.iter().flat_map(|it| log.requests(it)).collect();
+                let mut count = 0_u64;
+                let mut take = |signal: usize, _, _| {
+                    assert!(signal < requests.len());
+                    count += 1;
+                    true
+                };
+                log.read(&requests, &mut take, &|_| {}).unwrap();
+                assert!(count <= 4 * longest, "{kind:?} {number}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_of_every_letter_are_read() {
+        // Letters of all widths in one message; values by hand, the half by IEEE 754: 0x3555 is 0.333251953125.
+        let mut bytes = dataflash::format(
+            90,
+            "ALL",
+            "QbBhHiIqfdcCeELg",
+            "TimeUS,b,B,h,H,i,I,q,f,d,c,C,e,E,L,g",
+            60,
+        );
+        let mut message = vec![0xa3, 0x95, 90];
+        message.extend(7_u64.to_le_bytes());
+        message.extend([0xff, 0xff]);
+        message.extend((-2_i16).to_le_bytes());
+        message.extend(65_535_u16.to_le_bytes());
+        message.extend((-3_i32).to_le_bytes());
+        message.extend(4_000_000_000_u32.to_le_bytes());
+        message.extend((-4_i64).to_le_bytes());
+        message.extend(0.5_f32.to_le_bytes());
+        message.extend(0.25_f64.to_le_bytes());
+        message.extend((-150_i16).to_le_bytes());
+        message.extend(150_u16.to_le_bytes());
+        message.extend((-250_i32).to_le_bytes());
+        message.extend(250_u32.to_le_bytes());
+        message.extend(525_000_000_i32.to_le_bytes());
+        message.extend(0x3555_u16.to_le_bytes());
+        bytes.extend(message);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        std::fs::write(&path, bytes).unwrap();
+        let log = LogSource::open(&path, LogKind::DataFlash).unwrap();
+        let mut values = vec![None; 15];
+        let mut take = |signal: usize, stamp: i64, value| {
+            assert_eq!(stamp, 7000);
+            values[signal] = value;
+            true
+        };
+        log.read(&log.requests("ALL"), &mut take, &|_| {}).unwrap();
+        let expected = [
+            -1.0,
+            255.0,
+            -2.0,
+            65_535.0,
+            -3.0,
+            4e9,
+            -4.0,
+            0.5,
+            0.25,
+            -1.5,
+            1.5,
+            -2.5,
+            2.5,
+            52.5,
+            0.333_251_953_125,
+        ];
+        assert_eq!(values, expected.map(Some));
+    }
+}

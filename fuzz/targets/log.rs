@@ -1,0 +1,29 @@
+//! A log of ArduPilot, MAVLink or MOOS: its topics, its messages, and the record that a fit would be of.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use planesman_fuzz::{InMemory, choice};
+use planesman_signals::{LogKind, LogSource, Options, Resampler};
+
+fuzz_target!(|data: &[u8]| {
+    let Some((kind, bytes)) = choice(data) else {
+        return;
+    };
+    let kind = [LogKind::DataFlash, LogKind::Telemetry, LogKind::Moos][usize::from(kind % 3)];
+    let file = InMemory::file(bytes);
+    let Ok(log) = LogSource::open(&file.path(), kind) else {
+        return;
+    };
+    let requests: Vec<_> = log
+        .topics()
+        .flat_map(|topic| log.requests(topic))
+        .take(2)
+        .collect();
+    if let [input, output] = &requests[..] {
+        let names = [input, output].map(|request| vec![request.name.clone()]);
+        let mut resampler = Resampler::new(&names[0], &names[1], Options::default());
+        let mut take = |signal, stamp, value| resampler.take(signal, stamp, value);
+        let _ = log.read(&requests, &mut take, &|_| {});
+        let _ = resampler.finish();
+    }
+});
