@@ -124,9 +124,15 @@ impl GivenModel {
             let each = (0..runs.len()).map(missed);
             each.fold(Missed::default(), Missed::and).fit()
         };
+        // Poles at z = 0 have no state of their own: what they remember is the input before.
+        let poles = estimate.model(longest).a;
+        let scored = Structure {
+            poles: poles.iter().rposition(|a| *a != 0.0).map_or(0, |it| it + 1),
+            ..estimate.layout.structure.clone()
+        };
         let of_simulation = |number: usize| {
             let pairs = runs[number].outputs.iter().zip(&simulated[number]);
-            let unknown = estimate.layout.structure.unknown(runs[number].past.len());
+            let unknown = scored.unknown(runs[number].past.len());
             Missed::by(pairs.skip(unknown).map(|(y, x)| (*y, y - x)))
         };
         Ok(Judgement {

@@ -229,7 +229,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                 };
                 return Err(SourceError::Request(format!(
                     "{} is known from {}, {} from {}: {:.3} s lie between them, so no input goes with any output; if their \
-                     stamps are of different clocks, --stamp log takes the recorder's for both",
+                     stamps are of different clocks, --stamp log takes the recorder's for both signals of a bag",
                     input.name,
                     seconds(ours),
                     output.name,
