@@ -207,16 +207,10 @@ impl Estimate {
                 y - x - constant
             })
             .collect();
-        let mut free = match structure.start {
+        let free = match structure.start {
             InitialState::Rest if from == 0 => vec![1.0],
             _ => product(&a, &structure.known_denominator),
         };
-        if structure.start == InitialState::Estimated
-            && from + record.past.len() < structure.numerator
-        {
-            // The inputs before the record are not known.
-            free.resize(free.len().max(structure.numerator), 0.0);
-        }
         fit(without_free_motion(&left, &free), spread.sum_of_squares())
     }
 }
