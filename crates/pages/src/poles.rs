@@ -98,7 +98,7 @@ mod tests {
             rows[0],
             "0.9000 ± 0.0030,-1.054 ± 0.033,time constant 0.949 ± 0.030 s"
         );
-        assert!(rows[1].starts_with("0.0100 ± 0.0022,-46.05"), "{text}");
+        assert!(rows[1].starts_with("0.0100 ± 0.0022,-46.1 ± 2.2"), "{text}");
         assert!(rows[1].ends_with(ARTEFACT), "{text}");
     }
 }
