@@ -244,6 +244,18 @@ impl<'a> Reading<'a> {
         Some((gain, integrators))
     }
 
+    /// The gain of a model that integrates, in words, with its 95 % interval.
+    #[must_use]
+    pub fn integrator_gain_text(&self) -> Option<String> {
+        let (gain, integrators) = self.integrator_gain()?;
+        let gain = with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation());
+        let power = match integrators {
+            1 => String::new(),
+            n => format!("^{n}"),
+        };
+        Some(format!("{gain} per s{power}, K of K/s{power}"))
+    }
+
     /// The frequency response at `omega` rad/s; `None` where it has no bound.
     #[must_use]
     pub fn response(&self, omega: f64) -> Option<Uncertain> {

@@ -86,6 +86,7 @@ fn in_words(analysis: &Analysis) -> Markup {
                 }
             } }
             tr { td { "steady-state gain" } td { (gain.unwrap_or_else(|| "none: it integrates".to_owned())) } }
+            @if let Some(gain) = analysis.reading().integrator_gain_text() { tr { td { "gain" } td { (gain) } } }
             tr { td { "simulated fit" } td { (percent(analysis.fit)) } }
             tr { td { "on held-out data" } td { (percent(analysis.held_out_fit)) } }
             tr { td { "method" } td { (analysis.method_name()) ", " (structure.poles) " poles, every " (format!("{sample_time:.6}").trim_end_matches('0')) " s" } }

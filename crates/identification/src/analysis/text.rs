@@ -221,19 +221,8 @@ impl Analysis {
         if let Some(gain) = reading.steady_state_gain() {
             let _ = writeln!(text, "steady-state gain {}", interval(&gain));
         }
-        if let Some((gain, integrators)) = reading.integrator_gain() {
-            let power = if integrators > 1 {
-                format!("^{integrators}")
-            } else {
-                String::new()
-            };
-            let of = "K of K/s";
-            let _ = writeln!(
-                text,
-                "{:<12} {} per s{power}, {of}{power}",
-                "gain",
-                interval(&gain)
-            );
+        if let Some(gain) = reading.integrator_gain_text() {
+            let _ = writeln!(text, "{:<12} {gain}", "gain");
         }
         if let Some(gain) = self.bootstrap.as_ref().and_then(|it| it.gain.as_ref()) {
             let _ = writeln!(text, "{:<12} {}", "  bootstrap", span(gain));
