@@ -19,22 +19,28 @@ const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
 /// The parts of the records and the blocks made of them.
 pub(super) struct Folds {
     pub(super) parts: Vec<Part>,
-    lengths: Vec<usize>,
+    /// The samples of each record that are divided.
+    samples: Vec<Range<usize>>,
     variance: f64,
 }
 
 impl Folds {
-    pub(super) fn of(runs: &[Run<'_>]) -> Self {
-        let parts = runs.iter().enumerate().flat_map(|(run, of)| {
-            let count = of.outputs.len();
+    /// Of records of which so many outputs at the beginning are driven by inputs that are not known.
+    pub(super) fn of(runs: &[Run<'_>], unknown: &[usize]) -> Self {
+        let counts = runs.iter().map(|run| run.outputs.len());
+        let samples = counts
+            .zip(unknown)
+            .map(|(count, first)| (*first).min(count)..count);
+        let samples: Vec<Range<usize>> = samples.collect();
+        let parts = samples.iter().enumerate().flat_map(|(run, of)| {
             TENTHS.windows(2).map(move |pair| Part {
                 run,
-                samples: count * pair[0] / 10..count * pair[1] / 10,
+                samples: tenth(of, pair[0])..tenth(of, pair[1]),
             })
         });
         Self {
             parts: parts.collect(),
-            lengths: runs.iter().map(|run| run.outputs.len()).collect(),
+            samples,
             variance: runs
                 .iter()
                 .map(|run| variance(run.outputs))
@@ -77,7 +83,7 @@ impl Folds {
 
     /// The mean squared simulation error over the block, for each degree of freedom left, over the output's variance.
     /// With the errors of a simulation through the whole record, `through`, the state that the samples before the block
-    /// led to is kept; without, and at a record's beginning, the state there is fitted.
+    /// led to is kept; without, and where no sample before it is known to be driven, the state there is fitted.
     pub(super) fn error(
         &self,
         fold: usize,
@@ -90,13 +96,15 @@ impl Folds {
         let free = product(&monic, &problem.structure.known_denominator);
         let (mut squares, mut samples) = (0.0, 0);
         for (run, of) in problem.runs.iter().enumerate() {
-            let count = self.lengths[run];
-            let end = count * BLOCKS[fold].end / 10;
-            let unknown = problem.structure.unknown(of.past.len()).min(end);
-            let begins = count * BLOCKS[fold].start / 10;
-            let block = begins.max(unknown)..end;
+            let Range { start, end } = BLOCKS[fold];
+            let (begins, end) = (
+                tenth(&self.samples[run], start),
+                tenth(&self.samples[run], end),
+            );
+            let unknown = problem.structure.unknown(of.past.len());
+            let block = begins.max(unknown).min(end)..end;
             if let Some(through) = through
-                && begins > 0
+                && begins > unknown
             {
                 squares += through[run][block.clone()]
                     .iter()
@@ -119,6 +127,11 @@ impl Folds {
             f64::INFINITY
         }
     }
+}
+
+/// So many tenths into a range.
+fn tenth(of: &Range<usize>, tenths: usize) -> usize {
+    of.start + of.len() * tenths / 10
 }
 
 /// A model that was fitted with a block left out.

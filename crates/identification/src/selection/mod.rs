@@ -243,7 +243,6 @@ fn cross_validated(
     let scaled = Scaled::of(problem, &plain);
     let runs = scaled.runs();
     let samples: usize = runs.iter().map(|run| run.outputs.len()).sum();
-    let folds = Folds::of(&runs);
     let lags = LAGS.min(samples / 8);
     let plain = Problem {
         structure: plain,
@@ -253,6 +252,7 @@ fn cross_validated(
     let driving = plain.driving();
     let outputs: Vec<Vec<f64>> = runs.iter().map(|run| run.outputs.to_vec()).collect();
     let unknown = plain.unknown();
+    let folds = Folds::of(&runs, &unknown);
     let at_rest = plain.structure.start == InitialState::Rest;
     let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts, &unknown, at_rest);
     let constant = plain.structure.offset;
@@ -360,9 +360,10 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let plain = plain.part().unwrap_or(plain);
     let outputs: Vec<Vec<f64>> = plain.runs.iter().map(|run| run.outputs.to_vec()).collect();
     let samples: usize = outputs.iter().map(Vec::len).sum();
-    let parts = Folds::of(&plain.runs).parts;
+    let unknown = plain.unknown();
+    let parts = Folds::of(&plain.runs, &unknown).parts;
     let (driving, lags) = (plain.driving(), LAGS.min(samples / 8));
-    let lagged = Lagged::of(&driving, &outputs, lags, &parts, &plain.unknown(), false);
+    let lagged = Lagged::of(&driving, &outputs, lags, &parts, &unknown, false);
     let found = realisation::high_order(&lagged, true)?;
     let freedom = found.rows.checked_sub(found.a.len() + found.b.len() + 1)?;
     Some(found.variance * found.rows as f64 / freedom.max(1) as f64)
