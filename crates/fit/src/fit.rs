@@ -128,8 +128,14 @@ impl FitResult {
     fn judge_clock(&mut self) {
         let readings = std::iter::once(&self.prepared).chain(&self.validation);
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
-        let told = readings.iter().flat_map(|it| &it.clock);
-        let told: Vec<Reason> = told.cloned().map(Reason::Data).collect();
+        // A window for validation is read from the same data, and says the same.
+        let mut told: Vec<Reason> = Vec::new();
+        for sentence in readings.iter().flat_map(|it| &it.clock) {
+            let reason = Reason::Data(sentence.clone());
+            if !told.contains(&reason) {
+                told.push(reason);
+            }
+        }
         self.analysis.reasons.splice(0..0, told);
         let is_doubtful = readings.iter().any(|it| it.is_time_doubtful);
         let is_none = matches!(

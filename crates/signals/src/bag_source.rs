@@ -12,7 +12,7 @@ use planesman_record::Input;
 use planesman_text::did_you_mean;
 
 use crate::bag_types::types;
-use crate::error::{Result, SourceError};
+use crate::error::{Result, SourceError, listed};
 use crate::identity::Identity;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
@@ -33,9 +33,6 @@ const MOST_NAMES: usize = 1000;
 /// Messages in which names are looked for to list them, and elements of a list that are told apart by name.
 const NAMED_FIRST: usize = 500;
 const MOST_ELEMENTS: usize = 16;
-
-/// Names that are listed in an error at most.
-const LISTED: usize = 20;
 
 /// An open bag, and whose stamps are wanted.
 #[derive(Debug)]
@@ -248,7 +245,7 @@ impl Wanted {
         if found.iter().any(|it| it.name != topic.name) {
             return Err(SourceError::Request(format!(
                 "{signal}: several topics are meant: {}; write one in full",
-                listed(found.iter().map(|it| it.name.as_str()))
+                sorted(found.iter().map(|it| it.name.as_str()))
             )));
         }
         // Of several types on the topic, the first that has the signal.
@@ -269,7 +266,7 @@ impl Wanted {
                 "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
                  {signal}[{example}]",
                 count.map_or_else(String::new, |count| format!("{count} ")),
-                listed(known.iter().map(String::as_str))
+                sorted(known.iter().map(String::as_str))
             )));
         }
         for (list, name) in signal.path().named() {
@@ -277,7 +274,7 @@ impl Wanted {
             if !known.iter().any(|it| it == name) {
                 return Err(SourceError::Request(format!(
                     "{signal}: there is no '{name}'; there are {}{}",
-                    listed(known.iter().map(String::as_str)),
+                    sorted(known.iter().map(String::as_str)),
                     did_you_mean(name, known.iter().map(String::as_str))
                 )));
             }
@@ -397,24 +394,21 @@ fn meant(bag: &BagReader, signal: &Signal) -> String {
 /// The names of a bag's topics, the first of many.
 #[must_use]
 pub fn topics(bag: &BagReader) -> String {
-    let names = listed(bag.topics().iter().map(|it| it.topic.name.as_str()));
+    let names = sorted(bag.topics().iter().map(|it| it.topic.name.as_str()));
     match bag.omitted() {
         0 => names,
         more => format!("{names}, and {more} more"),
     }
 }
 
-/// The first names of many.
-fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+/// The first names of many, in order.
+fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let mut names: Vec<&str> = names.collect();
     names.sort_unstable();
     names.dedup();
-    let more = names.len().saturating_sub(LISTED);
-    names.truncate(LISTED);
-    match (names.is_empty(), more) {
-        (true, _) => "none".to_owned(),
-        (_, 0) => names.join(", "),
-        _ => format!("{} and {more} more", names.join(", ")),
+    match names.is_empty() {
+        true => "none".to_owned(),
+        false => listed(names),
     }
 }
 

@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 
+use crate::quantile::median;
 use crate::resample::ORDER;
 
 /// Stamps kept of each signal, to know where samples have been.
@@ -84,7 +85,7 @@ struct Return {
 /// Follows the clock of a record's signals.
 #[derive(Clone, Debug)]
 pub(crate) struct ClockFollower {
-    signals: Vec<Stamps>,
+    signals: Vec<SignalClock>,
     returns: Vec<Return>,
     /// The newest stamp of any signal on the time that goes on.
     newest: Option<i64>,
@@ -94,7 +95,7 @@ pub(crate) struct ClockFollower {
 
 /// The stamps of one signal.
 #[derive(Clone, Debug, Default)]
-struct Stamps {
+struct SignalClock {
     /// How often its clock has gone back.
     returns: usize,
     /// The first since then.
@@ -107,7 +108,7 @@ struct Stamps {
     ahead: Vec<(i64, f64)>,
 }
 
-impl Stamps {
+impl SignalClock {
     fn newest(&self) -> Option<i64> {
         self.recent.back().map(|it| it.0)
     }
@@ -116,13 +117,9 @@ impl Stamps {
     fn interval(&self) -> f64 {
         let stamps = self.recent.iter().map(|it| it.0);
         let later = stamps.clone().skip(1);
-        let intervals = later.zip(stamps).map(|(b, a)| b.saturating_sub(a));
-        let mut intervals: Vec<i64> = intervals.filter(|it| *it > 0).collect();
-        if intervals.is_empty() {
-            return 0.0;
-        }
-        let middle = intervals.len() / 2;
-        *intervals.select_nth_unstable(middle).1 as f64
+        let intervals = later.zip(stamps).map(|(b, a)| b.saturating_sub(a) as f64);
+        let mut intervals: Vec<f64> = intervals.filter(|it| *it > 0.0).collect();
+        median(&mut intervals)
     }
 
     fn keep(&mut self, stamp: i64, value: f64) {
@@ -177,7 +174,7 @@ impl Stamps {
 impl ClockFollower {
     pub(crate) fn new(signals: usize) -> Self {
         Self {
-            signals: vec![Stamps::default(); signals],
+            signals: vec![SignalClock::default(); signals],
             returns: Vec::new(),
             newest: None,
             left_out: 0,
@@ -296,10 +293,9 @@ impl ClockFollower {
     /// Decides what the samples behind the newest are.
     fn settle(&mut self, signal: usize, next: Option<i64>, give: &mut dyn FnMut(Followed)) {
         let stamps = &mut self.signals[signal];
-        if let Some((first, _)) = stamps.behind.first()
+        if let Some((first, _)) = stamps.behind.first().copied()
             && stamps.has_gone_back(next)
         {
-            let first = *first;
             return self.go_back(signal, first, give);
         }
         let offset = self.offset(signal);

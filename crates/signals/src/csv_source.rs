@@ -16,7 +16,7 @@ use planesman_text::{did_you_mean, shown, unmarked};
 use crate::csv_cell::{decimal, is_missing, number};
 use crate::csv_form::{Form, Lines};
 use crate::csv_time::{self, FORMS, Order, Written};
-use crate::error::{Result, SourceError};
+use crate::error::{Result, SourceError, listed, size};
 use crate::request::{Reading, Request, Role, Take, distinct};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
@@ -63,9 +63,6 @@ const LOOKED_AT: usize = 100;
 
 /// The whole seconds of a date from 1980 to 2096.
 const EPOCH: std::ops::Range<f64> = 315e6..4e9;
-
-/// Names that are listed in an error at most.
-const LISTED: usize = 20;
 
 /// The interval of progress reports, in rows.
 const PROGRESS_INTERVAL: u64 = 4096;
@@ -125,11 +122,7 @@ impl CsvSource {
     pub fn open(path: &Path, time: &TableTime) -> Result<Self> {
         let name = path.display();
         let unreadable = SourceError::unreadable(path);
-        // Asked before it is opened: a pipe would be waited for, and a table is read twice.
-        let about = std::fs::metadata(path).map_err(unreadable)?;
-        if !about.is_file() {
-            return Err(SourceError::Data(format!("{name} is not a regular file")));
-        }
+        let bytes = size(path)?;
         let form = Form::of(text_at(path)?).map_err(unreadable)?;
         let form = form.map_err(|reason| SourceError::Data(format!("{name}: {reason}")))?;
         if form.columns.len() < 2 {
@@ -139,7 +132,7 @@ impl CsvSource {
         }
         let mut table = Self {
             path: path.to_owned(),
-            bytes: about.len(),
+            bytes,
             form,
             time: Time::Unknown,
             written: Written::default(),
@@ -462,12 +455,8 @@ impl CsvSource {
                 columns[*first], columns[*second]
             ))),
             None => Err(SourceError::Request(format!(
-                "{path}: it has no column '{name}'; it has {}{}{}{}",
-                columns[..columns.len().min(LISTED)].join(", "),
-                match columns.len().saturating_sub(LISTED) {
-                    0 => String::new(),
-                    more => format!(" and {more} more"),
-                },
+                "{path}: it has no column '{name}'; it has {}{}{}",
+                listed(columns.iter().map(String::as_str)),
                 did_you_mean(name, places.keys().copied()),
                 match &self.form.notes[..] {
                     [] => String::new(),

@@ -52,5 +52,33 @@ impl SourceError {
     }
 }
 
+/// The size of a regular file, which is asked for before it is opened: a pipe would be waited for.
+///
+/// # Errors
+/// No file, or none that is regular.
+pub(crate) fn size(path: &Path) -> Result<u64> {
+    let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
+    match about.is_file() {
+        true => Ok(about.len()),
+        false => Err(SourceError::Data(format!(
+            "{} is not a regular file",
+            path.display()
+        ))),
+    }
+}
+
+/// Names that [`listed`] lists at most.
+const LISTED: usize = 20;
+
+/// The first names of many, for an error.
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names = names.into_iter();
+    let first: Vec<&str> = names.by_ref().take(LISTED).collect();
+    match names.count() {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
 /// A result of this crate.
 pub(crate) type Result<T> = std::result::Result<T, SourceError>;

@@ -37,6 +37,7 @@ mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
+mod quantile;
 mod repeats;
 mod request;
 mod resample;

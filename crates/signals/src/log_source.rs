@@ -12,7 +12,7 @@ use planesman_text::did_you_mean;
 
 use crate::alog::Alog;
 use crate::dataflash::DataFlash;
-use crate::error::{Result, SourceError};
+use crate::error::{Result, SourceError, listed, size};
 use crate::log_message::{LogMessage, LogReader, VALUE};
 use crate::mavlink::Telemetry;
 use crate::request::{Reading, Request, Role, Take, distinct};
@@ -20,9 +20,6 @@ use crate::request::{Reading, Request, Role, Take, distinct};
 /// Topics, and fields of one, at most.
 const TOPICS: usize = 1000;
 const FIELDS: usize = 1000;
-
-/// Names that are listed in an error at most.
-const LISTED: usize = 20;
 
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
@@ -76,14 +73,9 @@ impl LogSource {
     /// A line with the path: no file, no log of its kind, no message.
     pub fn open(path: &Path, kind: LogKind) -> Result<Self> {
         let name = path.display();
-        // Asked before it is opened: a pipe would be waited for.
-        let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
-        if !about.is_file() {
-            return Err(SourceError::Data(format!("{name} is not a regular file")));
-        }
         let mut source = Self {
             path: path.to_owned(),
-            bytes: about.len(),
+            bytes: size(path)?,
             kind,
             topics: BTreeMap::new(),
             notes: Vec::new(),
@@ -219,10 +211,6 @@ impl LogSource {
     fn find(&self, request: &Request) -> Result<(&Key, String)> {
         let name = &request.name;
         let (topic, field) = name.split_once(':').unwrap_or((name, VALUE));
-        let listed = |names: Vec<&str>| match names.len() {
-            0..=LISTED => names.join(", "),
-            more => format!("{} and {} more", names[..LISTED].join(", "), more - LISTED),
-        };
         let names = || self.topics.keys().map(String::as_str);
         let Some((key, fields)) = self.topics.get(topic) else {
             let is_of_it = |it: &&str| it.strip_prefix(topic).is_some_and(|it| it.starts_with('['));
@@ -237,13 +225,13 @@ impl LogSource {
                 }
                 ([], None) => format!(
                     "{name}: the log has no such topic; it has {}{}{}",
-                    listed(names().collect()),
+                    listed(names()),
                     did_you_mean(topic, names()),
                     self.told()
                 ),
                 (several, _) => format!(
                     "{name}: the log has several of it: {}; name one",
-                    listed(several.to_vec())
+                    listed(several.iter().copied())
                 ),
             }));
         };
@@ -251,7 +239,7 @@ impl LogSource {
             let fields = || fields.iter().map(String::as_str);
             return Err(SourceError::Request(format!(
                 "{name}: {topic} has no field '{field}'; it has {}{}",
-                listed(fields().collect()),
+                listed(fields()),
                 did_you_mean(field, fields())
             )));
         }

@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::decimation::decimate;
 use crate::prefilter::{Band, prefilter};
+use crate::quantile::quantile;
 
 /// Samples on each side of the one that is compared with their median.
 const HAMPEL_SIDE: usize = 5;
@@ -452,15 +453,6 @@ fn local_median(list: &[f64], k: usize) -> f64 {
     let copy = &mut copy[..around.len()];
     copy.copy_from_slice(around);
     quantile(copy, 0.5)
-}
-
-/// The value with that share of the others below it; 0 of none.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let place = ((values.len() - 1) as f64 * share) as usize;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 /// The range of the middle nine tenths.

@@ -1,6 +1,7 @@
 //! What happens to the samples of one signal before they go onto a grid.
 
 use crate::channel::Change;
+use crate::quantile::median;
 use crate::repeats::{Repeats, rows_per_sample};
 use crate::spread::{Bursts, Spreader, mean_interval};
 use crate::unwrap::{Unwrap, Unwrapper};
@@ -72,12 +73,8 @@ impl Sieve {
 fn interval(stamps: &[i64]) -> f64 {
     let mut stamps = stamps.to_vec();
     stamps.dedup();
-    let mut intervals: Vec<i64> = stamps.windows(2).map(|it| it[1] - it[0]).collect();
-    if intervals.is_empty() {
-        return 0.0;
-    }
-    let middle = intervals.len() / 2;
-    let median = *intervals.select_nth_unstable(middle).1 as f64;
+    let intervals = stamps.windows(2).map(|it| (it[1] - it[0]) as f64);
+    let median = median(&mut intervals.collect::<Vec<f64>>());
     let mean = mean_interval(&stamps);
     if mean > UNEVEN * median { mean } else { median }
 }

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::quantile::median;
+
 /// Stamps nearer than this, in mean intervals, are of one burst.
 const TOGETHER: f64 = 0.2;
 
@@ -95,8 +97,7 @@ impl Bursts {
         let mut times: Vec<f64> = (bursts.windows(2))
             .map(|it| (it[1].0 - it[0].0) as f64)
             .collect();
-        let middle = times.len() / 2;
-        let period = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let period = median(&mut times);
         let share_a_stamp = 2 * shared > stamps.len() - bursts.len();
         let (mut time, mut samples) = (0.0, 0);
         // The first second may have begun before the recording, and the last burst may not be all there.

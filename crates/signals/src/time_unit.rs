@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::quantile::median;
+
 /// Days of our time as they are counted from 1900, by Excel, and from the year 0, by MATLAB; and the day that is 1970-01-01.
 const DAYS: [(Range<f64>, f64); 2] = [
     (20_000.0..90_000.0, 25_569.0),
@@ -262,11 +264,7 @@ pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
 fn usual_step(numbers: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = numbers.windows(2).map(|it| it[1] - it[0]).collect();
     steps.retain(|step| *step > 0.0);
-    if steps.is_empty() {
-        return None;
-    }
-    let middle = steps.len() / 2;
-    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+    (!steps.is_empty()).then(|| median(&mut steps))
 }
 
 #[cfg(test)]

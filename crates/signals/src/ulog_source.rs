@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use planesman_text::did_you_mean;
 
-use crate::error::{Result, SourceError};
+use crate::error::{Result, SourceError, listed, size};
 use crate::request::{Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 use crate::ulog::{Formats, Message, Messages, Place};
@@ -22,9 +22,6 @@ const STAMP: &str = "timestamp";
 /// Fields of a topic, and topics, that are listed at most.
 const FIELDS: usize = 1000;
 const TOPICS: usize = 1000;
-
-/// Names that are listed in an error at most.
-const LISTED: usize = 20;
 
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
@@ -45,14 +42,9 @@ impl UlogSource {
     /// A line with the path: no file, no log, no message.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display();
-        // Asked before it is opened: a pipe would be waited for.
-        let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
-        if !about.is_file() {
-            return Err(SourceError::Data(format!("{name} is not a regular file")));
-        }
         let mut source = Self {
             path: path.to_owned(),
-            bytes: about.len(),
+            bytes: size(path)?,
             topics: BTreeMap::new(),
         };
         let mut topics: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -168,15 +160,11 @@ impl UlogSource {
     /// The topic and the field of a request.
     fn find(&self, request: &Request) -> Result<(String, String)> {
         let signal: Signal = request.name.parse()?;
-        let listed = |names: Vec<&str>| match names.len() {
-            0..=LISTED => names.join(", "),
-            more => format!("{} and {} more", names[..LISTED].join(", "), more - LISTED),
-        };
         let names = || self.topics.keys().map(String::as_str);
         let Some((topic, fields)) = self.topics.iter().find(|(name, _)| signal.is_on(name)) else {
             return Err(SourceError::Request(format!(
                 "{signal}: the log has no such topic; it has {}{}",
-                listed(names().collect()),
+                listed(names()),
                 did_you_mean(signal.topic(), names())
             )));
         };
@@ -185,7 +173,7 @@ impl UlogSource {
             let fields = || fields.iter().map(String::as_str);
             return Err(SourceError::Request(format!(
                 "{signal}: {topic} has no field '{field}'; it has {}{}",
-                listed(fields().collect()),
+                listed(fields()),
                 did_you_mean(&field, fields())
             )));
         }

@@ -8,6 +8,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::quantile::median;
+
 /// Periods that are known without being asked for.
 const PERIODS: [f64; 4] = [360.0, 2.0 * PI, 65_536.0, 4_294_967_296.0];
 
@@ -75,11 +77,7 @@ impl Unwrapper {
     pub(crate) fn new(choice: Unwrap, values: &[f64]) -> Self {
         let mut steps: Vec<f64> = values.windows(2).map(|it| (it[1] - it[0]).abs()).collect();
         steps.retain(|step| *step > 0.0);
-        let middle = steps.len() / 2;
-        let step = match steps.is_empty() {
-            true => 0.0,
-            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
+        let step = median(&mut steps);
         let mut unwrapper = Self {
             choice,
             step,
