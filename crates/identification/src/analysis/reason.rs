@@ -1,5 +1,6 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
+use super::OtherOrder;
 use crate::selection::{Candidate, criteria};
 use crate::uncertainty::Uncertain;
 use crate::validation::identifiability::Doubt;
@@ -53,7 +54,7 @@ pub enum Reason {
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
     InputShare(f64, bool),
-    /// The steady-state gain, which may be 0.
+    /// The steady-state gain, which is hardly known.
     GainUndetermined(Uncertain),
     /// Samples by which the output seems to come before the input.
     Early(i64),
@@ -73,6 +74,8 @@ pub enum Reason {
     UnstablePole(Uncertain),
     /// A pole that a zero may cancel.
     CancelledPole(Uncertain),
+    /// A model with or without such a pole.
+    OtherOrder(OtherOrder),
     /// Samples, few for so many parameters.
     FewSamples(usize, usize),
 }

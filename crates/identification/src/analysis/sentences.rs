@@ -227,11 +227,21 @@ impl fmt::Display for Reason {
                     ),
                 }
             }
-            Self::GainUndetermined(gain) => write!(
-                f,
-                "the steady-state gain, {}, is not significantly different from 0",
-                with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
-            ),
+            Self::GainUndetermined(gain) => {
+                let interval = SIGMAS_95 * gain.real_deviation();
+                let told = with_interval(gain.value.re, interval);
+                match interval > gain.value.re.abs() {
+                    true => write!(
+                        f,
+                        "the steady-state gain, {told}, is not significantly different from 0"
+                    ),
+                    false => write!(
+                        f,
+                        "the steady-state gain, {told}, is known to {:.0} % only",
+                        100.0 * interval / gain.value.re.abs()
+                    ),
+                }
+            }
             Self::Early(samples) => write!(
                 f,
                 "the model fits better with the output {samples} sample{} before the input: the output is stamped too \
@@ -276,6 +286,22 @@ impl fmt::Display for Reason {
             Self::CancelledPole(pole) => {
                 let at = interval(pole);
                 write!(f, "a zero may cancel the pole at z = {at}: try a lower order")
+            }
+            Self::OtherOrder(other) => {
+                let without = if other.cancels { "with" } else { "without" };
+                write!(
+                    f,
+                    "the model of order {}, {without} a pole that a zero may cancel, has a cross-validated fit of {:.1} %",
+                    other.order, other.fit
+                )?;
+                match other.gain {
+                    Some(gain) => write!(
+                        f,
+                        " and a steady-state gain of {}",
+                        with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
+                    ),
+                    None => f.write_str(" and no steady-state gain"),
+                }
             }
             Self::FewSamples(samples, parameters) => write!(
                 f,

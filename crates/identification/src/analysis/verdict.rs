@@ -38,10 +38,14 @@ const MATTERS: f64 = 0.05;
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 const STEADY: f64 = 4.0;
+/// The share of a steady-state gain that its 95 % interval may be.
+const KNOWN: f64 = 0.5;
 /// The share of the largest response below which a steady-state gain is next to nothing.
 const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
+/// The share of the largest response below which the 95 % interval of the response shows it to be determined.
+const DETERMINED: f64 = 0.25;
 /// The 95 % interval of a pole in z that is precisely known.
 const PRECISE: f64 = 0.1;
 
@@ -103,6 +107,7 @@ impl Analysis {
         reasons.extend(self.delay());
         reasons.extend(self.residual_findings());
         reasons.extend(self.suspicious_poles());
+        reasons.extend(self.other_order.clone().map(Reason::OtherOrder));
         reasons.extend(self.few_samples());
         reasons
     }
@@ -229,6 +234,23 @@ impl Analysis {
             .then_some(Reason::FewSamples(samples, parameters))
     }
 
+    /// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+    pub(super) fn response_is_determined(&self) -> bool {
+        let reading = self.reading();
+        let responses: Option<Vec<Uncertain>> = self
+            .frequencies()
+            .map(|omega| reading.response(omega))
+            .collect();
+        let Some(responses) = responses else {
+            return false;
+        };
+        let largest = (responses.iter()).fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
+        let widest = (responses.iter()).fold(0.0_f64, |widest, it| {
+            widest.max(it.real_deviation().hypot(it.imaginary_deviation()))
+        });
+        SIGMAS_95 * widest < DETERMINED * largest
+    }
+
     /// What the model is good for; `undetermined` where the record does not determine one.
     pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
@@ -270,14 +292,15 @@ impl Analysis {
         }
     }
 
-    /// Whether a steady-state gain cannot be told from 0, nor is known to be next to nothing beside the largest response.
+    /// Whether a steady-state gain is known to less than half of it, nor is known to be next to nothing beside the largest
+    /// response.
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
         let reading = self.reading();
         let largest = (self.frequencies())
             .filter_map(|omega| reading.response(omega))
             .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
-        interval > gain.value.re.abs() && interval > SMALL * largest
+        interval > KNOWN * gain.value.re.abs() && interval > SMALL * largest
     }
 
     fn is_caused(&self) -> bool {
@@ -313,13 +336,14 @@ impl Analysis {
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
     fn suspicious_poles(&self) -> Vec<Reason> {
         let reading = self.reading();
-        let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
+        let Ok(poles) = reading.poles() else {
             return Vec::new();
         };
-        if self.estimate.physical.is_some() {
-            // Its order is the equations', which cannot be lower.
-            zeros.clear();
-        }
+        // The order of the vehicle's equations cannot be lower.
+        let cancelled = match self.estimate.physical {
+            None => reading.cancelled_poles(),
+            Some(_) => Vec::new(),
+        };
         let mut suspicious = Vec::new();
         for pole in poles.into_iter().filter(|pole| pole.value.im >= 0.0) {
             let imprecise = SIGMAS_95 * pole.magnitude_deviation() > PRECISE;
@@ -328,11 +352,7 @@ impl Analysis {
             } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
                 suspicious.push(Reason::UnstablePole(pole));
             }
-            let cancels = zeros.iter().any(|zero| {
-                let apart = (zero.value - pole.value).norm();
-                let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
-                joint > 0.0 && apart < SIGMAS_95 * joint && apart < 0.2
-            });
+            let cancels = cancelled.contains(&pole);
             suspicious.extend(cancels.then_some(Reason::CancelledPole(pole)));
         }
         suspicious
