@@ -357,6 +357,7 @@ fn cross_validated(
         poles: &poles,
         radius: radius_of_memory(samples),
         samples,
+        grows: grows(window, samples),
         window,
     };
     let of_delay = on_all_cores(&tried, |delay| {
@@ -409,13 +410,19 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
         .cloned()
 }
 
+/// Whether what doubles and more in the window grows by far in so many samples.
+fn grows(window: Option<usize>, samples: usize) -> bool {
+    window.is_some_and(|window| GROWN * window < samples)
+}
+
 /// An ARMAX model of an unstable plant, of no higher order than its ARX model, where its Bayesian criterion is less.
 fn with_noise_model(
     problem: &Problem<'_>,
     wild: &Candidate,
     structure: &(dyn Fn(usize, usize) -> Structure + Sync),
 ) -> Option<Candidate> {
-    if wild.structure.own_numerators {
+    let samples: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
+    if wild.structure.own_numerators || !grows(window_of_unstable(&wild.poles), samples) {
         return None;
     }
     let of_order = |order| structure(order, wild.structure.delay);
@@ -535,6 +542,8 @@ struct Shared<'a> {
     poles: &'a [Vec<Vec<f64>>],
     radius: f64,
     samples: usize,
+    /// Whether the plant is unstable and grows by far: the search for stable models of it is long and vain.
+    grows: bool,
     /// Samples in which a state is fitted where it is not simulated through.
     window: Option<usize>,
 }
@@ -563,7 +572,7 @@ impl Shared<'_> {
             }
             let problem = self.problem(structure(*order, delay));
             found.extend(self.arx(&problem));
-            if self.grows() && *order > CALM_ORDERS {
+            if self.grows && *order > CALM_ORDERS {
                 continue;
             }
             let plain = NormalEquations::new(&problem, &[1.0]);
@@ -574,8 +583,7 @@ impl Shared<'_> {
             let candidate = self.judged(&problem, &plain, None, &theta);
             let score = candidate.as_ref().map_or(f64::INFINITY, Candidate::score);
             found.extend(candidate);
-            if !self.grows() && least.is_none_or(|(_, least)| score < least + NOISE_MODEL_LOG_ERROR)
-            {
+            if !self.grows && least.is_none_or(|(_, least)| score < least + NOISE_MODEL_LOG_ERROR) {
                 found.extend(self.box_jenkins(&problem, &plain, theta));
             }
             if least.is_none_or(|(_, least)| score < least) {
@@ -583,12 +591,6 @@ impl Shared<'_> {
             }
         }
         found
-    }
-
-    /// Whether an unstable plant grows by far within the records: the search for stable models of it is long and vain.
-    fn grows(&self) -> bool {
-        self.window
-            .is_some_and(|window| GROWN * window < self.samples)
     }
 
     /// The samples that the errors are worth: fewer where what the best model leaves is coloured.
