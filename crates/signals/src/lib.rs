@@ -22,6 +22,7 @@ mod clock;
 mod column_source;
 mod csv_cell;
 mod csv_form;
+mod csv_long;
 mod csv_source;
 mod csv_time;
 mod dataflash;
