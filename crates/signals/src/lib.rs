@@ -38,6 +38,7 @@ mod mavlink;
 mod prefilter;
 mod preparation;
 mod prepared_record;
+mod publishers;
 mod quantile;
 mod repeats;
 mod request;
@@ -69,6 +70,7 @@ pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
 pub use prepared_record::{PreparedRecord, read_record};
+pub use publishers::{Publishers, Senders};
 pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
