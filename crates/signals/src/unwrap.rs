@@ -8,6 +8,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::channel::Change;
 use crate::quantile::median;
 
 /// Periods that are known without being asked for.
@@ -67,9 +68,9 @@ pub(crate) struct Unwrapper {
     /// Periods that are added now.
     turns: f64,
     /// The period, once the signal has wrapped.
-    pub(crate) period: Option<f64>,
+    period: Option<f64>,
     /// How often it has.
-    pub(crate) wraps: u64,
+    wraps: u64,
 }
 
 impl Unwrapper {
@@ -86,6 +87,13 @@ impl Unwrapper {
         };
         values.iter().for_each(|value| unwrapper.stretch(*value));
         unwrapper
+    }
+
+    /// What was made of them, if they wrapped.
+    pub(crate) fn change(&self) -> Option<Change> {
+        let wraps = self.wraps;
+        let change = |period| Change::Unwrapped { period, wraps };
+        self.period.map(change)
     }
 
     fn stretch(&mut self, value: f64) {
