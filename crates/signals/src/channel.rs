@@ -6,7 +6,7 @@ use planesman_text::number;
 use serde::Serialize;
 
 use crate::mixture::Mixture;
-use crate::unwrap::Unwrap;
+use crate::unwrap::{Unwrap, Unwrapper};
 
 /// The share of samples with a stamp that came before that is refused. Messages that are recorded twice are half of all.
 const MOSTLY_REPEATED: f64 = 0.8;
@@ -62,6 +62,15 @@ pub enum Change {
         /// How often it wrapped.
         wraps: u64,
     },
+}
+
+impl Change {
+    /// What an unwrapper has done, if its values wrapped.
+    pub(crate) fn of(unwrapper: &Unwrapper) -> Option<Self> {
+        let wraps = unwrapper.wraps;
+        let change = |period| Self::Unwrapped { period, wraps };
+        unwrapper.period.map(change)
+    }
 }
 
 impl fmt::Display for Change {

@@ -147,7 +147,7 @@ impl ValueInspection {
         }
         let known = self.known.unwrap_or_default();
         let repeats = known.repeats.map(|it| it.change());
-        let unwrapped = known.unwrapper.change();
+        let unwrapped = Change::of(&known.unwrapper);
         let changes = repeats.into_iter().chain(unwrapped).collect();
         (changes, known.mixture)
     }

@@ -50,7 +50,7 @@ impl Sieve {
     pub(crate) fn changes(&self) -> Vec<Change> {
         let spread = self.bursts.map(|it| it.change());
         let repeats = self.repeats.map(|it| it.change());
-        let unwrapped = self.unwrapper.change();
+        let unwrapped = Change::of(&self.unwrapper);
         [spread, repeats, unwrapped].into_iter().flatten().collect()
     }
 }

@@ -8,7 +8,6 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::channel::Change;
 use crate::quantile::median;
 
 /// Periods that are known without being asked for.
@@ -68,9 +67,9 @@ pub(crate) struct Unwrapper {
     /// Periods that are added now.
     turns: f64,
     /// The period, once the signal has wrapped.
-    period: Option<f64>,
+    pub(crate) period: Option<f64>,
     /// How often it has.
-    wraps: u64,
+    pub(crate) wraps: u64,
 }
 
 impl Unwrapper {
@@ -87,13 +86,6 @@ impl Unwrapper {
         };
         values.iter().for_each(|value| unwrapper.stretch(*value));
         unwrapper
-    }
-
-    /// What was made of them, if they wrapped.
-    pub(crate) fn change(&self) -> Option<Change> {
-        let wraps = self.wraps;
-        let change = |period| Change::Unwrapped { period, wraps };
-        self.period.map(change)
     }
 
     fn stretch(&mut self, value: f64) {
