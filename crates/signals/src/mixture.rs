@@ -29,16 +29,16 @@ const FEWEST_OF_SLOWER: usize = 10;
 /// One more sample between two that are no farther apart than so many usual intervals.
 const ONE_MORE: f64 = 1.25;
 
-/// The share of a slower publisher's intervals that are near its usual one, and how near.
+/// The share of a publisher's intervals that are near its usual one, and how near.
 const MOST: f64 = 0.8;
 const EVEN: f64 = 0.25;
 
 /// Samples of two things in turns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mixture {
-    /// Samples that were looked at, and those that are off the course of their neighbours.
+    /// Samples that were looked at.
     pub samples: usize,
-    /// See above.
+    /// Those of them that are off the course of their neighbours.
     pub off: usize,
     /// Two values in turn.
     pub values: [f64; 2],
@@ -64,6 +64,7 @@ impl Mixture {
             .filter(|at| is_off(samples, *at))
             .collect();
         let is_found = samples.len() >= FEWEST
+            && has_levels(samples)
             && (takes_turns(samples, &off) || has_a_slower_one(samples, &off));
         is_found.then(|| Self {
             samples: samples.len(),
@@ -109,9 +110,26 @@ fn is_off(samples: &[(i64, f64)], at: usize) -> bool {
     nearest > 0.0 && distance(samples, at - 1, at + 1) <= NEAR * nearest
 }
 
-/// Whether nearly every sample is off.
+/// Whether there are more than two values: a switch that is sent when it changes has two, in turn.
+fn has_levels(samples: &[(i64, f64)]) -> bool {
+    let mut others = samples.iter().filter(|it| it.1 != samples[0].1);
+    let other = others.next();
+    other.is_some_and(|other| others.any(|it| it.1 != other.1))
+}
+
+/// Whether nearly every sample is off, and every other comes at an even rate.
 fn takes_turns(samples: &[(i64, f64)], off: &[usize]) -> bool {
-    off.len() as f64 >= IN_TURN * samples.len() as f64
+    let intervals = samples.windows(3).map(|it| (it[2].0 - it[0].0) as f64);
+    off.len() as f64 >= IN_TURN * samples.len() as f64 && are_even(&intervals.collect::<Vec<f64>>())
+}
+
+/// Whether most intervals are near the usual one.
+fn are_even(intervals: &[f64]) -> bool {
+    let usual = median(&mut intervals.to_vec());
+    let near = intervals
+        .iter()
+        .filter(|it| (**it - usual).abs() <= EVEN * usual);
+    near.count() as f64 >= MOST * intervals.len() as f64
 }
 
 /// Whether samples that are off are one more between two, at an even rate, and on a course of their own.
@@ -128,13 +146,10 @@ fn has_a_slower_one(samples: &[(i64, f64)], off: &[usize]) -> bool {
     }
     let pairs = || more.windows(2);
     let intervals: Vec<f64> = pairs().map(|it| between(it[0], it[1])).collect();
-    let interval = median(&mut intervals.clone());
-    let is_even = |it: &&f64| (**it - interval).abs() <= EVEN * interval;
-    let even = intervals.iter().filter(is_even).count();
     let steps = pairs().map(|it| distance(samples, it[0], it[1]));
     let leaps = more.iter().map(|at| distance(samples, at - 1, *at));
     let [step, leap] = [steps.collect(), leaps.collect()].map(|mut it: Vec<f64>| median(&mut it));
-    even as f64 >= MOST * intervals.len() as f64 && step <= NEAR * leap
+    are_even(&intervals) && step <= NEAR * leap
 }
 
 #[cfg(test)]
@@ -203,6 +218,21 @@ mod tests {
             let late = |it: &(i64, f64)| (it.0 + (noise(it.0 + 7) * 25.0) as i64, it.1);
             let jitter: Vec<(i64, f64)> = evenly.iter().map(late).collect();
             assert_eq!(Mixture::find(&jitter), None, "{number} with jitter");
+        }
+        // Commands that are sent when they change: a switch at random, at an even rate, and of a fixed duty; steps at random.
+        let switch = |times: &dyn Fn(i64) -> i64| -> Vec<(i64, f64)> {
+            (0..400).map(|k| (times(k), (k % 2) as f64)).collect()
+        };
+        let mut random: Vec<(i64, f64)> = merged(&[(50, 0, &bits)]);
+        random.dedup_by_key(|it| it.1);
+        let steps = (0..400).map(|k| (k * 300 + (noise(k) * 100.0) as i64, noise(k + 1000)));
+        for (name, samples) in [
+            ("at random", random),
+            ("at an even rate", switch(&|k| k * 500)),
+            ("of a fixed duty", switch(&|k| k / 2 * 1000 + k % 2 * 300)),
+            ("steps", steps.collect()),
+        ] {
+            assert_eq!(Mixture::find(&samples), None, "{name}");
         }
         // Every message twice.
         let slow = |t: i64| (t as f64 * 1e-3).sin();
