@@ -13,5 +13,6 @@ mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;
 mod records;
+mod survey;
 mod tables;
 mod time;

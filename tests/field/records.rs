@@ -4,7 +4,7 @@ use std::fs;
 
 use planesman_testing::near;
 
-use crate::answer::{Answer, fit};
+use crate::answer::{Answer, fit, planesman};
 use crate::plant::{GAIN, POLE, STEP, noise, prbs, second_order, table};
 
 /// The rows of a log of `1/(2s + 1)` behind a delay of so many samples, from rest; the first input is 1, before it was 0.
@@ -119,8 +119,21 @@ fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
     // Up to nearly a quarter of the record, whose first blocks nothing is known to drive.
     for delay in [300, 600] {
         write(delay);
-        is_first_order_behind(delay + 1, &fit(folder.path(), &arguments));
+        let name = format!("{delay}.yaml");
+        let model = [&arguments[..], &["--model", &name]].concat();
+        is_first_order_behind(delay + 1, &fit(folder.path(), &model));
     }
+    // The model file holds the delay, and is read again.
+    let compared = planesman(
+        folder.path(),
+        &["sysid", "compare", "600.yaml", "log.csv", "--format", "csv"],
+    );
+    let fit_of = |line: &str| line.rsplit(',').nth(1)?.parse::<f64>().ok();
+    let mut lines = compared.text.lines();
+    let simulated = lines
+        .find(|it| it.contains("simulated fit"))
+        .and_then(fit_of);
+    assert!(simulated.is_some_and(|it| it > 90.0), "{}", compared.text);
     // Longer than a quarter of the record: no model rather than a false one.
     write(1200);
     let answer = fit(folder.path(), &arguments);

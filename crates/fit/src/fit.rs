@@ -130,7 +130,10 @@ impl FitResult {
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
         // A window for validation is read from the same data, and says the same.
         let mut told: Vec<Reason> = Vec::new();
-        for sentence in readings.iter().flat_map(|it| &it.clock) {
+        for sentence in readings
+            .iter()
+            .flat_map(|it| it.clock.iter().chain(&it.mixed))
+        {
             let reason = Reason::Data(sentence.clone());
             if !told.contains(&reason) {
                 told.push(reason);
@@ -144,6 +147,9 @@ impl FitResult {
         );
         if is_doubtful && !is_none {
             self.analysis.verdict = Verdict::TimeDoubtful;
+        }
+        if readings.iter().any(|it| !it.mixed.is_empty()) && !is_none {
+            self.analysis.verdict = Verdict::Mixed;
         }
     }
 

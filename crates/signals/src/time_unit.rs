@@ -106,11 +106,12 @@ impl TimeUnit {
 }
 
 /// Names under which the time is looked for, without their unit.
-pub(crate) const NAMES: [&str; 13] = [
+pub(crate) const NAMES: [&str; 14] = [
     "time",
     "t",
     "stamp",
     "timestamp",
+    "_time",
     "__time",
     "datetime",
     "date_time",

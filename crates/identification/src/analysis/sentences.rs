@@ -66,6 +66,10 @@ impl Verdict {
                 "usable with care: the times are in doubt",
                 "name their unit or column: --time-unit, --time; of a bag the clock: --stamp log",
             ),
+            Self::Mixed => (
+                "usable with care: a signal seems to be of two publishers in turns",
+                "record each under a name of its own, or name one: --input, --output",
+            ),
             Self::Early => (
                 "usable with care: the output seems to come before its input",
                 "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",

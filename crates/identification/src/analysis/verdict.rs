@@ -81,6 +81,8 @@ pub enum Verdict {
     Unsteady,
     /// The times of the data are in doubt.
     TimeDoubtful,
+    /// A signal seems to be two things in turns.
+    Mixed,
     /// The output seems to come before its input.
     Early,
     /// Its steady-state gain is not determined.
