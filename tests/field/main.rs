@@ -15,3 +15,4 @@ mod raw_bags;
 mod records;
 mod tables;
 mod time;
+mod words;
