@@ -29,6 +29,7 @@ fn spin_up(path: &Path, begin: f64, level: f64, steps: &[(f64, f64)]) {
     fs::write(path, text).unwrap();
 }
 
+/// Checks that the model is the motor.
 #[track_caller]
 fn is_the_motor(answer: &Answer) {
     answer.says("verdict: good");
@@ -44,7 +45,12 @@ fn is_the_motor(answer: &Answer) {
 fn a_spin_up_from_rest_is_identified_by_the_voltage_in_words() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
-    let of = |input: &str| fit(folder.path(), &["log.csv", "-i", input, "-o", "speed"]);
+    let of = |input: &str| {
+        fit(
+            folder.path(),
+            &["log.csv", "-i", input, "-o", "speed", "--order", "1"],
+        )
+    };
     // Within an interval of the grid, on a clock of our time.
     spin_up(&log, 1.7e9, 0.0, &[(0.13, 12.0)]);
     let answer = of("12V from 0.13s");
@@ -69,8 +75,13 @@ fn a_spin_up_from_rest_is_identified_by_the_voltage_in_words() {
 fn words_are_refused_at_their_place_and_a_column_of_that_name_comes_first() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
-    spin_up(&log, 0.0, 0.0, &[(1.0, 12.0), (4.0, 0.0)]);
-    let of = |input: &str| fit(folder.path(), &["log.csv", "-i", input, "-o", "speed"]);
+    spin_up(&log, 0.0, 0.0, &[(1.0, 12.0), (4.0, -6.0), (7.5, 0.0)]);
+    let of = |input: &str| {
+        fit(
+            folder.path(),
+            &["log.csv", "-i", input, "-o", "speed", "--order", "1"],
+        )
+    };
     of("12V form 0.1s").refused(&[
         "'12V form 0.1s'",
         "--input",
@@ -81,12 +92,13 @@ fn words_are_refused_at_their_place_and_a_column_of_that_name_comes_first() {
     of("5 from 4s, 0 from 1s").refused(&["a later time", "character 19"]);
     of("volts from 1").refused(&["no column 'volts from 1'"]);
     let text = fs::read_to_string(&log).unwrap();
-    let mut rows = text.lines().enumerate().map(|(k, row)| match k {
+    let rows = text.lines().enumerate().map(|(k, row)| match k {
         0 => format!("{row},3 from 2s\n"),
-        // The rows from 1 s up to 4 s.
+        // The rows from 1 s up to 4 s, and up to 7.5 s.
         21..=80 => format!("{row},12\n"),
+        81..=150 => format!("{row},-6\n"),
         _ => format!("{row},0\n"),
     });
-    fs::write(&log, rows.by_ref().collect::<String>()).unwrap();
+    fs::write(&log, rows.collect::<String>()).unwrap();
     is_the_motor(&of("3 from 2s"));
 }

@@ -246,7 +246,7 @@ impl<'a> Words<'a> {
         let nanoseconds = unit.in_nanoseconds(value);
         let nanoseconds =
             nanoseconds.ok_or_else(|| self.refusal(place, "a time that is not as far"))?;
-        Ok(nanoseconds as f64 * 1e-9)
+        Ok(nanoseconds as f64 / 1e9)
     }
 }
 

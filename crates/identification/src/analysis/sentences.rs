@@ -350,6 +350,9 @@ fn not_linear(f: &mut fmt::Formatter<'_>, cause: &Cause, sample_time: f64) -> fm
             f.write_str("the input acts by its square, u|u|, as a propeller's speed does")
         }
         Cause::Backlash(width) => write!(f, "the input has backlash of about {}", number(*width)),
+        Cause::OutputBacklash(width) => {
+            write!(f, "the output has backlash of about {}", number(*width))
+        }
         Cause::Drag => f.write_str("damping grows with the output, y|y|, as drag does"),
         Cause::Friction => {
             f.write_str("damping does not grow with the output's rate, as dry friction")

@@ -7,7 +7,7 @@
 //! ```text
 //! c1 max(u - w1, 0) + c2 max(u - w2, 0)      a curve in front: dead zone, saturation, a gain that changes with the input
 //! c u |u|                                    a square law, as a thruster's
-//! c play(u; w)                               backlash
+//! c play(u; w), c play(y; w)                 backlash in front and behind
 //! c1 max(y - w1, 0) + c2 max(y - w2, 0)      a curve behind: the limit of a sensor or a stroke
 //! c y |y|, c sign(dy)                        drag, dry friction
 //! c1 u [t > t1] + c2 u [t > t2]              a gain that changes in time
@@ -75,6 +75,8 @@ pub enum Cause {
     Backlash(f64),
     /// A static curve of the output, behind the dynamics.
     Output(Curve),
+    /// Backlash of the output: its whole width.
+    OutputBacklash(f64),
     /// Damping that grows with the square of the output.
     Drag,
     /// Damping that does not grow with the output's rate.
@@ -317,11 +319,12 @@ impl Tested<'_> {
         let squared = self.in_front(|u| u.iter().map(square).collect());
         alone(squared, Kind::Other(Cause::Square));
         for i in 1..=WIDTHS {
-            let width = span(inputs) * i as f64 / (WIDTHS + 2) as f64;
-            alone(
-                self.in_front(|u| play(u, width)),
-                Kind::Other(Cause::Backlash(width)),
-            );
+            let width = |signal: &[f64]| span(signal) * i as f64 / (WIDTHS + 2) as f64;
+            let (front, behind) = (width(inputs), width(outputs));
+            let played = self.in_front(|u| play(u, front));
+            alone(played, Kind::Other(Cause::Backlash(front)));
+            let played = play(outputs, behind);
+            alone(played, Kind::Other(Cause::OutputBacklash(behind)));
         }
         let damped = |force: Vec<f64>| self.delayed(&self.through_poles(&force), 1);
         let drag = damped(self.simulated.iter().map(square).collect());
