@@ -40,6 +40,7 @@ use crate::selection::{self, Kind, select};
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::{Reading, Uncertain};
 use crate::validation::identifiability::{self, Doubt};
+use crate::validation::nonlinearity::{self, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::StraightLine;
 use planesman_record::{Record, Segment};
@@ -111,6 +112,9 @@ const METHOD_MAX_DELAY: usize = 3;
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
 const UNINFORMATIVE_FIT: f64 = 10.0;
 
+/// By how much a fit, %, lies below what the noise leaves where another model is asked for.
+const BELOW_NOISE: f64 = 5.0;
+
 /// Samples of a trajectory, and points of them that are kept, at most.
 const WATCHED: usize = 10_000;
 const POINTS: usize = 400;
@@ -167,6 +171,9 @@ pub struct Analysis {
     pub bootstrap: Option<Bootstrap>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
+    /// What another model than a linear and steady one would explain of the longest run, where the fit lies well below what
+    /// the noise leaves.
+    pub finding: Option<Finding>,
     /// The longest run's number.
     pub longest: usize,
     /// What it is good for.
@@ -212,6 +219,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         None => (options, Level::of(record, options)),
         Some(input) => (&at_rest, Level { input, output: 0.0 }),
     };
+    let data = record;
     let record = &*level.taken_off(record);
     let segments = record.used();
     let of = |number: &usize| &record.segments[*number];
@@ -331,6 +339,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
             .transpose()?,
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
+        finding: None,
         longest,
         verdict: Verdict::Undetermined,
         reasons: Vec::new(),
@@ -345,6 +354,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     level.put_back(&mut found);
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
+    found.finding = found.beyond_linear(data);
     let mut doubts = match options.method.is_of_the_vehicle() {
         true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
         false => identifiability::doubts(&problem),
@@ -397,7 +407,7 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
         let mut structure = structure(options, order);
         structure.delay = delay;
         structure.start = part.structure.start;
-        structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
+        structure.numerator += usize::from(delay == 0 && order > 0 && options.numerator.is_none());
         structure
     };
     let mut selected = select(part, orders, delays, &structures);
@@ -603,7 +613,10 @@ fn structure(options: &Options, order: usize) -> Structure {
     let mut structure = Structure {
         offset: options.offset,
         start: options.start,
-        delay: options.delay.unwrap_or(1),
+        // A static gain acts at once.
+        delay: options
+            .delay
+            .unwrap_or(usize::from(order > 0 || options.method == Method::Fir)),
         own_numerators: options.own_numerators,
         ..Structure::of_order(order)
     };
@@ -612,8 +625,8 @@ fn structure(options: &Options, order: usize) -> Structure {
     }
     for _ in 0..options.integrators {
         structure = structure.with_integrator();
-        structure.poles += 1;
     }
+    structure.poles = order;
     structure.numerator = options.numerator.unwrap_or(structure.numerator).max(1);
     structure
 }
@@ -667,6 +680,17 @@ impl Analysis {
             judgement.fit,
             self.predicted_fit,
         ))
+    }
+
+    /// What the error of the longest run points to, where the noise would leave a better fit.
+    fn beyond_linear(&self, data: &Record) -> Option<Finding> {
+        let below = self.attainable_fit? - self.held_out_fit?;
+        let is_tested = below > BELOW_NOISE
+            && self.reference.is_none()
+            && !self.is_unstable()
+            && !self.options.method.is_of_the_vehicle();
+        let run = data.segments[self.segments[self.longest]].run()?;
+        (is_tested.then(|| nonlinearity::finding(&self.estimate, self.longest, run))).flatten()
     }
 
     /// The reasons, then the verdict.

@@ -4,6 +4,7 @@ use super::OtherOrder;
 use crate::selection::{Candidate, criteria};
 use crate::uncertainty::Uncertain;
 use crate::validation::identifiability::Doubt;
+use crate::validation::nonlinearity::Finding;
 use crate::validation::residuals::Correlation;
 
 /// A finding on a model. Fits and shares of samples are in %.
@@ -50,6 +51,15 @@ pub enum Reason {
     HeldOutIsNoise(Option<f64>),
     /// Not validated: the first part alone does not determine the model.
     FirstPartUndetermined,
+    /// Another model than a linear, steady one explains the error.
+    NotLinear {
+        /// What the error points to.
+        finding: Finding,
+        /// The interval between samples, s.
+        sample_time: f64,
+        /// The segment's number from 1, where there are several.
+        segment: Option<usize>,
+    },
     /// The halves of the record do not agree.
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.

@@ -70,6 +70,11 @@ pub enum Verdict {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
     },
+    /// The system is not linear, or changes in time.
+    NotLinear {
+        /// Whether it simulates well enough to be used with care.
+        usable: bool,
+    },
     /// No model could fit better than it does.
     NoiseLimited {
         /// Whether it simulates well for all that.
@@ -107,6 +112,7 @@ impl Analysis {
         reasons.extend(self.fits());
         reasons.extend(self.input_share());
         reasons.extend(self.delay());
+        reasons.extend(self.beyond(record));
         reasons.extend(self.residual_findings());
         reasons.extend(self.suspicious_poles());
         reasons.extend(self.other_order.clone().map(Reason::OtherOrder));
@@ -152,7 +158,7 @@ impl Analysis {
         order.into_iter().chain(delay).collect()
     }
 
-    fn is_unstable(&self) -> bool {
+    pub(super) fn is_unstable(&self) -> bool {
         let poles = self.reading().poles().unwrap_or_default();
         poles
             .iter()
@@ -192,6 +198,17 @@ impl Analysis {
         Some(chosen.fit())
     }
 
+    /// What the error points to, on the record's own time.
+    fn beyond(&self, record: &Record) -> Option<Reason> {
+        let finding = self.finding.clone()?;
+        let number = self.segments[self.longest];
+        Some(Reason::NotLinear {
+            finding,
+            sample_time: self.estimate.sample_time,
+            segment: (record.segments.len() > 1).then_some(number + 1),
+        })
+    }
+
     fn fit_remark(&self, held_out: f64) -> FitRemark {
         match self.fit {
             _ if held_out < 0.0 => FitRemark::WorseThanMean,
@@ -213,7 +230,8 @@ impl Analysis {
         if lag.is_another {
             return Some(Reason::OtherDelay(lag.best, delay));
         }
-        (delay == 0 && lag.interval.1 == 0).then_some(Reason::DirectFeedthrough)
+        let is_static = self.estimate.layout.structure.poles == 0;
+        (delay == 0 && lag.interval.1 == 0 && !is_static).then_some(Reason::DirectFeedthrough)
     }
 
     /// How much of the output the input accounts for.
@@ -274,6 +292,9 @@ impl Analysis {
             None => Verdict::NotValidated,
             Some(_) if self.few_samples().is_some() => Verdict::FewSamples,
             Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
+                usable: held >= USABLE,
+            },
+            Some(held) if self.finding.is_some() => Verdict::NotLinear {
                 usable: held >= USABLE,
             },
             Some(held) if feedback => Verdict::ClosedLoop {
