@@ -16,3 +16,4 @@ mod records;
 mod survey;
 mod tables;
 mod time;
+mod words;

@@ -367,7 +367,7 @@ impl ModelFile {
         }
         let n = self.order();
         let paired = self.num.len() == n || self.has_feedthrough();
-        if !(1..=LARGEST_ORDER).contains(&n) || !paired {
+        if n > LARGEST_ORDER || !paired || self.num.is_empty() {
             let (num, den) = (self.num.len(), self.den.len());
             return Err(Refusal::Orders { num, den });
         }

@@ -70,14 +70,16 @@ pub(super) fn level_before_step(record: &Record) -> Option<f64> {
             });
         ends.1 - ends.0
     };
-    let is_a_step = step <= FIRST_SAMPLES && run.inputs[step..].iter().all(|u| u == last);
+    // A step within an interval has a mean of both levels there.
+    let is_a_step = step <= FIRST_SAMPLES && run.inputs[step + 1..].iter().all(|u| u == last);
     let stands = range(&run.outputs[..=step]) <= STANDS_STILL * range(run.outputs);
     (is_a_step && stands).then_some(*first)
 }
 
 /// The fit that the noise leaves to the best of models over the held-out data, %: the noise is what an equation of high
-/// order leaves of all of the record. `None` where that is not known.
+/// order leaves of all of the record. 0, which their mean has, where the outputs move less than that; `None` where the noise is not known.
 pub(super) fn attainable_fit(problem: &Problem<'_>, held_out: &[f64]) -> Option<f64> {
     let noise = innovation_variance(problem)? * held_out.len() as f64;
-    fit(noise, variance(held_out) * held_out.len() as f64).or(Some(f64::NEG_INFINITY))
+    let fit = fit(noise, variance(held_out) * held_out.len() as f64);
+    Some(fit.unwrap_or_default().max(0.0))
 }
