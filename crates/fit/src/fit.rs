@@ -174,14 +174,29 @@ impl FitResult {
             })
             .map(named)
             .collect();
+        let process = analysis.estimate.process.as_ref().map(|model| {
+            json!({
+                "form": model.form.name(),
+                "equation": model.form.equation(),
+                "parameters": model.named().map(|(name, unit, value, deviation)| {
+                    json!({"name": name, "unit": unit, "value": value, "deviation": deviation})
+                }).collect::<Vec<_>>(),
+                "candidates": analysis.processes.iter().map(|it| {
+                    json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
+                }).collect::<Vec<_>>(),
+                "fit": analysis.process_fit,
+            })
+        });
         Ok(json!({
             "model": self.model_file()?,
             "parameters": physical,
+            "process": process,
             "candidates": analysis.candidates,
             "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.attainable_fit,
             "predicted_fit": analysis.predicted_fit,
-            "share_of_input": analysis.share,
+            "share_of_input": analysis.input_part.map(|it| it.share),
+            "f_of_input": analysis.input_part.map(|it| it.f),
             "integrator_gain": analysis.reading().integrator_gain().map(|(gain, _)| [gain.value.re, gain.real_deviation()]),
             "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
             "bootstrap": analysis.bootstrap,

@@ -450,6 +450,7 @@ impl FitOptions {
                 noise: vehicle.noise,
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
+                process: None,
                 // Beside other methods the criterion chooses: an order is none of coefficients.
                 length: structure.order.filter(|_| is_fir && is_alone),
                 recursion: self.recursion.options(self.method)?,

@@ -223,6 +223,7 @@ impl GivenModel {
             noise_denominator: self.noise_denominator.clone(),
             residuals: Vec::new(),
             physical: None,
+            process: None,
         })
     }
 }

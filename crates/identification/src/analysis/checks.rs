@@ -3,7 +3,7 @@
 
 use planesman_linear::polynomial::product;
 
-use crate::estimators::Estimate;
+use crate::estimators::{Estimate, whitening};
 use crate::fit::fit;
 use crate::free_motion::without_free_motion;
 use crate::selection::innovation_variance;
@@ -15,9 +15,18 @@ const FIRST_SAMPLES: usize = 20;
 /// The share of the output's range within which it stands still.
 const STANDS_STILL: f64 = 0.05;
 
-/// The share of the output's squares that the input accounts for beyond constant and free motion, 0 to 1; negative
-/// when the model makes it worse. `None` when nothing is left for the input.
-pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+/// What the input accounts for in the output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InputPart {
+    /// The share of the output's squares beyond constant and free motion, 0 to 1; negative when the model makes it worse.
+    pub share: f64,
+    /// The same for each coefficient of the numerator, over the variance of the noise: the F statistic. Of a noise with colour
+    /// its slow variance counts, which a response is taken for most easily.
+    pub f: f64,
+}
+
+/// What the input accounts for in a record. `None` when nothing is left for it.
+pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
     let a = found.layout.denominator(found.theta.as_slice());
     let b = &found.theta.as_slice()[found.layout.b(number)];
@@ -30,7 +39,7 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
             free
         }
     };
-    let unknown = structure.unknown(run.past.len()).min(run.outputs.len());
+    let unknown = found.unknown(run).min(run.outputs.len());
     let outputs = &run.outputs[unknown..];
     let mean = outputs.iter().sum::<f64>() / outputs.len().max(1) as f64;
     let caused = filter(b, &a, &found.driving(run)[unknown..]);
@@ -50,7 +59,23 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
         InitialState::Estimated => without_free_motion(&centred, &known),
     };
     let share = (alone - with) / total;
-    (total > 0.0 && share.is_finite()).then_some(share)
+    let f = slow_variance(found, number, run).map_or(f64::INFINITY, |noise| {
+        (alone - with) / structure.numerator as f64 / noise
+    });
+    (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
+}
+
+/// The variance of an estimate's errors of simulation, and of slow changes in them where those are larger:
+/// `V / D(1)^2` of an autoregression `D e` white with variance V.
+fn slow_variance(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    let simulated = found.simulate(number, run);
+    let pairs = run.outputs.iter().zip(&simulated);
+    let errors: Vec<f64> = pairs.map(|(y, x)| y - x).skip(found.unknown(run)).collect();
+    let d = whitening([errors.as_slice()].into_iter());
+    let white = filter(&d, &[1.0], &errors).split_off((d.len() - 1).min(errors.len()));
+    let mean = |of: &[f64]| of.iter().map(|e| e * e).sum::<f64>() / of.len().max(1) as f64;
+    let slow = mean(&white) / d.iter().sum::<f64>().powi(2);
+    Some(slow.max(mean(&errors))).filter(|it| *it > 0.0)
 }
 
 /// The input before a step in the first samples of a record, where it does nothing else, and the output stands still

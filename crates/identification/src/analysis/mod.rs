@@ -21,6 +21,7 @@ mod verdict;
 
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
+pub use checks::InputPart;
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
 pub use verdict::Verdict;
@@ -36,7 +37,7 @@ use crate::estimators::{
 use crate::model::Model;
 use crate::prediction;
 use crate::selection::criteria::{Candidate, choice, first_part, search};
-use crate::selection::{self, Kind, select};
+use crate::selection::{self, Kind, process, select};
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::{identifiability, residuals::ResidualTests};
@@ -142,6 +143,10 @@ pub struct Analysis {
     pub candidates: Vec<Candidate>,
     /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
     pub selected: Vec<selection::Candidate>,
+    /// The forms of process model tried, the best first; empty where none was.
+    pub processes: Vec<process::Candidate>,
+    /// The cross-validated fit of the process model, %.
+    pub process_fit: Option<f64>,
     /// Samples it was tried on.
     pub searched: usize,
     /// Of each run, the number of the record's segment.
@@ -154,8 +159,10 @@ pub struct Analysis {
     pub attainable_fit: Option<f64>,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
     pub predicted_fit: Option<f64>,
-    /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
-    pub share: Option<f64>,
+    /// What the input accounts for in the output, beyond constant and free motion.
+    pub input_part: Option<InputPart>,
+    /// Whether the input stands but for one step or two.
+    pub is_step_test: bool,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
     pub drift: f64,
     /// What the longest run says of the delay, for a model of the output error.
@@ -240,13 +247,22 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
     let (mut fitted, mut lag) = (None, None);
-    if options.method == Method::Automatic {
-        let chosen = chosen(&second_stage(&problem, &caused), &part, options)?;
-        problem.structure = chosen.structure;
+    let (mut processes, mut process_fit) = (Vec::new(), None);
+    if options.method == Method::Automatic || options.method == Method::Process {
+        let whole = second_stage(&problem, &caused);
+        let chosen = match options.method {
+            Method::Process => process::choose(&whole, options.knowledge.process)?.into(),
+            _ => chosen(&whole, &part, options)?,
+        };
+        problem.structure = Structure {
+            start: options.start,
+            ..chosen.structure
+        };
         method = chosen.estimator;
         fitted = Some(chosen.estimate);
         lag = chosen.lag;
         selected = chosen.selected;
+        (processes, process_fit) = (chosen.processes, chosen.process_fit);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
@@ -308,7 +324,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         held_out_fit,
         attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
-        share: checks::share_of_input(&estimate, longest, second.runs[longest]),
+        input_part: checks::part_of_input(&estimate, longest, second.runs[longest]),
+        is_step_test: process::is_step_test(&second.runs),
         drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
         lag: lag.or_else(|| lag::lag(&estimate, &second)),
         bootstrap: (options.bootstrap)
@@ -333,6 +350,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         trajectory: trajectory(method.as_ref(), &second),
         candidates,
         selected,
+        processes,
+        process_fit,
         estimate,
         direct,
         segments,
@@ -340,9 +359,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     level.put_back(&mut found);
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
-    let doubts = match options.method.is_of_the_vehicle() {
-        true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
-        false => identifiability::doubts(&problem),
+    let doubts = match (&found.estimate.process, options.method.is_of_the_vehicle()) {
+        // One step determines it, as its intervals say.
+        (Some(_), _) => Vec::new(),
+        (None, true) => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
+        (None, false) => identifiability::doubts(&problem),
     };
     found.verdict = found.judged(!doubts.is_empty());
     let step = before_step.map(|_| Reason::AtRest);
@@ -352,7 +373,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     Ok(found)
 }
 
-/// The choice of the default method.
+/// The choice of the default method, or of a process model.
 struct Chosen {
     structure: Structure,
     estimator: Box<dyn Estimator>,
@@ -360,10 +381,44 @@ struct Chosen {
     /// Of the estimate, where it has been computed.
     lag: Option<Lag>,
     selected: Vec<selection::Candidate>,
+    processes: Vec<process::Candidate>,
+    process_fit: Option<f64>,
+}
+
+impl From<process::Chosen> for Chosen {
+    fn from(chosen: process::Chosen) -> Self {
+        Self {
+            structure: chosen.estimate.layout.structure.clone(),
+            estimator: Box::new(chosen.estimator),
+            estimate: chosen.estimate,
+            lag: None,
+            selected: Vec::new(),
+            processes: chosen.candidates,
+            process_fit: chosen.fit,
+        }
+    }
+}
+
+/// The model that cross-validation chooses; of a step test a process model that tells it as well.
+fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+    let chosen = cross_validated(problem, part, options);
+    let is_free = options.order.is_none()
+        && options.numerator.is_none()
+        && options.delay.is_none()
+        && options.zeros_at_one + options.integrators == 0
+        && !options.own_numerators;
+    let other = chosen.as_ref().ok().map(|it| &it.estimate);
+    match is_free
+        .then(|| process::of_step_test(problem, other))
+        .flatten()
+    {
+        Some(process) => Ok(process.into()),
+        None => chosen,
+    }
 }
 
 /// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
-fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
     let orders = options.order.map_or(1..=MAX_ORDER, |order| order..=order);
     // Planes move a vehicle only later; a model at a speed is one of a vehicle.
     let least = usize::from(options.speed.is_some());
@@ -420,6 +475,8 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
         estimate,
         lag,
         selected,
+        processes: Vec::new(),
+        process_fit: None,
     })
 }
 
@@ -478,7 +535,7 @@ impl Level {
 
     fn put_back(self, found: &mut Analysis) {
         for estimate in std::iter::once(&mut found.estimate).chain(&mut found.direct) {
-            estimate.input_level = self.input;
+            estimate.input_level += self.input;
             let steady = match estimate.error {
                 Error::Equation => {
                     let a = estimate.layout.denominator(estimate.theta.as_slice());
@@ -636,7 +693,10 @@ impl Analysis {
     /// The method's name: that of the kind that was chosen, or of the method that was asked for.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
-        self.kind().map_or(self.options.method.name(), Kind::name)
+        match self.estimate.process {
+            Some(_) => Method::Process.name(),
+            None => self.kind().map_or(self.options.method.name(), Kind::name),
+        }
     }
 
     /// The model of the longest run.

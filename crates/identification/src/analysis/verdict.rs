@@ -32,6 +32,10 @@ const OVERFITTED: f64 = 20.0;
 const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
+/// The F statistic from which a step test's response is beyond doubt: that of 99.9 % for two coefficients and 50 samples.
+const BEYOND_DOUBT: f64 = 8.0;
+/// How many times larger than the noise the errors on held-out data may be that are the noise.
+const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
 const MATTERS: f64 = 0.05;
 /// Samples for each parameter, below which a fit is partly memory.
@@ -175,8 +179,15 @@ impl Analysis {
     }
 
     /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
-    /// simulates all of the data well.
+    /// simulates all of the data well; of a process model, where its errors there are the noise.
     fn cross_validated(&self) -> Option<f64> {
+        if self.estimate.process.is_some() {
+            let held = self.held_out_fit.zip(self.attainable_fit);
+            let is_noise =
+                held.is_none_or(|(fit, most)| 100.0 - fit <= AS_THE_NOISE * (100.0 - most));
+            let is_little = self.held_out_fit.is_none_or(|fit| fit < GOOD);
+            return self.process_fit.filter(|_| is_noise && is_little);
+        }
         let settled = self
             .attainable_fit
             .is_some_and(|fit| fit <= UNINFORMATIVE_FIT);
@@ -211,8 +222,8 @@ impl Analysis {
 
     /// How much of the output the input accounts for.
     fn input_share(&self) -> Vec<Reason> {
-        let share = self.share.filter(|share| *share < 0.5);
-        let share = share.map(|share| Reason::InputShare(share, share < CAUSED));
+        let part = self.input_part.filter(|part| part.share < 0.5);
+        let share = part.map(|part| Reason::InputShare(part.share, !self.is_caused()));
         let gain = self.reading().steady_state_gain();
         let gain = gain.filter(|gain| self.is_undetermined(gain));
         share
@@ -223,7 +234,8 @@ impl Analysis {
 
     /// Whether the record is long enough.
     fn few_samples(&self) -> Option<Reason> {
-        let parameters = self.estimate.theta.len();
+        let process = self.estimate.process.as_ref();
+        let parameters = process.map_or(self.estimate.theta.len(), |it| it.sought);
         let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
         (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
             .then_some(Reason::FewSamples(samples, parameters))
@@ -233,7 +245,7 @@ impl Analysis {
     pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
             true => self.predicted_fit,
-            false => self.held_out_fit.or_else(|| self.cross_validated()),
+            false => self.cross_validated().or(self.held_out_fit),
         };
         let tests = self.residuals.as_ref();
         let missing = tests.is_some_and(|it| {
@@ -243,7 +255,17 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
-        let gain = (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it));
+        let gain = match self
+            .estimate
+            .process
+            .as_ref()
+            .and_then(|it| it.named().next())
+        {
+            Some((_, _, gain, deviation)) => SIGMAS_95 * deviation > gain.abs(),
+            None => {
+                (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it))
+            }
+        };
         match held {
             _ if !self.is_caused() => Verdict::NoEffect,
             _ if undetermined => Verdict::Undetermined,
@@ -281,7 +303,9 @@ impl Analysis {
     }
 
     fn is_caused(&self) -> bool {
-        self.share.is_none_or(|share| share >= CAUSED) || self.is_unstable()
+        let of_step = |f: f64| self.is_step_test && f >= BEYOND_DOUBT;
+        let part = self.input_part;
+        part.is_none_or(|part| part.share >= CAUSED || of_step(part.f)) || self.is_unstable()
     }
 
     /// Whether what one half of the record says does not hold in the other.
@@ -307,7 +331,9 @@ impl Analysis {
 
     fn has_feedback(&self, tests: &ResidualTests) -> bool {
         let later = tests.of_later_inputs();
-        self.reference.is_none() && !later.passes() && later.largest() > MATTERS
+        // One step correlates with itself alone: what is left over anywhere correlates with it.
+        let may_tell = self.reference.is_none() && !self.is_step_test;
+        may_tell && !later.passes() && later.largest() > MATTERS
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
@@ -316,7 +342,7 @@ impl Analysis {
         let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
             return Vec::new();
         };
-        if self.estimate.physical.is_some() {
+        if self.estimate.physical.is_some() || self.estimate.process.is_some() {
             // Its order is the equations', which cannot be lower.
             zeros.clear();
         }
