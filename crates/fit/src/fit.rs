@@ -174,23 +174,19 @@ impl FitResult {
             })
             .map(named)
             .collect();
-        let process = analysis.estimate.process.as_ref().map(|model| {
-            json!({
-                "form": model.form.name(),
-                "equation": model.form.equation(),
-                "parameters": model.named().map(|(name, unit, value, deviation)| {
-                    json!({"name": name, "unit": unit, "value": value, "deviation": deviation})
-                }).collect::<Vec<_>>(),
-                "candidates": analysis.processes.iter().map(|it| {
-                    json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
-                }).collect::<Vec<_>>(),
-                "fit": analysis.process_fit,
-            })
+        let process = analysis.estimate.process.as_ref();
+        let of_process = process.into_iter().flat_map(|it| it.named());
+        let of_process =
+            of_process.map(|(name, _, value, deviation)| named((name, value, deviation)));
+        let parameters: Vec<Value> = physical.into_iter().chain(of_process).collect();
+        let processes = analysis.processes.iter().map(|it| {
+            json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
         });
         Ok(json!({
             "model": self.model_file()?,
-            "parameters": physical,
-            "process": process,
+            "parameters": parameters,
+            "processes": processes.collect::<Vec<_>>(),
+            "process_fit": analysis.process_fit,
             "candidates": analysis.candidates,
             "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.attainable_fit,

@@ -38,7 +38,7 @@ use crate::model::Model;
 use crate::prediction;
 use crate::selection::criteria::{Candidate, choice, first_part, search};
 use crate::selection::{self, Kind, process, select};
-use crate::structure::{InitialState, Problem, Structure};
+use crate::structure::{InitialState, Problem, Structure, variance};
 use crate::uncertainty::Reading;
 use crate::validation::{identifiability, residuals::ResidualTests};
 use planesman_record::StraightLine;
@@ -155,6 +155,8 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, or on the validation data, %.
     pub held_out_fit: Option<f64>,
+    /// The output's standard deviation there, over that of all of the run.
+    pub held_out_spread: Option<f64>,
     /// The fit there that the noise leaves to the best of models, %.
     pub attainable_fit: Option<f64>,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
@@ -208,7 +210,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         start: InitialState::Rest,
         ..options.clone()
     };
-    let is_asked = options.method == Method::Automatic && options.start == InitialState::Estimated;
+    let of_steps = matches!(options.method, Method::Automatic | Method::Process);
+    let is_asked = of_steps && options.start == InitialState::Estimated && options.offset;
     let before_step = is_asked
         .then(|| checks::level_before_step(record))
         .flatten();
@@ -251,8 +254,10 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     if options.method == Method::Automatic || options.method == Method::Process {
         let whole = second_stage(&problem, &caused);
         let chosen = match options.method {
-            Method::Process => process::choose(&whole, options.knowledge.process)?.into(),
-            _ => chosen(&whole, &part, options)?,
+            Method::Process => {
+                process::choose(&whole, options.knowledge.process, before_step.is_some())?.into()
+            }
+            _ => chosen(&whole, &part, options, before_step.is_some())?,
         };
         problem.structure = Structure {
             start: options.start,
@@ -310,6 +315,12 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         .residuals
         .get(longest)
         .and_then(|residuals| ResidualTests::new(residuals, tested_against));
+    let run = problem.runs[longest];
+    let held_out = &run.outputs[first_part(&run).outputs.len()..];
+    let held_out_spread = match validation {
+        None => Some((variance(held_out) / variance(run.outputs)).sqrt()),
+        Some(_) => None,
+    };
     let (held_out_fit, attainable_fit) = match validation {
         None => held_out_fits(estimator, &problem, longest),
         Some(_) => (None, None),
@@ -322,10 +333,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
         held_out_fit,
+        held_out_spread,
         attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
         input_part: checks::part_of_input(&estimate, longest, second.runs[longest]),
-        is_step_test: process::is_step_test(&second.runs),
+        is_step_test: process::is_step_test(&second),
         drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
         lag: lag.or_else(|| lag::lag(&estimate, &second)),
         bootstrap: (options.bootstrap)
@@ -400,7 +412,12 @@ impl From<process::Chosen> for Chosen {
 }
 
 /// The model that cross-validation chooses; of a step test a process model that tells it as well.
-fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+fn chosen(
+    problem: &Problem<'_>,
+    part: &Problem<'_>,
+    options: &Options,
+    stood: bool,
+) -> Result<Chosen> {
     let chosen = cross_validated(problem, part, options);
     let is_free = options.order.is_none()
         && options.numerator.is_none()
@@ -409,7 +426,7 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
         && !options.own_numerators;
     let other = chosen.as_ref().ok().map(|it| &it.estimate);
     match is_free
-        .then(|| process::of_step_test(problem, other))
+        .then(|| process::of_step_test(problem, other, stood))
         .flatten()
     {
         Some(process) => Ok(process.into()),

@@ -6,7 +6,8 @@ use nalgebra::Matrix2;
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{
-    Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
+    Analysis, InputPart, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER,
+    UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
 use crate::selection::{criteria, dead_time};
@@ -32,9 +33,10 @@ const OVERFITTED: f64 = 20.0;
 const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
-/// The F statistic from which a step test's response is beyond doubt: that of 99.9 % for two coefficients and 50 samples.
-const BEYOND_DOUBT: f64 = 8.0;
-/// How many times larger than the noise the errors on held-out data may be that are the noise.
+/// The F statistic from which a process model's response is beyond doubt. A random walk, which a step seems to explain in
+/// part however long the record, reaches 20.
+const BEYOND_DOUBT: f64 = 50.0;
+/// How many times larger the errors on held-out data may be than those where the model is fitted.
 const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
 const MATTERS: f64 = 0.05;
@@ -100,6 +102,7 @@ impl Analysis {
         reasons.extend(self.left_out(record));
         reasons.extend(self.selection());
         reasons.extend(self.order());
+        reasons.extend(self.processes());
         reasons.extend(self.limits_of_search());
         reasons.extend(self.two_stages());
         reasons.extend(self.fits());
@@ -134,6 +137,15 @@ impl Analysis {
         Some(Reason::Order(chosen.clone(), next.cloned()))
     }
 
+    /// The process model, and the next form.
+    fn processes(&self) -> Option<Reason> {
+        let chosen = self.processes.first()?;
+        let others = self.processes.iter().filter(|it| it.form != chosen.form);
+        let next = others.min_by(|p, q| p.bic.total_cmp(&q.bic));
+        let next = next.map(|next| (next.form, next.bic - chosen.bic));
+        Some(Reason::Process(chosen.clone(), next))
+    }
+
     /// A choice at the end of what was searched.
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
@@ -164,7 +176,9 @@ impl Analysis {
                 .into_iter()
                 .collect();
         }
+        let by_process = self.estimate.process.as_ref().and(self.cross_validated());
         let fit = match self.held_out_fit {
+            _ if by_process.is_some() => Reason::HeldOutIsNoise(by_process),
             Some(held_out) => Reason::HeldOutFit(held_out, self.fit_remark(held_out)),
             None if self
                 .attainable_fit
@@ -182,9 +196,13 @@ impl Analysis {
     /// simulates all of the data well; of a process model, where its errors there are the noise.
     fn cross_validated(&self) -> Option<f64> {
         if self.estimate.process.is_some() {
-            let held = self.held_out_fit.zip(self.attainable_fit);
-            let is_noise =
-                held.is_none_or(|(fit, most)| 100.0 - fit <= AS_THE_NOISE * (100.0 - most));
+            // The errors there, and over all of the run.
+            let spread = self.held_out_spread?;
+            let errors = |fit: f64, spread: f64| (100.0 - fit) * spread;
+            let is_noise = self
+                .held_out_fit
+                .zip(self.fit)
+                .is_none_or(|(held, fit)| errors(held, spread) <= AS_THE_NOISE * errors(fit, 1.0));
             let is_little = self.held_out_fit.is_none_or(|fit| fit < GOOD);
             return self.process_fit.filter(|_| is_noise && is_little);
         }
@@ -222,8 +240,13 @@ impl Analysis {
 
     /// How much of the output the input accounts for.
     fn input_share(&self) -> Vec<Reason> {
-        let part = self.input_part.filter(|part| part.share < 0.5);
-        let share = part.map(|part| Reason::InputShare(part.share, !self.is_caused()));
+        let part = self
+            .input_part
+            .filter(|part| part.share < 0.5 || !self.is_caused());
+        let share = part.map(|part| match self.estimate.process {
+            Some(_) => Reason::ProcessF(part.f, BEYOND_DOUBT),
+            None => Reason::InputShare(part.share, part.share < CAUSED),
+        });
         let gain = self.reading().steady_state_gain();
         let gain = gain.filter(|gain| self.is_undetermined(gain));
         share
@@ -303,15 +326,19 @@ impl Analysis {
     }
 
     fn is_caused(&self) -> bool {
-        let of_step = |f: f64| self.is_step_test && f >= BEYOND_DOUBT;
-        let part = self.input_part;
-        part.is_none_or(|part| part.share >= CAUSED || of_step(part.f)) || self.is_unstable()
+        let is_caused = |part: InputPart| match self.estimate.process {
+            Some(_) => part.f >= BEYOND_DOUBT,
+            None => part.share >= CAUSED,
+        };
+        self.input_part.is_none_or(is_caused) || self.is_unstable()
     }
 
     /// Whether what one half of the record says does not hold in the other.
     fn is_unsteady(&self) -> bool {
         let chosen = self.selected.first();
-        !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+        // Half of a step test may hold no step.
+        let may_tell = !self.is_unstable() && !self.is_step_test;
+        may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
     }
 
     /// Whether the standard deviations are those of a residual of any colour.

@@ -115,6 +115,15 @@ impl Estimate {
         self.offset_at_level(at) - by_level
     }
 
+    /// The level of the input at which the output of a model that integrates stands; 0 of others, whose offset holds it.
+    #[must_use]
+    pub fn level_of_integrator(&self, run: usize) -> f64 {
+        match self.input_level {
+            0.0 => 0.0,
+            level => (self.model(run).steady_state_gain()).map_or(level, |_| 0.0),
+        }
+    }
+
     /// `A(1)`; `None` with a pole at z = 1.
     fn steady(&self) -> Option<f64> {
         let a = self.layout.denominator(self.theta.as_slice());

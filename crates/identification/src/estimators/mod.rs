@@ -56,7 +56,7 @@ pub use n4sid::N4sid;
 pub(crate) use normal_equations::{NormalEquations, Part, Search, dot};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
-pub use process::{Form, Process, ProcessModel};
+pub use process::{Begins, Form, Process, ProcessModel};
 pub use recursively::Recursively;
 pub use refined::WarmStarted;
 pub(crate) use rows::{impulse, regression};

@@ -10,8 +10,9 @@
 //! ```text
 //! B(q) = A(q) (1 - q^-1) (s_1 q^-1 + s_2 q^-2 + ...)     one coefficient more than poles
 //! ```
-//! The few parameters are sought by the least simulated error, from the best points of a grid. A residual with colour is
-//! whitened and the search repeated, as for Box-Jenkins; the covariance is that of a residual of any colour.
+//! The few parameters are sought by the least simulated error, from the best points of a grid; the covariance is that of a
+//! residual of any colour. Whitened errors would tell a dead time by the one sample at which the response begins, which no
+//! slope describes.
 //! Where the input before a record is not known, it stood at its first known value. A record in motion has an initial state;
 //! one at rest, an output that stood as well. An integrating process has a level of the input at which its output stands.
 //!
@@ -20,7 +21,6 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
-use super::coloured::whitening;
 use super::estimate::{Error, Estimate};
 use super::estimator::{Estimator, Recursive};
 use super::levenberg_marquardt::{Linearised, minimise};
@@ -45,8 +45,6 @@ const STARTS: usize = 3;
 const NEAR_A_SAMPLE: f64 = 0.05;
 /// Blocks of each part that is left out.
 const BLOCKS_PER_PART: usize = 10;
-/// Rounds of noise model and model.
-const ROUNDS: usize = 3;
 /// The longest dead time, samples: what a record keeps from before it holds it.
 const LONGEST_DEAD_TIME: usize = LONGEST_PAST - 10;
 /// Time constants: the shortest in samples, the longest in lengths of the records.
@@ -297,6 +295,28 @@ impl ProcessModel {
     }
 }
 
+/// How the records of a process model begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Begins {
+    /// As the problem has it.
+    AsGiven,
+    /// At rest with this input.
+    AtRest(f64),
+    /// With an initial state.
+    InMotion,
+}
+
+impl Begins {
+    /// The initial state to be sought, and the input at rest.
+    fn of(self, problem: &Problem<'_>) -> (InitialState, f64) {
+        match self {
+            Self::AsGiven => (problem.structure.start, 0.0),
+            Self::AtRest(input) => (InitialState::Rest, input),
+            Self::InMotion => (InitialState::Estimated, 0.0),
+        }
+    }
+}
+
 /// The process model of least simulated error. Of the problem's structure only the offset and how records begin are heeded.
 #[derive(Clone, Debug)]
 pub struct Process {
@@ -304,8 +324,8 @@ pub struct Process {
     pub form: Form,
     /// Whether a pair of poles stays as the form has it: real, or complex.
     pub is_named: bool,
-    /// The input at which records in motion are at rest as they begin; `None` for an initial state.
-    pub rest: Option<f64>,
+    /// How records begin.
+    pub begins: Begins,
     /// A model nearby, which spares the grid.
     pub near: Option<ProcessModel>,
 }
@@ -317,7 +337,7 @@ impl Process {
         Self {
             form,
             is_named: false,
-            rest: None,
+            begins: Begins::AsGiven,
             near: None,
         }
     }
@@ -329,7 +349,7 @@ impl Process {
     /// As [`Estimator::fit`].
     pub(crate) fn left_out(&self, problem: &Problem<'_>, parts: usize) -> Result<Vec<Vec<f64>>> {
         let model = self.near.as_ref().ok_or(UNDETERMINED)?;
-        let search = Search::new(self, problem, &[1.0]);
+        let search = Search::new(self, problem);
         let start = search.near(model).ok_or(UNDETERMINED)?;
         let rows = search.rows();
         let block = (rows / (BLOCKS_PER_PART * parts)).max(1);
@@ -355,32 +375,15 @@ impl Process {
 
 impl Estimator for Process {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
-        let mut search = Search::new(self, problem, &[1.0]);
+        let search = Search::new(self, problem);
         let starts = match &self.near {
             Some(model) => search.near(model).into_iter().collect(),
             None => search.starts(),
         };
-        let (mut theta, _) = (starts.into_iter())
+        let (theta, _) = (starts.into_iter())
             .filter_map(|start| search.least(start).ok())
             .min_by(|p, q| p.1.cost().total_cmp(&q.1.cost()))
             .ok_or(UNDETERMINED)?;
-        for _ in 0..ROUNDS {
-            let plain = Search::new(self, problem, &[1.0]);
-            let residuals = samples_by_run(problem, plain.linearised(&theta).errors.as_slice());
-            let white = whitening(residuals.iter().map(Vec::as_slice));
-            if white.len() == 1 {
-                break;
-            }
-            let whitened = Search::new(self, problem, &white);
-            let Ok((better, _)) = whitened.least(theta.clone()) else {
-                break;
-            };
-            let moved = (&better - &theta).norm() > 1e-6 * theta.norm();
-            (theta, search) = (better, whitened);
-            if !moved {
-                break;
-            }
-        }
         search.estimate(problem, &theta)
     }
 
@@ -410,15 +413,13 @@ struct Search<'a> {
     signals: Vec<Signals>,
     /// The longest dead time, samples.
     longest: usize,
-    white: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
-    fn new(of: &'a Process, problem: &Problem<'_>, white: &[f64]) -> Self {
+    fn new(of: &'a Process, problem: &Problem<'_>) -> Self {
         let mut structure = of.form.structure(&problem.structure);
-        if of.rest.is_some() {
-            structure.start = InitialState::Rest;
-        }
+        let (start, rest) = of.begins.of(problem);
+        structure.start = start;
         let longest = problem.runs.iter().map(|run| run.outputs.len()).max();
         let longest = longest.unwrap_or(0).min(LONGEST_DEAD_TIME);
         let integrates = of.form.integrates();
@@ -450,7 +451,6 @@ impl<'a> Search<'a> {
                 }
                 all
             };
-            let rest = of.rest.unwrap_or_default();
             let inputs: Vec<f64> = run.inputs.iter().map(|u| u - rest).collect();
             Signals {
                 driving: extended(run.past, &inputs),
@@ -467,7 +467,6 @@ impl<'a> Search<'a> {
             },
             sample_time: problem.sample_time,
             longest,
-            white: white.to_vec(),
         }
     }
 
@@ -564,7 +563,7 @@ impl<'a> Search<'a> {
         about.take(of.outputs.len()).collect()
     }
 
-    /// Errors, whitened, and slopes.
+    /// Errors and slopes.
     fn linearised(&self, theta: &DVector<f64>) -> Linearised {
         let rows = self.rows();
         let mut slopes = DMatrix::zeros(rows, theta.len());
@@ -577,19 +576,13 @@ impl<'a> Search<'a> {
         let (whole, _) = self.split(theta);
         let (a, b, by) = self.sampled(theta);
         let (n, den) = (a.len(), monic(&a));
-        let lead = self.white.len() - 1;
         let mut first = 0;
         for (run, of) in self.signals.iter().enumerate() {
             let count = of.outputs.len();
-            let white = |signal: &[f64]| {
-                let mut signal = filtered(&self.white, &[1.0], signal);
-                signal[..lead.min(count)].fill(0.0);
-                signal
-            };
             let mut column = |place: usize, signal: &[f64]| {
                 slopes
                     .view_mut((first, place), (count, 1))
-                    .copy_from_slice(&white(signal));
+                    .copy_from_slice(signal);
             };
             let driving = self.driving(run, whole, level);
             let caused = filtered(&b, &den, &driving);
@@ -627,7 +620,7 @@ impl<'a> Search<'a> {
             }
             let pairs = of.outputs.iter().zip(&total);
             let left: Vec<f64> = pairs.map(|(y, x)| y - x - offset).collect();
-            errors.rows_mut(first, count).copy_from_slice(&white(&left));
+            errors.rows_mut(first, count).copy_from_slice(&left);
             first += count;
         }
         Linearised { errors, slopes }
@@ -841,8 +834,7 @@ impl<'a> Search<'a> {
     fn estimate(&self, problem: &Problem<'_>, theta: &DVector<f64>) -> Result<Estimate> {
         // At a limit the slopes are those of free parameters: the intervals reach beyond it.
         let here = self.linearised(theta);
-        let lead = (self.white.len() - 1) * self.signals.len();
-        let freedom = freedom(here.errors.len().saturating_sub(lead), theta.len())?;
+        let freedom = freedom(here.errors.len(), theta.len())?;
         let variance = here.errors.norm_squared() / freedom;
         let residuals = samples_by_run(problem, here.errors.as_slice());
         let factor = coloured_factor(&here, &residuals, variance)?;
@@ -874,8 +866,7 @@ impl<'a> Search<'a> {
         };
         let (error, factor) = (Error::Output, slopes * factor);
         Ok(Estimate {
-            input_level: self.level(theta) + self.of.rest.unwrap_or_default(),
-            noise_denominator: self.white[1..].to_vec(),
+            input_level: self.level(theta) + self.of.begins.of(problem).1,
             process: Some(process),
             ..Estimate::of(&sampled, error, coefficients, factor, variance, residuals)
         })

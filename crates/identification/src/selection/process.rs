@@ -9,9 +9,10 @@
 //! fit is cross-validated over short parts of the record, left out a tenth at a time: a model of few parameters passes through.
 
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Estimate, Estimator, Form, Process, whitening};
+use crate::estimators::{Begins, Estimate, Estimator, Form, Process, ProcessModel, whitening};
 use crate::fit::{Spread, fit};
 use crate::structure::{InitialState, Problem};
+use crate::uncertainty::SIGMAS_95;
 use planesman_parallel::on_all_cores;
 use planesman_record::{Run, filter};
 
@@ -57,11 +58,12 @@ pub(crate) struct Chosen {
     pub(crate) fit: Option<f64>,
 }
 
-/// The best process model of some records, of a form that is named or of any.
+/// The best process model of some records, of a form that is named or of any; of records at rest as the problem has it the
+/// output `stood` until a step, or was said to be at rest.
 ///
 /// # Errors
 /// [`IdentificationError`]: records that determine none.
-pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>) -> Result<Chosen> {
+pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Chosen> {
     let forms: Vec<Process> = match named {
         Some(form) => vec![Process {
             is_named: true,
@@ -69,10 +71,21 @@ pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>) -> Result<Chose
         }],
         None => FORMS.map(Process::of).into(),
     };
-    let rest = rest_of(problem);
-    let at_rest = forms.iter().filter(|_| rest.is_some());
-    let at_rest = at_rest.map(|it| Process { rest, ..it.clone() });
-    let estimators: Vec<Process> = at_rest.chain(forms.iter().cloned()).collect();
+    let of = |begins: Begins| {
+        forms.iter().map(move |it| Process {
+            begins,
+            ..it.clone()
+        })
+    };
+    let mut estimators: Vec<Process> = of(Begins::AsGiven).collect();
+    if let Some(input) = rest_of(problem) {
+        estimators.extend(of(Begins::AtRest(input)));
+    }
+    if stood {
+        // A ramp that noise hides before the step grows all along the record.
+        estimators.extend(of(Begins::InMotion).filter(|it| it.form.integrates()));
+    }
+    let may_rest = estimators.len() > forms.len();
     let tried = on_all_cores(&estimators, |it| {
         let estimate = it.fit(problem)?;
         let model = estimate.process.clone();
@@ -98,11 +111,23 @@ pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>) -> Result<Chose
             Err(error) => reason = reason.or(Some(error)),
         }
     }
-    let doubtful = |of: &Candidate| match rest.is_some() && !of.is_at_rest {
+    let doubtful = |of: &Candidate| match may_rest && !of.is_at_rest {
         true => of.bic + BEYOND_DOUBT,
         false => of.bic,
     };
-    found.sort_by(|p: &(Candidate, _, _), q| doubtful(&p.0).total_cmp(&doubtful(&q.0)));
+    // A time constant or a damping ratio that may be 0 is one too many.
+    let is_determined = |of: &Estimate| {
+        let mut named = of.process.iter().flat_map(ProcessModel::named);
+        named.all(|(name, _, value, deviation)| {
+            let may_be_none = name == "K" || name == "theta";
+            may_be_none || value >= SIGMAS_95 * deviation
+        })
+    };
+    found.sort_by(|p: &(Candidate, Process, Estimate), q| {
+        let worse = |it: &(Candidate, _, Estimate)| (!is_determined(&it.2), doubtful(&it.0));
+        let (p, q) = (worse(p), worse(q));
+        p.0.cmp(&q.0).then(p.1.total_cmp(&q.1))
+    });
     let candidates = found.iter().map(|it| it.0.clone()).collect();
     let Some((_, estimator, estimate)) = found.into_iter().next() else {
         return Err(reason.unwrap_or(IdentificationError::Undetermined(
@@ -118,11 +143,15 @@ pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>) -> Result<Chose
 }
 
 /// The best process model of a step test whose criterion is no worse than that of another model.
-pub(crate) fn of_step_test(problem: &Problem<'_>, other: Option<&Estimate>) -> Option<Chosen> {
-    if !is_step_test(&problem.runs) {
+pub(crate) fn of_step_test(
+    problem: &Problem<'_>,
+    other: Option<&Estimate>,
+    stood: bool,
+) -> Option<Chosen> {
+    if !is_step_test(problem) {
         return None;
     }
-    let chosen = choose(problem, None).ok()?;
+    let chosen = choose(problem, None, stood).ok()?;
     let Some(other) = other else {
         return Some(chosen);
     };
@@ -152,15 +181,25 @@ fn rest_of(problem: &Problem<'_>) -> Option<f64> {
     (may_rest && problem.runs.iter().all(all)).then_some(first)
 }
 
-/// Whether the input of each record stands but for one step or two, and that of one changes.
-pub(crate) fn is_step_test(runs: &[Run<'_>]) -> bool {
-    let changes = runs.iter().map(|run| changes(run.inputs));
+/// Whether the input of each record stands but for one step or two, and that of one changes; that of a record at rest was 0
+/// before it.
+pub(crate) fn is_step_test(problem: &Problem<'_>) -> bool {
+    let at_rest = problem.structure.start == InitialState::Rest;
+    let first = |run: &Run<'_>| run.inputs.first().is_some_and(|u| at_rest && *u != 0.0);
+    let runs = problem.runs.iter();
+    let changes = runs.map(|run| Some(changes(run.inputs)?.len() + usize::from(first(run))));
     let changes: Option<Vec<usize>> = changes.collect();
     changes.is_some_and(|all| all.iter().any(|it| *it > 0) && all.iter().all(|it| *it <= CHANGES))
 }
 
-/// The steps of an input; `None` where it moves in between.
-fn changes(inputs: &[f64]) -> Option<usize> {
+/// The first sample of the first step of a step test.
+pub(crate) fn first_step(inputs: &[f64]) -> Option<usize> {
+    let changes = changes(inputs).filter(|it| it.len() <= CHANGES)?;
+    changes.first().copied()
+}
+
+/// Where the steps of an input begin; `None` where it moves in between.
+fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
     let ends = |values: &[f64]| {
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -168,24 +207,24 @@ fn changes(inputs: &[f64]) -> Option<usize> {
     };
     let range = ends(inputs);
     if range == 0.0 {
-        return Some(0);
+        return Some(Vec::new());
     }
     let moves = |k: usize| (inputs[k] - inputs[k - 1]).abs() > STEPS * range;
-    let (mut count, mut stands_from) = (0, 0);
+    let (mut steps, mut stands_from) = (Vec::new(), 0);
     for k in 1..inputs.len() {
         if !moves(k) {
             continue;
         }
         // A step may take several samples.
         if k == 1 || !moves(k - 1) {
-            count += 1;
+            steps.push(k);
             if ends(&inputs[stands_from..k]) > STANDS * range {
                 return None;
             }
         }
         stands_from = k;
     }
-    (ends(&inputs[stands_from..]) <= STANDS * range).then_some(count)
+    (ends(&inputs[stands_from..]) <= STANDS * range).then_some(steps)
 }
 
 /// The errors of an estimate's simulation of each record, without so many at its beginning.
