@@ -33,6 +33,7 @@ Method = Literal[
     "armax",
     "least_squares",
     "n4sid",
+    "process",
     "fir",
     "recursive_least_squares",
     "extended_least_squares",
@@ -86,6 +87,8 @@ class FitOptions(TypedDict, total=False):
     """The estimator; automatic without; "all" tries each and takes the one that simulates held-out data best."""
     order: int
     """Order of the denominator; searched without."""
+    process: Literal["1", "2", "2u", "i", "1i"]
+    """Form of a process model, for method "process"; chosen by a criterion without."""
     numerator: int
     """Coefficients of the numerator."""
     delay: int
@@ -257,7 +260,7 @@ class Model:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The vehicle's own parameters, K/J and so on, from a method that seeks them."""
+        """K, T1 and so on of a process model; the vehicle's own, K/J and so on, from a method that seeks them."""
         return {found["name"]: found["value"] for found in self.report.get("parameters", [])}
 
     @property

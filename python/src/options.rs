@@ -9,6 +9,7 @@ use planesman_fit::{
     DataOptions, FitError, FitOptions, GridOptions, MethodChoice, PreparationOptions,
     RecursionOptions, SignalOptions, Sources, StructureOptions, Validation, VehicleOptions,
 };
+use planesman_identification::estimators::Form;
 use planesman_signals::{Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, FOOT, Quantity};
@@ -253,6 +254,7 @@ impl Keywords {
         let at_one = |it: &mut Self, option| it.count(option, rules::AT_ONE);
         Ok(StructureOptions {
             order: self.count("order", rules::ORDER)?,
+            process: self.choice("process", &Form::ALL, Form::described, |_| &[])?,
             numerator: self.count("numerator", rules::NUMERATOR)?,
             delay: self.count("delay", rules::DELAY)?,
             zeros_at_one: at_one(self, "zeros_at_one")?.unwrap_or_default(),

@@ -10,11 +10,11 @@ use planesman_fit::{
     FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation, VehicleOptions,
     compared, fit,
 };
-use planesman_identification::estimators::Method;
+use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::ModelFile;
 
 use super::arguments::{SignalArgs, by, together};
-use crate::arguments::{choice_also_known, output_file, speed, within};
+use crate::arguments::{choice, choice_also_known, output_file, speed, within};
 use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
 
@@ -88,6 +88,9 @@ struct StructureArgs {
     /// [default: searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
     #[arg(long, value_parser = clap::value_parser!(u8).range(rules::ORDER), visible_alias = "denominator-order")]
     order: Option<u8>,
+    /// Form of a process model, for --method process [default: chosen by the Bayesian criterion]
+    #[arg(long, value_name = "FORM", value_parser = choice(&Form::ALL, Form::described))]
+    process: Option<Form>,
     /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(rules::NUMERATOR))]
     numerator: Option<u8>,
@@ -167,6 +170,7 @@ impl From<&FitArgs> for FitOptions {
             method: args.method,
             structure: StructureOptions {
                 order: structure.order.map(usize::from),
+                process: structure.process,
                 numerator: structure.numerator.map(usize::from),
                 delay: structure.delay.map(usize::from),
                 zeros_at_one: usize::from(structure.zeros_at_one),

@@ -179,7 +179,9 @@ fn a_step_in_the_first_rows_is_a_step_from_rest() {
     let arguments = ["log.csv", "-i", "u", "-o", "y"];
     let at_rest = [&arguments[..], &["--at-rest"]].concat();
     write(1, (0.0, 2.0));
-    is_the_plant_from_rest(fit(folder.path(), &arguments).says("a step in the first samples"));
+    is_the_plant_from_rest(
+        fit(folder.path(), &arguments).says("stands still until the input steps"),
+    );
     is_the_plant_from_rest(&fit(folder.path(), &at_rest));
     // From another level than 0.
     write(2, (1.0, 3.0));

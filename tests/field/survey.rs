@@ -143,7 +143,8 @@ fn a_table_without_a_time_that_can_be_meant_is_told_so_with_the_option() {
         }
         fs::write(folder.path().join("log.csv"), text).unwrap();
     };
-    let cases: [(&str, &dyn Fn(usize) -> String, &str); 4] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(usize) -> String, &'a str);
+    let cases: [Case<'_>; 4] = [
         (
             "t,u,y",
             &|k| format!("{:.12},", k as f64 * STEP / 86_400.0),

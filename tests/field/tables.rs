@@ -690,11 +690,11 @@ fn tables_of_one_topic_each_are_joined_by_time() {
     );
 }
 
+/// A name, and its value of input and output.
+type Thing<'a> = (&'a str, &'a dyn Fn(f64, f64) -> f64);
+
 /// The rows of several things one below the other, or in turns: time, what the number is of, and the number.
-fn below_each_other(
-    things: &[(&str, &dyn Fn(f64, f64) -> f64)],
-    in_turns: bool,
-) -> Vec<(f64, String, f64)> {
+fn below_each_other(things: &[Thing<'_>], in_turns: bool) -> Vec<(f64, String, f64)> {
     let (u, y) = log(11, SAMPLES);
     let mut rows = Vec::new();
     for (thing, number) in things {
@@ -711,7 +711,7 @@ fn below_each_other(
 fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
     let folder = tempfile::tempdir().unwrap();
     let all = SAMPLES as u64;
-    let things: [(&str, &dyn Fn(f64, f64) -> f64); 2] = [("u", &|u, _| u), ("y", &|_, y| y)];
+    let things: [Thing<'_>; 2] = [("u", &|u, _| u), ("y", &|_, y| y)];
     for (header, sign, in_turns) in [
         ("time,name,value", ',', true),
         ("time,variable,value", ',', false),
@@ -752,7 +752,7 @@ fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
 fn what_databases_export_is_told_apart_by_measurement_and_field() {
     let folder = tempfile::tempdir().unwrap();
     let all = SAMPLES as u64;
-    let things: [(&str, &dyn Fn(f64, f64) -> f64); 3] = [
+    let things: [Thing<'_>; 3] = [
         ("x,cmd", &|u, _| u),
         ("x,imu", &|_, y| y),
         ("depth,pressure", &|_, y| 2.0 * y),

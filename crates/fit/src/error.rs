@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use planesman_identification::IdentificationError;
-use planesman_identification::estimators::Method;
+use planesman_identification::estimators::{Form, Method};
 use planesman_vehicle::vehicle_file::VehicleError;
 
 /// Why there is no model, or no comparison.
@@ -34,6 +34,15 @@ pub enum FitError {
     /// A structure for a method whose structure is the vehicle's.
     #[error("--method {}: order, delay and zeros are given by the vehicle's equations", .0.name())]
     StructureOfVehicle(Method),
+    /// A structure for a method whose structure is its form's.
+    #[error(
+        "--method process: order, delay and integrators are those of its form, --process {}",
+        forms()
+    )]
+    StructureOfProcess,
+    /// A form of process model for another method.
+    #[error("--process is for --method process; {} takes --order and --delay", .0.name())]
+    NotProcess(Method),
     /// Coefficients of a vehicle for a method that has no use for them.
     #[error("--heave and --vehicle are for --method vehicle and kalman")]
     NoVehicle,
@@ -143,6 +152,11 @@ impl FitError {
     pub(crate) fn data(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Data(error.into())
     }
+}
+
+/// The forms of a process model.
+fn forms() -> String {
+    Form::ALL.map(Form::name).join(", ")
 }
 
 /// A field as an option is written.

@@ -188,15 +188,26 @@ impl FitResult {
             })
             .map(named)
             .collect();
+        let process = analysis.estimate.process.as_ref();
+        let of_process = process.into_iter().flat_map(|it| it.named());
+        let of_process =
+            of_process.map(|(name, _, value, deviation)| named((name, value, deviation)));
+        let parameters: Vec<Value> = physical.into_iter().chain(of_process).collect();
+        let processes = analysis.processes.iter().map(|it| {
+            json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
+        });
         Ok(json!({
             "model": self.model_file()?,
-            "parameters": physical,
+            "parameters": parameters,
+            "processes": processes.collect::<Vec<_>>(),
+            "process_fit": analysis.process_fit,
             "candidates": analysis.candidates,
             "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.attainable_fit,
             "offsets": (0..analysis.segments.len()).map(|run| analysis.estimate.offset(run)).collect::<Vec<_>>(),
             "predicted_fit": analysis.predicted_fit,
-            "share_of_input": analysis.share,
+            "share_of_input": analysis.input_part.map(|it| it.share),
+            "f_of_input": analysis.input_part.map(|it| it.f),
             "integrator_gain": analysis.reading().integrator_gain().map(|(gain, _)| [gain.value.re, gain.real_deviation()]),
             "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
             "bootstrap": analysis.bootstrap,

@@ -1,10 +1,12 @@
 //! A model as a file that other programs load.
 
 use planesman_identification::analysis::Analysis;
-use planesman_identification::estimators::{Error, Method, Physical, UNKNOWNS};
+use planesman_identification::estimators::{Error, Method, Physical, ProcessModel, UNKNOWNS};
 use planesman_identification::selection::Kind;
 use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
-use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as PhysicalFile, Place};
+use planesman_model_file::{
+    Continuous, Format, Heave, ModelFile, Parameter, Physical as PhysicalFile, Place, Process,
+};
 
 /// The model file: what other programs load.
 ///
@@ -31,13 +33,21 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
             .row_iter()
             .map(|row| row.iter().copied().collect())
             .collect(),
-        continuous: in_s.map(|it| Continuous {
-            num: it.transfer.num.clone(),
-            den: it.transfer.den.clone(),
-            delay: it.delay,
-        }),
+        continuous: match &analysis.estimate.process {
+            Some(process) => {
+                let (num, den, delay) = process.transfer();
+                Some(Continuous { num, den, delay })
+            }
+            None => in_s.map(|it| Continuous {
+                num: it.transfer.num.clone(),
+                den: it.transfer.den.clone(),
+                delay: it.delay,
+            }),
+        },
+        process: analysis.estimate.process.as_ref().map(process_file),
         physical: analysis.physical().map(|it| physical_file(analysis, &it)),
         offset: analysis.estimate.offset(analysis.longest),
+        input_level: analysis.estimate.level_of_integrator(analysis.longest),
         noise_variance: analysis.estimate.noise_variance,
         noise_model: analysis.estimate.noise_model.clone(),
         noise_denominator: analysis.estimate.noise_denominator.clone(),
@@ -71,6 +81,7 @@ pub fn given(file: &ModelFile) -> GivenModel {
         den: file.den.clone(),
         covariance: file.covariance.clone(),
         offset: file.offset,
+        input_level: file.input_level,
         error: if in_equation {
             Error::Equation
         } else {
@@ -79,6 +90,22 @@ pub fn given(file: &ModelFile) -> GivenModel {
         noise_variance: file.noise_variance,
         noise_model: file.noise_model.clone(),
         noise_denominator: file.noise_denominator.clone(),
+    }
+}
+
+fn process_file(found: &ProcessModel) -> Process {
+    let named = found.named();
+    Process {
+        form: found.form.name().to_owned(),
+        equation: found.form.equation().to_owned(),
+        parameters: named
+            .map(|(name, unit, value, deviation)| Parameter {
+                name: name.to_owned(),
+                unit: unit.to_owned(),
+                value,
+                deviation,
+            })
+            .collect(),
     }
 }
 

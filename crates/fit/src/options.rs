@@ -7,7 +7,7 @@ use planesman_identification::InitialState;
 use planesman_identification::analysis::Options;
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
-use planesman_identification::estimators::{Knowledge, Method};
+use planesman_identification::estimators::{Form, Knowledge, Method};
 use planesman_signals::{
     Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend, Unwrap,
 };
@@ -253,6 +253,7 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
             words(&Resampling::ALL, Resampling::described),
         ),
         ("method", words(&MethodChoice::ALL, MethodChoice::described)),
+        ("process", words(&Form::ALL, Form::described)),
     ]);
     options
 }
@@ -262,6 +263,8 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
 pub struct StructureOptions {
     /// The order, known poles not counted, 0 for a static gain; for a finite impulse response the number of its coefficients. `None` to search it.
     pub order: Option<usize>,
+    /// The form of a process model; `None` for a criterion to choose.
+    pub process: Option<Form>,
     /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
     pub numerator: Option<usize>,
     /// Samples from the input to its first effect; `None` to search it.
@@ -437,6 +440,12 @@ impl FitOptions {
         } else if coefficients.is_some() && is_alone {
             return Err(FitError::NoVehicle);
         }
+        if method == Method::Process && structure.is_given() {
+            return Err(FitError::StructureOfProcess);
+        }
+        if method != Method::Process && structure.process.is_some() && is_alone {
+            return Err(FitError::NotProcess(method));
+        }
         let is_fir = method == Method::Fir;
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
@@ -462,6 +471,7 @@ impl FitOptions {
                 noise: vehicle.noise,
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
+                process: structure.process,
                 // Beside other methods the criterion chooses: an order is none of coefficients.
                 length: structure.order.filter(|_| is_fir && is_alone),
                 recursion: self.recursion.options(self.method)?,

@@ -355,6 +355,8 @@ struct TopicScan {
     stamps: Stamps,
     publishers: Publishers,
     senders: Senders,
+    /// Of the message read last: its memory is kept for the next of the topic.
+    values: Values,
     /// What its messages are called, the first few.
     names: BTreeMap<String, u64>,
 }
@@ -374,6 +376,7 @@ impl TopicScan {
             stamps: Stamps::of(&topic.name),
             publishers: Publishers::default(),
             senders: Senders::default(),
+            values: Values::default(),
             names: BTreeMap::new(),
         };
         match plan {
@@ -390,13 +393,13 @@ impl TopicScan {
         scan
     }
 
-    fn take(&mut self, message: &Message, values: &mut Values) {
+    fn take(&mut self, message: &Message) {
         self.messages += 1;
         let (payload, log_time) = (message.payload.as_slice(), message.log_time);
         let publishers = &mut self.publishers;
         let publisher = publishers.of(message.channel, message.sequence, log_time);
         self.senders.take(publisher);
-        match self.read(payload, log_time, values) {
+        match self.read(payload, log_time) {
             Ok((own, content)) => {
                 if self.stamps.take(own, log_time) {
                     self.inspection.take(own.unwrap_or(log_time), content);
@@ -415,12 +418,8 @@ impl TopicScan {
     }
 
     /// Takes the numbers of a message; returns its own stamp, if it has one, and what tells it from others.
-    fn read(
-        &mut self,
-        payload: &[u8],
-        log_time: i64,
-        values: &mut Values,
-    ) -> Result<(Option<i64>, u64), Unreadable> {
+    fn read(&mut self, payload: &[u8], log_time: i64) -> Result<(Option<i64>, u64), Unreadable> {
+        let values = &mut self.values;
         let Some(plan) = &self.plan else {
             return Ok((None, self.messages.rotate_right(8)));
         };
@@ -587,7 +586,6 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         places.get(&key).copied()
     };
     let mut messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
-    let mut values = Values::default();
     let mut count = 0_u64;
     while let Some(message) = messages.next() {
         let message = match message {
@@ -602,7 +600,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             progress(messages.bytes_read());
         }
         if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {
-            scan.take(&message, &mut values);
+            scan.take(&message);
         }
     }
     if !bag.completeness().is_whole() {

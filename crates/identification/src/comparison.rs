@@ -30,6 +30,8 @@ pub struct GivenModel {
     pub covariance: Vec<Vec<f64>>,
     /// The output's offset, output unit.
     pub offset: f64,
+    /// The level of the input at which the output of an integrating model stands, input unit.
+    pub input_level: f64,
     /// Where the noise enters.
     pub error: Error,
     /// The variance of the noise `e`, output unit squared.
@@ -81,6 +83,7 @@ impl GivenModel {
                 .map(|row| row.iter().copied().collect())
                 .collect(),
             offset: found.offset(run),
+            input_level: found.level_of_integrator(run),
             error: found.error,
             noise_variance: found.noise_variance,
             noise_model,
@@ -211,7 +214,7 @@ impl GivenModel {
             theta[at] = self.offset * steady;
         }
         Ok(Estimate {
-            input_level: 0.0,
+            input_level: self.input_level,
             error: self.error,
             layout,
             sample_time: self.sample_time,
@@ -223,6 +226,7 @@ impl GivenModel {
             noise_denominator: self.noise_denominator.clone(),
             residuals: Vec::new(),
             physical: None,
+            process: None,
         })
     }
 }

@@ -99,7 +99,7 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
     let errors = errors_of_simulation(found, number, run);
     let d = &found.noise_denominator;
-    let unknown = found.layout.structure.unknown(run.past.len());
+    let unknown = found.unknown(run);
     Missed::by((unknown + d.len() + ahead - 1..errors.len()).map(|end| {
         let start = end + 1 - ahead;
         let predicted = match d.is_empty() {
@@ -120,7 +120,7 @@ pub(crate) fn residuals(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f6
         Error::Output => {
             let d = monic(&found.noise_denominator);
             let errors = errors_of_simulation(found, number, run);
-            let unknown = found.layout.structure.unknown(run.past.len());
+            let unknown = found.unknown(run);
             (filter(&d, &[1.0], &errors), unknown + d.len() - 1)
         }
     };

@@ -122,6 +122,24 @@ impl Structure {
         driving
     }
 
+    /// The same of a record before which the input, where it is not known, stood at its first known value. An integrated input
+    /// of a record in motion counts from the first sample.
+    #[must_use]
+    pub(crate) fn driving_from_standing(&self, past: &[f64], inputs: &[f64]) -> Vec<f64> {
+        let (InitialState::Estimated, Some(first)) = (self.start, past.first().or(inputs.first()))
+        else {
+            return self.driving(past, inputs);
+        };
+        let missing = (self.delay + self.numerator).saturating_sub(past.len());
+        let past = [vec![*first; missing], past.to_vec()].concat();
+        let mut driving = self.driving(&past, inputs);
+        if self.known_denominator != [1.0] {
+            let anchor = past.iter().sum::<f64>() + inputs.first().copied().unwrap_or_default();
+            driving.iter_mut().for_each(|it| *it -= anchor);
+        }
+        driving
+    }
+
     /// The first outputs of a record in motion that inputs act on which are not known, with so many known before it:
     /// they count for nothing. What a state of the poles accounts for is none of them.
     #[must_use]

@@ -74,7 +74,11 @@ fn the_order_of_the_truth_is_chosen_in_white_and_in_slow_noise() {
                 "{}",
                 analysis.text()
             );
-            assert!(analysis.share.unwrap() > 0.5, "{}", analysis.text());
+            assert!(
+                analysis.input_part.unwrap().share > 0.5,
+                "{}",
+                analysis.text()
+            );
         }
     }
     assert!(second_order >= 6, "{second_order} of 8");
@@ -260,7 +264,11 @@ fn free_motion_is_not_credited_to_the_input() {
         ("noise", noise(77, 1000)),
     ] {
         let analysis = by_default(u.clone(), y);
-        assert!(analysis.share.unwrap() < 0.1, "{name}: {}", analysis.text());
+        assert!(
+            analysis.input_part.unwrap().share < 0.1,
+            "{name}: {}",
+            analysis.text()
+        );
         assert!(
             verdict(&analysis).contains("no model of what the input does"),
             "{name}: {}",

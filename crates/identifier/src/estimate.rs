@@ -32,5 +32,6 @@ pub fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
         input_level: 0.0,
         residuals: Vec::new(),
         physical: None,
+        process: None,
     })
 }

@@ -173,6 +173,32 @@ pub struct Heave {
     pub from_input: f64,
 }
 
+/// A process model, as its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Process {
+    /// Its form: 1, 2, 2u, i or 1i.
+    pub form: String,
+    /// Its transfer function in words.
+    pub equation: String,
+    /// Gain, time constants, dead time.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A parameter with its standard deviation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// Its name in the equation.
+    pub name: String,
+    /// Its unit; of a gain none but the signals'.
+    pub unit: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub deviation: f64,
+}
+
 /// A model as other programs load it: `control.tf(num, den, sample_time)` in Python,
 /// `tf(num, den, sample_time)` in MATLAB.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -202,8 +228,14 @@ pub struct ModelFile {
     pub continuous: Option<Continuous>,
     /// The vehicle's own equations, from a method that seeks them.
     pub physical: Option<Physical>,
+    /// The process model that was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<Process>,
     /// The output's offset.
     pub offset: f64,
+    /// The input at which the output of an integrating model stands; of another the offset holds it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub input_level: f64,
     /// The noise's variance, output unit squared.
     pub noise_variance: f64,
     /// `c1 ... cn`; empty without a noise model.
@@ -253,7 +285,9 @@ impl ModelFile {
             covariance: vec![vec![0.0; count]; count],
             continuous: None,
             physical: None,
+            process: None,
             offset: 0.0,
+            input_level: 0.0,
             noise_variance: 0.0,
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),
@@ -382,6 +416,11 @@ impl ModelFile {
         }
         Ok(())
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Where the first number stands that is not finite.

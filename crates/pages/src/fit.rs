@@ -81,6 +81,12 @@ fn in_words(analysis: &Analysis) -> Markup {
     html! {
         div.scroll { table.words {
             @for mode in analysis.modes() { tr { td { "mode" } td { (mode) } } }
+            @if let Some(process) = &analysis.estimate.process {
+                tr { td { "process" } td { (process.form.equation()) } }
+                @for (name, unit, value, deviation) in process.named() {
+                    tr { td { (name) } td { (with_interval(value, SIGMAS_95 * deviation)) " " (unit) } }
+                }
+            }
             tr { td { "delay" } td {
                 (structure.delay) (if structure.delay == 1 { " sample, " } else { " samples, " }) (format!("{:.4}", structure.delay as f64 * sample_time)) " s"
                 @if let Some(lag) = analysis.lag {

@@ -64,6 +64,7 @@ impl Mixture {
             .filter(|at| is_off(samples, *at))
             .collect();
         let is_found = samples.len() >= FEWEST
+            && off.len() >= FEWEST_OF_SLOWER
             && has_levels(samples)
             && (takes_turns(samples, &off) || has_a_slower_one(samples, &off));
         is_found.then(|| Self {

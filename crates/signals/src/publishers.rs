@@ -4,7 +4,7 @@
 //! Messages of one publisher are numbered one by one; of two, each goes on from its own last. A number that was passed over, and comes
 //! late, is of the publisher that passed it over. Recorders that keep no numbers write 0.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use planesman_decode::FieldPath;
 use planesman_decode::path::Step;
@@ -38,9 +38,26 @@ struct Publisher {
     passed: VecDeque<u32>,
 }
 
+impl Publisher {
+    fn goes_on(&mut self, number: u32, time: i64) {
+        let interval = time.saturating_sub(self.time) as f64;
+        self.interval += 0.1 * (interval - self.interval);
+        (self.number, self.time) = (number, time);
+    }
+}
+
 impl Publishers {
     /// The publisher of a message with that number on the channel, received then: counted from 1.
     pub fn of(&mut self, channel: u16, number: u32, time: i64) -> usize {
+        // Nearly all messages are of a topic with one publisher, and none is lost.
+        if let [one] = &mut self.list[..]
+            && one.channel == channel
+            && one.passed.is_empty()
+            && (number == one.number.wrapping_add(1) || (number, one.number) == (0, 0))
+        {
+            one.goes_on(number, time);
+            return 1;
+        }
         let here = || {
             self.list
                 .iter()
@@ -82,9 +99,7 @@ impl Publishers {
         }
         let spare = it.passed.len().saturating_sub(LATE);
         it.passed.drain(..spare);
-        let interval = time.saturating_sub(it.time) as f64;
-        it.interval += 0.1 * (interval - it.interval);
-        (it.number, it.time) = (number, time);
+        it.goes_on(number, time);
         place + 1
     }
 
@@ -106,8 +121,9 @@ impl Publishers {
 /// Whose messages a signal was in.
 #[derive(Clone, Debug, Default)]
 pub struct Senders {
-    counts: BTreeMap<usize, u64>,
-    last: Option<usize>,
+    /// The messages of each, counted from 1.
+    counts: Vec<u64>,
+    last: usize,
     /// How often one has come again after another.
     returns: u64,
 }
@@ -115,21 +131,26 @@ pub struct Senders {
 impl Senders {
     /// Takes a message that has the signal.
     pub fn take(&mut self, publisher: usize) {
-        let count = self.counts.entry(publisher).or_default();
+        if publisher > self.counts.len() {
+            self.counts.resize(publisher, 0);
+        }
+        let Some(count) = self.counts.get_mut(publisher.wrapping_sub(1)) else {
+            return;
+        };
         // A publisher that is started again counts anew: none comes back then.
-        let comes_back = *count > 0 && self.last != Some(publisher);
+        self.returns += u64::from(*count > 0 && self.last != publisher);
         *count += 1;
-        self.last = Some(publisher);
-        self.returns += u64::from(comes_back);
+        self.last = publisher;
     }
 
     /// The publishers that take turns, with the messages of each; none where there is but one.
     #[must_use]
     pub fn in_turn(&self) -> Vec<(usize, u64)> {
-        let all: u64 = self.counts.values().sum();
+        let all: u64 = self.counts.iter().sum();
         let is_one = |count: u64| count >= FEWEST && count as f64 >= SHARE * all as f64;
-        let list: Vec<(usize, u64)> = (self.counts.iter())
-            .filter_map(|(publisher, count)| is_one(*count).then_some((*publisher, *count)))
+        let list: Vec<(usize, u64)> = (1..)
+            .zip(self.counts.iter().copied())
+            .filter(|it| is_one(it.1))
             .collect();
         match list.len() > 1 && self.returns >= FEWEST {
             true => list,
@@ -151,7 +172,7 @@ impl Senders {
         });
         let listed = listed.collect::<Vec<_>>().join(" or ");
         match chosen {
-            Some(chosen) if !self.counts.contains_key(&chosen) => {
+            Some(chosen) if chosen == 0 || chosen > self.counts.len() => {
                 let all = match several.is_empty() {
                     true => format!("'{topic}:{path}'"),
                     false => listed,

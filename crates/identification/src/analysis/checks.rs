@@ -3,21 +3,30 @@
 
 use planesman_linear::polynomial::product;
 
-use crate::estimators::Estimate;
+use crate::estimators::{Estimate, whitening};
 use crate::fit::fit;
 use crate::free_motion::without_free_motion;
-use crate::selection::innovation_variance;
+use crate::selection::{innovation_variance, process};
 use crate::structure::{InitialState, Problem, variance};
 use planesman_record::{Record, Run, filter};
 
-/// A step is in the first samples of a record up to this one.
-const FIRST_SAMPLES: usize = 20;
+/// Samples before a step that tell a trend from noise, and the standard deviations of a slope from which it is one.
+const FEW_SAMPLES: usize = 8;
+const TREND: f64 = 3.3;
 /// The share of the output's range within which it stands still.
 const STANDS_STILL: f64 = 0.05;
 
-/// The share of the output's squares that the input accounts for beyond constant and free motion, 0 to 1; negative
-/// when the model makes it worse. `None` when nothing is left for the input.
-pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+/// What the input accounts for in the output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InputPart {
+    /// The share of the output's squares beyond constant and free motion, 0 to 1; negative when the model makes it worse.
+    pub share: f64,
+    /// The F statistic of the input's parameters, against the noise or its slow changes where those are larger.
+    pub f: f64,
+}
+
+/// What the input accounts for in a record. `None` when nothing is left for it.
+pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
     let a = found.layout.denominator(found.theta.as_slice());
     let b = &found.theta.as_slice()[found.layout.b(number)];
@@ -30,7 +39,7 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
             free
         }
     };
-    let unknown = structure.unknown(run.past.len()).min(run.outputs.len());
+    let unknown = found.unknown(run).min(run.outputs.len());
     let outputs = &run.outputs[unknown..];
     let mean = outputs.iter().sum::<f64>() / outputs.len().max(1) as f64;
     let caused = filter(b, &a, &found.driving(run)[unknown..]);
@@ -50,18 +59,46 @@ pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> O
         InitialState::Estimated => without_free_motion(&centred, &known),
     };
     let share = (alone - with) / total;
-    (total > 0.0 && share.is_finite()).then_some(share)
+    let parameters = match &found.process {
+        Some(process) => process.values.len(),
+        None => structure.poles + structure.numerator,
+    };
+    let f = slow_variance(found, number, run).map_or(f64::INFINITY, |noise| {
+        (alone - with) / parameters as f64 / noise
+    });
+    (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
 }
 
-/// The input before a step in the first samples of a record, where it does nothing else, and the output stands still
-/// until the step: a motion at the beginning would be the step's own.
+/// The variance of an estimate's errors of simulation, or of slow changes in them where those are larger: `V / D(1)^2`, with
+/// an autoregression `D e` white of variance V. `None` without errors.
+fn slow_variance(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    let simulated = found.simulate(number, run);
+    let pairs = run.outputs.iter().zip(&simulated);
+    let errors: Vec<f64> = pairs.map(|(y, x)| y - x).skip(found.unknown(run)).collect();
+    Some(slow_variance_of(&errors, found.theta.len())).filter(|it| *it > 0.0)
+}
+
+/// The same of what so many parameters have left.
+fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
+    let d = whitening([left].into_iter());
+    let white = filter(&d, &[1.0], left).split_off((d.len() - 1).min(left.len()));
+    let variance = |of: &[f64]| {
+        let freedom = of.len().saturating_sub(parameters).max(1);
+        of.iter().map(|e| e * e).sum::<f64>() / freedom as f64
+    };
+    (variance(&white) / d.iter().sum::<f64>().powi(2)).max(variance(left))
+}
+
+/// The input before the step of a step test, where the output stands still until then: a motion at the beginning could be
+/// taken for the step's own.
 pub(super) fn level_before_step(record: &Record) -> Option<f64> {
     let [number] = record.used()[..] else {
         return None;
     };
     let run = record.segments[number].run()?;
-    let (first, last) = (run.inputs.first()?, run.inputs.last()?);
-    let step = run.inputs.iter().position(|u| u != first)?;
+    let step = process::first_step(run.inputs)?;
+    let level = run.inputs[..step].iter().sum::<f64>() / step as f64;
+    let stood = run.past.iter().all(|u| u == run.past.last().unwrap_or(u));
     let range = |values: &[f64]| {
         let ends = values
             .iter()
@@ -70,10 +107,25 @@ pub(super) fn level_before_step(record: &Record) -> Option<f64> {
             });
         ends.1 - ends.0
     };
-    // A step within an interval has a mean of both levels there.
-    let is_a_step = step <= FIRST_SAMPLES && run.inputs[step + 1..].iter().all(|u| u == last);
-    let stands = range(&run.outputs[..=step]) <= STANDS_STILL * range(run.outputs);
-    (is_a_step && stands).then_some(*first)
+    let before = &run.outputs[..=step];
+    let stands = range(before) <= STANDS_STILL * range(run.outputs);
+    let is_noise = before.len() >= FEW_SAMPLES && !has_trend(before);
+    (stood && (stands || is_noise)).then_some(level)
+}
+
+/// Whether values have a trend beyond their noise and its slow changes.
+fn has_trend(values: &[f64]) -> bool {
+    let count = values.len() as f64;
+    let times = (0..values.len()).map(|k| k as f64 - (count - 1.0) / 2.0);
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = times.clone().map(|t| t * t).sum();
+    let slope = times.clone().zip(values).map(|(t, y)| t * y).sum::<f64>() / squares;
+    let left: Vec<f64> = times
+        .zip(values)
+        .map(|(t, y)| y - mean - slope * t)
+        .collect();
+    let slow = slow_variance_of(&left, 2);
+    slope.powi(2) * squares > TREND.powi(2) * slow
 }
 
 /// The fit that the noise leaves to the best of models over the held-out data, %: the noise is what an equation of high

@@ -28,7 +28,7 @@ pub struct Lag {
 
 /// The lag of a model of the output error, from the longest record it was fitted to.
 pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
-    if found.error != Error::Output || found.physical.is_some() {
+    if found.error != Error::Output || found.physical.is_some() || found.process.is_some() {
         return None;
     }
     let one = Problem {

@@ -21,6 +21,7 @@ mod verdict;
 
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
+pub use checks::InputPart;
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
 pub use verdict::Verdict;
@@ -36,8 +37,8 @@ use crate::estimators::{
 use crate::model::Model;
 use crate::prediction;
 use crate::selection::criteria::{Candidate, choice, first_part, search};
-use crate::selection::{self, Kind, select};
-use crate::structure::{InitialState, Problem, Structure};
+use crate::selection::{self, Kind, process, select};
+use crate::structure::{InitialState, Problem, Structure, variance};
 use crate::uncertainty::{Reading, Uncertain};
 use crate::validation::identifiability::{self, Doubt};
 use crate::validation::nonlinearity::{self, Finding};
@@ -149,6 +150,10 @@ pub struct Analysis {
     pub selected: Vec<selection::Candidate>,
     /// What leaving out a pole that a zero may cancel, or not, would give.
     pub other_order: Option<OtherOrder>,
+    /// The forms of process model tried, the best first; empty where none was.
+    pub processes: Vec<process::Candidate>,
+    /// The cross-validated fit of the process model, %.
+    pub process_fit: Option<f64>,
     /// Samples it was tried on.
     pub searched: usize,
     /// Of each run, the number of the record's segment.
@@ -157,12 +162,16 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, or on the validation data, %.
     pub held_out_fit: Option<f64>,
+    /// The output's standard deviation there, over that of all of the run.
+    pub held_out_spread: Option<f64>,
     /// The fit there that the noise leaves to the best of models, %.
     pub attainable_fit: Option<f64>,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
     pub predicted_fit: Option<f64>,
-    /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
-    pub share: Option<f64>,
+    /// What the input accounts for in the output, beyond constant and free motion.
+    pub input_part: Option<InputPart>,
+    /// Whether the input stands but for one step or two.
+    pub is_step_test: bool,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
     pub drift: f64,
     /// What the longest run says of the delay, for a model of the output error.
@@ -211,7 +220,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         start: InitialState::Rest,
         ..options.clone()
     };
-    let is_asked = options.method == Method::Automatic && options.start == InitialState::Estimated;
+    let of_steps = matches!(options.method, Method::Automatic | Method::Process);
+    let is_asked = of_steps && options.start == InitialState::Estimated && options.offset;
     let before_step = is_asked
         .then(|| checks::level_before_step(record))
         .flatten();
@@ -251,14 +261,25 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
     let (mut fitted, mut lag, mut other_order) = (None, None, None);
-    if options.method == Method::Automatic {
-        let chosen = chosen(&second_stage(&problem, &caused), &part, options)?;
-        problem.structure = chosen.structure;
+    let (mut processes, mut process_fit) = (Vec::new(), None);
+    if options.method == Method::Automatic || options.method == Method::Process {
+        let whole = second_stage(&problem, &caused);
+        let chosen = match options.method {
+            Method::Process => {
+                process::choose(&whole, options.knowledge.process, before_step.is_some())?.into()
+            }
+            _ => chosen(&whole, &part, options, before_step.is_some())?,
+        };
+        problem.structure = Structure {
+            start: options.start,
+            ..chosen.structure
+        };
         method = chosen.estimator;
         fitted = Some(chosen.estimate);
         lag = chosen.lag;
         selected = chosen.selected;
         other_order = chosen.other_order;
+        (processes, process_fit) = (chosen.processes, chosen.process_fit);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
@@ -306,6 +327,12 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         .residuals
         .get(longest)
         .and_then(|residuals| ResidualTests::new(residuals, tested_against));
+    let run = problem.runs[longest];
+    let held_out = &run.outputs[first_part(&run).outputs.len()..];
+    let held_out_spread = match validation {
+        None => Some((variance(held_out) / variance(run.outputs)).sqrt()),
+        Some(_) => None,
+    };
     let (held_out_fit, attainable_fit) = match validation {
         None => held_out_fits(estimator, &problem, longest),
         Some(_) => (None, None),
@@ -318,9 +345,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
         held_out_fit,
+        held_out_spread,
         attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
-        share: checks::share_of_input(&estimate, longest, second.runs[longest]),
+        input_part: checks::part_of_input(&estimate, longest, second.runs[longest]),
+        is_step_test: process::is_step_test(&second),
         drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
         lag: lag.or_else(|| lag::lag(&estimate, &second)),
         bootstrap: (options.bootstrap)
@@ -347,6 +376,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         candidates,
         selected,
         other_order,
+        processes,
+        process_fit,
         estimate,
         direct,
         segments,
@@ -355,9 +386,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
     found.finding = found.beyond_linear(data);
-    let mut doubts = match options.method.is_of_the_vehicle() {
-        true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
-        false => identifiability::doubts(&problem),
+    let mut doubts = match (&found.estimate.process, options.method.is_of_the_vehicle()) {
+        // One step determines it, as its intervals say.
+        (Some(_), _) => Vec::new(),
+        (None, true) => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
+        (None, false) => identifiability::doubts(&problem),
     };
     // An input that hardly excites some direction determines it where there is little noise.
     if found.response_is_determined() {
@@ -371,7 +404,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     Ok(found)
 }
 
-/// The choice of the default method.
+/// The choice of the default method, or of a process model.
 struct Chosen {
     structure: Structure,
     estimator: Box<dyn Estimator>,
@@ -380,6 +413,8 @@ struct Chosen {
     lag: Option<Lag>,
     selected: Vec<selection::Candidate>,
     other_order: Option<OtherOrder>,
+    processes: Vec<process::Candidate>,
+    process_fit: Option<f64>,
 }
 
 /// A model with or without a pole that a zero may cancel, beside the one that was chosen.
@@ -395,8 +430,46 @@ pub struct OtherOrder {
     pub fit: f64,
 }
 
+impl From<process::Chosen> for Chosen {
+    fn from(chosen: process::Chosen) -> Self {
+        Self {
+            structure: chosen.estimate.layout.structure.clone(),
+            estimator: Box::new(chosen.estimator),
+            estimate: chosen.estimate,
+            lag: None,
+            selected: Vec::new(),
+            other_order: None,
+            processes: chosen.candidates,
+            process_fit: chosen.fit,
+        }
+    }
+}
+
+/// The model that cross-validation chooses; of a step test a process model that tells it as well.
+fn chosen(
+    problem: &Problem<'_>,
+    part: &Problem<'_>,
+    options: &Options,
+    stood: bool,
+) -> Result<Chosen> {
+    let chosen = cross_validated(problem, part, options);
+    let is_free = options.order.is_none()
+        && options.numerator.is_none()
+        && options.delay.is_none()
+        && options.zeros_at_one + options.integrators == 0
+        && !options.own_numerators;
+    let other = chosen.as_ref().ok().map(|it| &it.estimate);
+    match is_free
+        .then(|| process::of_step_test(problem, other, stood))
+        .flatten()
+    {
+        Some(process) => Ok(process.into()),
+        None => chosen,
+    }
+}
+
 /// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
-fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
     let orders = options.order.map_or(1..=MAX_ORDER, |order| order..=order);
     // Planes move a vehicle only later; a model at a speed is one of a vehicle.
     let least = usize::from(options.speed.is_some());
@@ -479,6 +552,8 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
         lag,
         selected,
         other_order,
+        processes: Vec::new(),
+        process_fit: None,
     })
 }
 
@@ -537,7 +612,7 @@ impl Level {
 
     fn put_back(self, found: &mut Analysis) {
         for estimate in std::iter::once(&mut found.estimate).chain(&mut found.direct) {
-            estimate.input_level = self.input;
+            estimate.input_level += self.input;
             let steady = match estimate.error {
                 Error::Equation => {
                     let a = estimate.layout.denominator(estimate.theta.as_slice());
@@ -709,7 +784,10 @@ impl Analysis {
     /// The method's name: that of the kind that was chosen, or of the method that was asked for.
     #[must_use]
     pub fn method_name(&self) -> &'static str {
-        self.kind().map_or(self.options.method.name(), Kind::name)
+        match self.estimate.process {
+            Some(_) => Method::Process.name(),
+            None => self.kind().map_or(self.options.method.name(), Kind::name),
+        }
     }
 
     /// The model of the longest run.

@@ -1,7 +1,8 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
 use super::OtherOrder;
-use crate::selection::{Candidate, criteria};
+use crate::estimators::Form;
+use crate::selection::{Candidate, criteria, process};
 use crate::uncertainty::Uncertain;
 use crate::validation::identifiability::Doubt;
 use crate::validation::nonlinearity::Finding;
@@ -14,7 +15,7 @@ pub enum Reason {
     Validated(usize, Option<f64>, Option<f64>),
     /// What reading the data has found that bears on the model, in words.
     Data(String),
-    /// The input is a step in the first samples: the record is taken to begin at rest.
+    /// The output stands still until the input steps: the record is taken to begin at rest.
     AtRest,
     /// The record may not determine the model.
     Doubt(Doubt),
@@ -26,6 +27,8 @@ pub enum Reason {
     Selected(usize, Box<Candidate>, Option<Box<Candidate>>),
     /// The order and delay chosen by criteria, and the next order.
     Order(criteria::Candidate, Option<criteria::Candidate>),
+    /// The process model chosen, and the next form with the difference of its criterion.
+    Process(process::Candidate, Option<(Form, f64)>),
     /// The order is the largest searched.
     LargestOrder(usize),
     /// The delay is the longest searched.
@@ -64,6 +67,8 @@ pub enum Reason {
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
     InputShare(f64, bool),
+    /// The F statistic of a process model against the noise, and the one from which it is beyond doubt.
+    ProcessF(f64, f64),
     /// The steady-state gain, which is hardly known.
     GainUndetermined(Uncertain),
     /// Samples by which the output seems to come before the input.

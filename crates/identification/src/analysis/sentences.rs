@@ -151,6 +151,18 @@ impl fmt::Display for Reason {
                 }
             }
             Self::Order(chosen, next) => order(f, chosen, next.as_ref()),
+            Self::Process(chosen, next) => {
+                let begins = match chosen.is_at_rest {
+                    true => "at rest",
+                    false => "in motion",
+                };
+                let form = chosen.form;
+                write!(f, "process model {}, {}, {begins} as the record begins", form.name(), form.equation())?;
+                match next {
+                    Some((next, bic)) => write!(f, "; next {}, BIC {bic:+.1}", next.name()),
+                    None => Ok(()),
+                }
+            }
             Self::LargestOrder(order) => write!(
                 f,
                 "order {order} is the largest searched: a higher one may fit better (--order {})",
@@ -209,7 +221,7 @@ impl fmt::Display for Reason {
                 }
             }
             Self::AtRest => f.write_str(
-                "the input is a step in the first samples: the output is taken to have been at rest before it, as by --at-rest",
+                "the output stands still until the input steps: it is taken to have been at rest before, as by --at-rest",
             ),
             Self::HeldOutIsNoise(None) => f.write_str(
                 "not validated: in the held-out data the output stays within the noise",
@@ -271,6 +283,13 @@ impl fmt::Display for Reason {
                         100.0 * interval / gain.value.re.abs()
                     ),
                 }
+            }
+            Self::ProcessF(f_statistic, least) => {
+                let than = match f_statistic < least {
+                    true => "the output's own noise and drift explain it as well",
+                    false => "the input moves the output beyond doubt",
+                };
+                write!(f, "F of the input's part {f_statistic:.0}, {least:.0} needed: {than}")
             }
             Self::Early(samples) => write!(
                 f,

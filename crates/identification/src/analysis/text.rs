@@ -48,6 +48,7 @@ impl Analysis {
             let _ = writeln!(text, "in two stages, from {reference}");
         }
         text += &self.tried();
+        text += &self.process();
         text += &self.coefficients();
         for mode in self.modes() {
             let _ = writeln!(text, "{:<12} {mode}", "mode");
@@ -97,12 +98,12 @@ impl Analysis {
             };
             let _ = writeln!(text, "{:<12} {left} on held-out data", "the noise");
         }
-        if let Some(share) = self.share {
+        if let Some(part) = self.input_part {
             let _ = writeln!(
                 text,
                 "{:<12} {:.1} % of the output's variation",
                 "the input's",
-                100.0 * share
+                100.0 * part.share
             );
         }
         text.push('\n');
@@ -127,6 +128,15 @@ impl Analysis {
                     c.structure.delay,
                     c.fit()
                 );
+            }
+            return text + "\n";
+        }
+        if !self.processes.is_empty() {
+            let mut text = String::from("\nprocess       begins     sought  BIC\n");
+            for c in &self.processes {
+                let begins = if c.is_at_rest { "at rest" } else { "in motion" };
+                let (form, sought) = (c.form.name(), c.parameters);
+                let _ = writeln!(text, "{form:<13} {begins:<10} {sought:<7} {:.1}", c.bic);
             }
             return text + "\n";
         }
@@ -256,6 +266,19 @@ impl Analysis {
         }
         if let Some(gain) = self.bootstrap.as_ref().and_then(|it| it.gain.as_ref()) {
             let _ = writeln!(text, "{:<12} {}", "  bootstrap", span(gain));
+        }
+        text
+    }
+
+    /// The parameters of a process model.
+    fn process(&self) -> String {
+        let Some(model) = &self.estimate.process else {
+            return String::new();
+        };
+        let mut text = format!("{:<12} {}\n", "process", model.form.equation());
+        for (name, unit, value, deviation) in model.named() {
+            let value = with_interval(value, SIGMAS_95 * deviation);
+            let _ = writeln!(text, "{}", format!("{name:<12} {value} {unit}").trim_end());
         }
         text
     }

@@ -6,7 +6,8 @@ use nalgebra::Matrix2;
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{
-    Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
+    Analysis, InputPart, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER,
+    UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
 use crate::selection::{criteria, dead_time};
@@ -32,6 +33,11 @@ const OVERFITTED: f64 = 20.0;
 const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
+/// The F statistic from which a process model's response is beyond doubt. A random walk, which a step seems to explain in
+/// part however long the record, reaches 20.
+const BEYOND_DOUBT: f64 = 50.0;
+/// How many times larger the errors on held-out data may be than those where the model is fitted.
+const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
 const MATTERS: f64 = 0.05;
 /// Samples for each parameter, below which a fit is partly memory.
@@ -107,6 +113,7 @@ impl Analysis {
         reasons.extend(self.left_out(record));
         reasons.extend(self.selection());
         reasons.extend(self.order());
+        reasons.extend(self.processes());
         reasons.extend(self.limits_of_search());
         reasons.extend(self.two_stages());
         reasons.extend(self.fits());
@@ -143,6 +150,15 @@ impl Analysis {
         Some(Reason::Order(chosen.clone(), next.cloned()))
     }
 
+    /// The process model, and the next form.
+    fn processes(&self) -> Option<Reason> {
+        let chosen = self.processes.first()?;
+        let others = self.processes.iter().filter(|it| it.form != chosen.form);
+        let next = others.min_by(|p, q| p.bic.total_cmp(&q.bic));
+        let next = next.map(|next| (next.form, next.bic - chosen.bic));
+        Some(Reason::Process(chosen.clone(), next))
+    }
+
     /// A choice at the end of what was searched.
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
@@ -173,7 +189,9 @@ impl Analysis {
                 .into_iter()
                 .collect();
         }
+        let by_process = self.estimate.process.as_ref().and(self.cross_validated());
         let fit = match self.held_out_fit {
+            _ if by_process.is_some() => Reason::HeldOutIsNoise(by_process),
             Some(held_out) => Reason::HeldOutFit(held_out, self.fit_remark(held_out)),
             None if self
                 .attainable_fit
@@ -188,8 +206,19 @@ impl Analysis {
     }
 
     /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
-    /// simulates all of the data well.
+    /// simulates all of the data well; of a process model, where its errors there are the noise.
     fn cross_validated(&self) -> Option<f64> {
+        if self.estimate.process.is_some() {
+            // The errors there, and over all of the run.
+            let spread = self.held_out_spread?;
+            let errors = |fit: f64, spread: f64| (100.0 - fit) * spread;
+            let is_noise = self
+                .held_out_fit
+                .zip(self.fit)
+                .is_none_or(|(held, fit)| errors(held, spread) <= AS_THE_NOISE * errors(fit, 1.0));
+            let is_little = self.held_out_fit.is_none_or(|fit| fit < GOOD);
+            return self.process_fit.filter(|_| is_noise && is_little);
+        }
         let settled = self
             .attainable_fit
             .is_some_and(|fit| fit <= UNINFORMATIVE_FIT);
@@ -236,8 +265,13 @@ impl Analysis {
 
     /// How much of the output the input accounts for.
     fn input_share(&self) -> Vec<Reason> {
-        let share = self.share.filter(|share| *share < 0.5);
-        let share = share.map(|share| Reason::InputShare(share, share < CAUSED));
+        let part = self
+            .input_part
+            .filter(|part| part.share < 0.5 || !self.is_caused());
+        let share = part.map(|part| match self.estimate.process {
+            Some(_) => Reason::ProcessF(part.f, BEYOND_DOUBT),
+            None => Reason::InputShare(part.share, part.share < CAUSED),
+        });
         let gain = self.reading().steady_state_gain();
         let gain = gain.filter(|gain| self.is_undetermined(gain));
         share
@@ -248,7 +282,8 @@ impl Analysis {
 
     /// Whether the record is long enough.
     fn few_samples(&self) -> Option<Reason> {
-        let parameters = self.estimate.theta.len();
+        let process = self.estimate.process.as_ref();
+        let parameters = process.map_or(self.estimate.theta.len(), |it| it.sought);
         let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
         (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
             .then_some(Reason::FewSamples(samples, parameters))
@@ -275,7 +310,7 @@ impl Analysis {
     pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
             true => self.predicted_fit,
-            false => self.held_out_fit.or_else(|| self.cross_validated()),
+            false => self.cross_validated().or(self.held_out_fit),
         };
         let tests = self.residuals.as_ref();
         let missing = tests.is_some_and(|it| {
@@ -285,7 +320,17 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
-        let gain = (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it));
+        let gain = match self
+            .estimate
+            .process
+            .as_ref()
+            .and_then(|it| it.named().next())
+        {
+            Some((_, _, gain, deviation)) => SIGMAS_95 * deviation > gain.abs(),
+            None => {
+                (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it))
+            }
+        };
         match held {
             _ if !self.is_caused() => Verdict::NoEffect,
             _ if undetermined => Verdict::Undetermined,
@@ -327,13 +372,19 @@ impl Analysis {
     }
 
     fn is_caused(&self) -> bool {
-        self.share.is_none_or(|share| share >= CAUSED) || self.is_unstable()
+        let is_caused = |part: InputPart| match self.estimate.process {
+            Some(_) => part.f >= BEYOND_DOUBT,
+            None => part.share >= CAUSED,
+        };
+        self.input_part.is_none_or(is_caused) || self.is_unstable()
     }
 
     /// Whether what one half of the record says does not hold in the other.
     fn is_unsteady(&self) -> bool {
         let chosen = self.selected.first();
-        !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+        // Half of a step test may hold no step.
+        let may_tell = !self.is_unstable() && !self.is_step_test;
+        may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
     }
 
     /// Whether the standard deviations are those of a residual of any colour.
@@ -353,7 +404,9 @@ impl Analysis {
 
     fn has_feedback(&self, tests: &ResidualTests) -> bool {
         let later = tests.of_later_inputs();
-        self.reference.is_none() && !later.passes() && later.largest() > MATTERS
+        // One step correlates with itself alone: what is left over anywhere correlates with it.
+        let may_tell = self.reference.is_none() && !self.is_step_test;
+        may_tell && !later.passes() && later.largest() > MATTERS
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
@@ -362,10 +415,10 @@ impl Analysis {
         let Ok(poles) = reading.poles() else {
             return Vec::new();
         };
-        // The order of the vehicle's equations cannot be lower.
-        let cancelled = match self.estimate.physical {
-            None => reading.cancelled_poles(),
-            Some(_) => Vec::new(),
+        // The order of the vehicle's equations, or a process model's, cannot be lower.
+        let cancelled = match self.estimate.physical.is_some() || self.estimate.process.is_some() {
+            false => reading.cancelled_poles(),
+            true => Vec::new(),
         };
         let mut suspicious = Vec::new();
         for pole in poles.into_iter().filter(|pole| pole.value.im >= 0.0) {

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
 use super::physical::Physical;
+use super::process::ProcessModel;
 use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
@@ -42,6 +43,8 @@ pub struct Estimate {
     pub residuals: Vec<Vec<f64>>,
     /// The vehicle's own coefficients, where those were sought.
     pub physical: Option<Physical>,
+    /// The process model, where one was sought.
+    pub process: Option<ProcessModel>,
 }
 
 impl Estimate {
@@ -67,6 +70,7 @@ impl Estimate {
             noise_denominator: Vec::new(),
             residuals,
             physical: None,
+            process: None,
         }
     }
 
@@ -111,6 +115,15 @@ impl Estimate {
         self.offset_at_level(at) - by_level
     }
 
+    /// The level of the input at which the output of a model that integrates stands; 0 of others, whose offset holds it.
+    #[must_use]
+    pub fn level_of_integrator(&self, run: usize) -> f64 {
+        match self.input_level {
+            0.0 => 0.0,
+            level => (self.model(run).steady_state_gain()).map_or(level, |_| 0.0),
+        }
+    }
+
     /// `A(1)`; `None` with a pole at z = 1.
     fn steady(&self) -> Option<f64> {
         let a = self.layout.denominator(self.theta.as_slice());
@@ -133,10 +146,23 @@ impl Estimate {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
-    /// A record's input about the level that the offset is about, as [`Structure::driving`] has it.
+    /// A record's input about the level that the offset is about, as [`Structure::driving`] has it; that of a process model
+    /// stood before the record.
     pub(crate) fn driving(&self, record: Run<'_>) -> Vec<f64> {
+        let structure = &self.layout.structure;
         let [past, inputs] = [record.past, record.inputs].map(|it| self.about_level(it));
-        self.layout.structure.driving(&past, &inputs)
+        match self.process {
+            Some(_) => structure.driving_from_standing(&past, &inputs),
+            None => structure.driving(&past, &inputs),
+        }
+    }
+
+    /// The first outputs of a record that count for nothing, as [`Structure::unknown`] has it; none of a process model.
+    pub(crate) fn unknown(&self, record: Run<'_>) -> usize {
+        match self.process {
+            Some(_) => 0,
+            None => self.layout.structure.unknown(record.past.len()),
+        }
     }
 
     /// The output of record `run` from its input alone, with offset and the motion it began with.
@@ -154,7 +180,7 @@ impl Estimate {
                 };
                 (rest.driving(&[], &self.about_level(record.inputs)), 0)
             }
-            None => (self.driving(record), structure.unknown(record.past.len())),
+            None => (self.driving(record), self.unknown(record)),
         };
         let mut output = filter(b, &a, &driving);
         let offset = self
@@ -181,7 +207,7 @@ impl Estimate {
         let structure = &self.layout.structure;
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
-        let from = from.max(structure.unknown(record.past.len()));
+        let from = from.max(self.unknown(record));
         let mut driving = self.driving(record);
         let (mut b, first) = (b, from.min(driving.len()));
         if b.len() > a.len() {

@@ -6,6 +6,7 @@ use super::fir::Fir;
 use super::least_squares::LeastSquares;
 use super::n4sid::N4sid;
 use super::output_error::OutputError;
+use super::process::{Form, Process};
 use super::recursive::{Kind, Options};
 use super::recursively::Recursively;
 use super::refined::WarmStarted;
@@ -30,6 +31,8 @@ pub enum Method {
     N4sid,
     /// A finite impulse response.
     Fir,
+    /// Gain, time constants and dead time.
+    Process,
     /// Least squares, a sample at a time.
     RecursiveLeastSquares,
     /// ARMAX by pseudo-linear regression, a sample at a time.
@@ -57,13 +60,15 @@ pub struct Knowledge {
     pub disturbance: f64,
     /// Coefficients of a finite impulse response; `None` for a criterion to choose.
     pub length: Option<usize>,
+    /// The form of a process model; `None` for a criterion to choose.
+    pub process: Option<Form>,
     /// How the recursive methods learn.
     pub recursion: Options,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Automatic,
         Self::OutputError,
         Self::BoxJenkins,
@@ -71,6 +76,7 @@ impl Method {
         Self::LeastSquares,
         Self::N4sid,
         Self::Fir,
+        Self::Process,
         Self::RecursiveLeastSquares,
         Self::ExtendedLeastSquares,
         Self::RecursivePredictionError,
@@ -110,6 +116,10 @@ impl Method {
             Self::Fir => (
                 "fir",
                 "Finite impulse response by least squares, its length by the Bayesian criterion",
+            ),
+            Self::Process => (
+                "process",
+                "Gain, one or two time constants and dead time, in continuous time; for step tests",
             ),
             Self::RecursiveLeastSquares => {
                 ("recursive_least_squares", "Least squares, recursively")
@@ -176,6 +186,7 @@ impl Method {
             Self::Fir => Box::new(Fir {
                 length: knowledge.length,
             }),
+            Self::Process => Box::new(Process::of(knowledge.process.unwrap_or(Form::First))),
             Self::RecursiveLeastSquares => recursive(Kind::LeastSquares),
             Self::ExtendedLeastSquares => recursive(Kind::ExtendedLeastSquares),
             Self::RecursivePredictionError => recursive(Kind::PredictionError),

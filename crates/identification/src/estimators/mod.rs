@@ -9,6 +9,7 @@
 //! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
 //! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
+//! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything the input does not cause |
 //! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
 //! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
 //! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything the reference does not cause |
@@ -30,6 +31,7 @@ mod n4sid;
 mod normal_equations;
 mod output_error;
 mod physical;
+mod process;
 pub mod recursive;
 mod recursively;
 mod refined;
@@ -54,6 +56,7 @@ pub use n4sid::N4sid;
 pub(crate) use normal_equations::{NormalEquations, Part, Search, dot, through_poles};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
+pub use process::{Begins, Form, Process, ProcessModel};
 pub use recursively::Recursively;
 pub use refined::WarmStarted;
 pub(crate) use rows::{impulse, regression};

@@ -331,6 +331,7 @@ impl Recursion {
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
             physical: None,
+            process: None,
         })
     }
 

@@ -346,6 +346,7 @@ impl Vehicle {
             noise_denominator: Vec::new(),
             input_level: 0.0,
             residuals: solution.residuals,
+            process: None,
             physical: Some(Physical {
                 values: solution.coefficients.rows(0, unknowns).into_owned(),
                 covariance: solution

@@ -21,6 +21,7 @@ pub mod criteria;
 pub(crate) mod dead_time;
 mod folds;
 mod lagged;
+pub mod process;
 mod realisation;
 
 use nalgebra::{DMatrix, DVector};

@@ -1,0 +1,264 @@
+//! Process models for step tests: which form, and whether one tells the record as well as a model with more parameters.
+//!
+//! A record with one or two steps has few changes of input to divide: half of it may hold none. So models are compared by the
+//! Bayesian criterion on all of it, of the simulation's errors with their colour taken out,
+//! ```text
+//! BIC = N ln V + (p + k) ln N
+//! ```
+//! V the variance behind an autoregression of order k, p all that was sought: with offset, dead time and initial state. The
+//! fit is cross-validated over short parts of the record, left out a tenth at a time: a model of few parameters passes through.
+
+use crate::error::{IdentificationError, Result};
+use crate::estimators::{Begins, Estimate, Estimator, Form, Process, ProcessModel, whitening};
+use crate::fit::{Spread, fit};
+use crate::structure::{InitialState, Problem};
+use crate::uncertainty::SIGMAS_95;
+use planesman_parallel::on_all_cores;
+use planesman_record::{Run, filter};
+
+/// By how much the criterion must be less for an initial state where the record may begin at rest, for soon after a step the two
+/// look alike; and for another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995, call it
+/// very strong evidence).
+const BEYOND_DOUBT: f64 = 10.0;
+/// Parts left out one at a time.
+const PARTS: usize = 10;
+/// Changes of the input in a step test at most.
+const CHANGES: usize = 2;
+/// The share of the input's range from which a change from sample to sample is a step's, and up to which an input stands.
+const STEPS: f64 = 0.05;
+const STANDS: f64 = 0.1;
+
+/// The forms tried where none is named: real and complex poles are one family.
+const FORMS: [Form; 4] = [
+    Form::First,
+    Form::Second,
+    Form::Integrator,
+    Form::IntegratorWithLag,
+];
+
+/// A form and how it was judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// The form.
+    pub form: Form,
+    /// Whether the records begin at rest.
+    pub is_at_rest: bool,
+    /// All that was sought: parameters, offsets, initial states.
+    pub parameters: usize,
+    /// The Bayesian criterion.
+    pub bic: f64,
+}
+
+/// The forms, the best first, and the best one's estimator and estimate.
+pub(crate) struct Chosen {
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) estimator: Process,
+    pub(crate) estimate: Estimate,
+    /// The fit of its simulations of what was left out, %.
+    pub(crate) fit: Option<f64>,
+}
+
+/// The best process model of some records, of a form that is named or of any; of records at rest as the problem has it the
+/// output `stood` until a step, or was said to be at rest.
+///
+/// # Errors
+/// [`IdentificationError`]: records that determine none.
+pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Chosen> {
+    let forms: Vec<Process> = match named {
+        Some(form) => vec![Process {
+            is_named: true,
+            ..Process::of(form)
+        }],
+        None => FORMS.map(Process::of).into(),
+    };
+    let of = |begins: Begins| {
+        forms.iter().map(move |it| Process {
+            begins,
+            ..it.clone()
+        })
+    };
+    let mut estimators: Vec<Process> = of(Begins::AsGiven).collect();
+    if let Some(input) = rest_of(problem) {
+        estimators.extend(of(Begins::AtRest(input)));
+    }
+    if stood {
+        // A ramp that noise hides before the step grows all along the record.
+        estimators.extend(of(Begins::InMotion).filter(|it| it.form.integrates()));
+    }
+    let may_rest = estimators.len() > forms.len();
+    let tried = on_all_cores(&estimators, |it| {
+        let estimate = it.fit(problem)?;
+        let model = estimate.process.clone();
+        let estimator = Process {
+            form: model.as_ref().map_or(it.form, |model| model.form),
+            near: model,
+            ..it.clone()
+        };
+        let parameters = estimate.process.as_ref().map_or(0, |model| model.sought);
+        let errors = errors(&estimate, &problem.runs, &vec![0; problem.runs.len()]);
+        let candidate = Candidate {
+            form: estimator.form,
+            is_at_rest: estimate.layout.structure.start == InitialState::Rest,
+            parameters,
+            bic: criterion(&errors, parameters),
+        };
+        Ok((candidate, estimator, estimate))
+    });
+    let (mut found, mut reason) = (Vec::new(), None);
+    for it in tried {
+        match it {
+            Ok(it) => found.push(it),
+            Err(error) => reason = reason.or(Some(error)),
+        }
+    }
+    let doubtful = |of: &Candidate| match may_rest && !of.is_at_rest {
+        true => of.bic + BEYOND_DOUBT,
+        false => of.bic,
+    };
+    // A time constant or a damping ratio that may be 0 is one too many.
+    let is_determined = |of: &Estimate| {
+        let mut named = of.process.iter().flat_map(ProcessModel::named);
+        named.all(|(name, _, value, deviation)| {
+            let may_be_none = name == "K" || name == "theta";
+            may_be_none || value >= SIGMAS_95 * deviation
+        })
+    };
+    found.sort_by(|p: &(Candidate, Process, Estimate), q| {
+        let worse = |it: &(Candidate, _, Estimate)| (!is_determined(&it.2), doubtful(&it.0));
+        let (p, q) = (worse(p), worse(q));
+        p.0.cmp(&q.0).then(p.1.total_cmp(&q.1))
+    });
+    let candidates = found.iter().map(|it| it.0.clone()).collect();
+    let Some((_, estimator, estimate)) = found.into_iter().next() else {
+        return Err(reason.unwrap_or(IdentificationError::Undetermined(
+            "the records determine no process model",
+        )));
+    };
+    Ok(Chosen {
+        fit: cross_validated(&estimator, problem),
+        candidates,
+        estimator,
+        estimate,
+    })
+}
+
+/// The best process model of a step test whose criterion is no worse than that of another model.
+pub(crate) fn of_step_test(
+    problem: &Problem<'_>,
+    other: Option<&Estimate>,
+    stood: bool,
+) -> Option<Chosen> {
+    if !is_step_test(problem) {
+        return None;
+    }
+    let chosen = choose(problem, None, stood).ok()?;
+    let Some(other) = other else {
+        return Some(chosen);
+    };
+    // Of both the same samples count.
+    let runs = &problem.runs;
+    let lead: Vec<usize> = runs.iter().map(|run| other.unknown(*run)).collect();
+    let of_chosen = criterion(
+        &errors(&chosen.estimate, runs, &lead),
+        chosen.candidates[0].parameters,
+    );
+    // Its delay was sought, too.
+    let of_other = criterion(&errors(other, runs, &lead), other.theta.len() + 1);
+    (of_chosen <= of_other + BEYOND_DOUBT).then_some(chosen)
+}
+
+/// The input that records in motion begin with, where they may begin at rest: all with the same, and with none before it.
+fn rest_of(problem: &Problem<'_>) -> Option<f64> {
+    let structure = &problem.structure;
+    let first = *problem.runs.first()?.inputs.first()?;
+    let all = |run: &Run<'_>| {
+        run.past
+            .iter()
+            .chain(run.inputs.first())
+            .all(|u| *u == first)
+    };
+    let may_rest = structure.start == InitialState::Estimated && structure.offset;
+    (may_rest && problem.runs.iter().all(all)).then_some(first)
+}
+
+/// Whether the input of each record stands but for one step or two, and that of one changes; that of a record at rest was 0
+/// before it.
+pub(crate) fn is_step_test(problem: &Problem<'_>) -> bool {
+    let at_rest = problem.structure.start == InitialState::Rest;
+    let first = |run: &Run<'_>| run.inputs.first().is_some_and(|u| at_rest && *u != 0.0);
+    let runs = problem.runs.iter();
+    let changes = runs.map(|run| Some(changes(run.inputs)?.len() + usize::from(first(run))));
+    let changes: Option<Vec<usize>> = changes.collect();
+    changes.is_some_and(|all| all.iter().any(|it| *it > 0) && all.iter().all(|it| *it <= CHANGES))
+}
+
+/// The first sample of the first step of a step test.
+pub(crate) fn first_step(inputs: &[f64]) -> Option<usize> {
+    let changes = changes(inputs).filter(|it| it.len() <= CHANGES)?;
+    changes.first().copied()
+}
+
+/// Where the steps of an input begin; `None` where it moves in between.
+fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
+    let ends = |values: &[f64]| {
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most - least
+    };
+    let range = ends(inputs);
+    if range == 0.0 {
+        return Some(Vec::new());
+    }
+    let moves = |k: usize| (inputs[k] - inputs[k - 1]).abs() > STEPS * range;
+    let (mut steps, mut stands_from) = (Vec::new(), 0);
+    for k in 1..inputs.len() {
+        if !moves(k) {
+            continue;
+        }
+        // A step may take several samples.
+        if k == 1 || !moves(k - 1) {
+            steps.push(k);
+            if ends(&inputs[stands_from..k]) > STANDS * range {
+                return None;
+            }
+        }
+        stands_from = k;
+    }
+    (ends(&inputs[stands_from..]) <= STANDS * range).then_some(steps)
+}
+
+/// The errors of an estimate's simulation of each record, without so many at its beginning.
+fn errors(found: &Estimate, runs: &[Run<'_>], lead: &[usize]) -> Vec<Vec<f64>> {
+    let of = |((number, run), lead): ((usize, &Run<'_>), &usize)| {
+        let simulated = found.simulate(number, *run);
+        let pairs = run.outputs.iter().zip(&simulated);
+        pairs.map(|(y, x)| y - x).skip(*lead).collect()
+    };
+    runs.iter().enumerate().zip(lead).map(of).collect()
+}
+
+/// The Bayesian criterion of errors.
+fn criterion(errors: &[Vec<f64>], parameters: usize) -> f64 {
+    let d = whitening(errors.iter().map(Vec::as_slice));
+    let lead = d.len() - 1;
+    let white = errors.iter().flat_map(|it| {
+        let mut white = filter(&d, &[1.0], it);
+        white.split_off(lead.min(it.len()))
+    });
+    let squares: Vec<f64> = white.map(|e| e * e).collect();
+    let variance = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    let n = errors.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    n * variance.max(f64::MIN_POSITIVE).ln() + (parameters + lead) as f64 * n.ln()
+}
+
+/// The fit of simulations of parts that were left out, %.
+fn cross_validated(estimator: &Process, problem: &Problem<'_>) -> Option<f64> {
+    let errors = estimator.left_out(problem, PARTS).ok()?;
+    let squares: f64 = errors.iter().flatten().map(|e| e * e).sum();
+    let spread = problem.runs.iter().map(|run| {
+        let mut spread = Spread::default();
+        run.outputs.iter().for_each(|y| spread.update(*y, 1.0));
+        spread.sum_of_squares()
+    });
+    fit(squares, spread.sum())
+}
