@@ -762,6 +762,7 @@ impl Analysis {
         let below = self.attainable_fit? - self.held_out_fit?;
         let is_tested = below > BELOW_NOISE
             && self.reference.is_none()
+            && self.estimate.process.is_none()
             && !self.is_unstable()
             && !self.options.method.is_of_the_vehicle();
         let run = data.segments[self.segments[self.longest]].run()?;
