@@ -103,13 +103,12 @@ def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Tab
         warnings.warn(_native.in_python(note), stacklevel=2)
     rows = Table()
     for found in survey["topics"]:
-        interval = found["timing"]["interval"]
         for field in found["fields"]:
             rows.append(
                 {
                     "field": f"{found['name']}:{field['path']}" if found["type_name"] else field["path"],
                     "type": found["type_name"],
-                    "rate": 1.0 / interval if interval > 0.0 else 0.0,
+                    "rate": found["rate"],
                     **{key: field[key] for key in ("count", "not_finite", "min", "max")},
                 }
             )

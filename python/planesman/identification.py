@@ -273,7 +273,7 @@ class Model:
         """Standard deviations of everything that is estimated."""
         model = self._model
         return Uncertainty(
-            covariance=np.array(model["covariance"]),
+            covariance=np.array([row or [0.0] * len(model["covariance"]) for row in model["covariance"]]),
             poles=_complex(model["poles"], "_deviation"),
             continuous_poles=_complex(model["continuous_poles"], "_deviation"),
             zeros=_complex(model["zeros"], "_deviation"),

@@ -83,8 +83,15 @@ impl From<&DataArgs> for DataOptions {
 pub(super) struct SignalArgs {
     #[command(flatten)]
     pub(super) data: DataArgs,
-    /// Input signal: TOPIC:FIELD, or a CSV column
-    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
+    /// Input signal: TOPIC:FIELD, or a CSV column; one that was not recorded in words, 'VALUE[UNIT] from TIME': '12V from 0.1s',
+    /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'
+    #[arg(
+        long,
+        short,
+        value_name = "SIGNAL",
+        allow_hyphen_values = true,
+        help_heading = "Signals"
+    )]
     input: String,
     /// Output signal
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]

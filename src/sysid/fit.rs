@@ -84,8 +84,8 @@ pub struct FitArgs {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Model")]
 struct StructureArgs {
-    /// Order of the model (of its denominator), known poles not counted; for fir the number of coefficients [default:
-    /// searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
+    /// Order of the model (of its denominator), known poles not counted, 0 for a static gain; for fir the number of coefficients
+    /// [default: searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
     #[arg(long, value_parser = clap::value_parser!(u8).range(rules::ORDER), visible_alias = "denominator-order")]
     order: Option<u8>,
     /// Form of a process model, for --method process [default: chosen by the Bayesian criterion]

@@ -5,6 +5,7 @@ use clap::Parser;
 use planesman_console::{Format, Table, sparkline, terminal, wrapped};
 use planesman_decode::FieldPath;
 use planesman_fit::{DataOptions, FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
+use planesman_signals::hertz;
 
 use super::arguments::{DataArgs, together};
 
@@ -53,7 +54,7 @@ fn of_fields(survey: &Survey) -> Table {
             };
             table.row([
                 signal,
-                format!("{:.3}", topic.timing.rate()),
+                hertz(topic.rate),
                 field.count.to_string(),
                 field.not_finite.to_string(),
                 short(field.min),
@@ -115,6 +116,9 @@ fn table_within(survey: &Survey, width: Option<usize>) -> String {
 /// A share of short intervals that is told.
 const BURSTS: f64 = 0.2;
 
+/// Fields that a note lists at most.
+const CHANGED: usize = 6;
+
 fn head(topic: &TopicSurvey) -> String {
     let timing = &topic.timing;
     let mut text = topic.name.clone();
@@ -122,17 +126,10 @@ fn head(topic: &TopicSurvey) -> String {
         text += &format!("  {}", topic.type_name);
     }
     let in_bursts = topic.bursts > BURSTS;
-    // The median interval is that within a burst.
-    let span = timing.span.map_or(0.0, |(first, last)| {
-        last.saturating_sub(first) as f64 * 1e-9
-    });
-    let rate = match in_bursts && span > 0.0 {
-        true => timing.samples.saturating_sub(1) as f64 / span,
-        false => timing.rate(),
-    };
     text += &format!(
-        "  {} at {rate:.3} Hz (stamps: {}), jitter {:.3} ms",
+        "  {} at {} Hz (stamps: {}), jitter {:.3} ms",
         timing.samples,
+        hertz(topic.rate),
         topic.stamps,
         timing.jitter * 1e3
     );
@@ -157,10 +154,42 @@ fn head(topic: &TopicSurvey) -> String {
         }
     }
     text.push('\n');
+    for found in &topic.clock {
+        text += &format!("  clock: {found}\n");
+    }
     if let Some(note) = &topic.note {
         text += &format!("  note: {note}\n");
     }
+    if let Some(change) = &topic.change {
+        text += &format!("  note: {change}\n");
+    }
+    for (change, fields) in changed(&topic.fields) {
+        text += &format!("  note: {fields}: {change}\n");
+    }
     text
+}
+
+/// What was found of fields, and of which: the first of them by name.
+fn changed(fields: &[FieldSurvey]) -> Vec<(String, String)> {
+    let mut changes: Vec<(String, Vec<&str>)> = Vec::new();
+    for field in fields {
+        let told = field.changes.iter().map(ToString::to_string);
+        for told in told.chain(field.mixture.map(|it| it.to_string())) {
+            match changes.iter_mut().find(|it| it.0 == told) {
+                Some((_, names)) => names.push(&field.path),
+                None => changes.push((told, vec![&field.path])),
+            }
+        }
+    }
+    let listed = |(told, names): (String, Vec<&str>)| {
+        let few = names[..names.len().min(CHANGED)].join(", ");
+        let listed = match names.len().saturating_sub(CHANGED) {
+            0 => few,
+            more => format!("{few} and {more} more"),
+        };
+        (told, listed)
+    };
+    changes.into_iter().map(listed).collect()
 }
 
 /// Path, count, least, greatest, time history. Elements of a list that hold one and the same number
@@ -244,6 +273,8 @@ mod tests {
             min: finite.clone().reduce(f64::min).unwrap_or(0.0),
             max: finite.clone().reduce(f64::max).unwrap_or(0.0),
             means: finite.take(SPARKS).collect(),
+            changes: Vec::new(),
+            mixture: None,
         }
     }
 

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use planesman_msgs::geometry_msgs::msg::TransformStamped;
 use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_msgs::{Message, cdr};
+use planesman_testing::{mcap, near};
 
 use crate::answer::{Answer, fit, fit_with};
 use crate::plant::{SAMPLES, STEP, log};
@@ -701,4 +703,178 @@ fn a_topic_of_two_types_is_read_by_the_type_that_has_the_signal() {
     base.execute_batch("COMMIT").unwrap();
     let signals = ["log.db3", "-i", "cmd:data", "-o", "y:data"];
     fit(folder.path(), &signals).is_the_plant(SAMPLES as u64);
+}
+
+#[test]
+fn a_status_is_chosen_by_its_name_whatever_its_signs_and_a_value_is_the_number_in_its_text() {
+    let folder = driven::<DiagnosticArray>(|k, time, y| {
+        let value = |key: &str, value: String| KeyValue {
+            key: key.to_owned(),
+            value,
+        };
+        let status = |name: &str, values| DiagnosticStatus {
+            name: name.to_owned(),
+            values,
+            ..DiagnosticStatus::default()
+        };
+        let mut list = vec![
+            status(
+                "motor driver: left",
+                vec![
+                    value("speed (V)", format!("{y:.6} V")),
+                    value("state", "OK".to_owned()),
+                ],
+            ),
+            status(
+                "motor driver: right",
+                vec![value("speed (V)", "7".to_owned())],
+            ),
+            status("7", vec![value("a[0]", format!("{y:.6}"))]),
+        ];
+        list.rotate_left(k % 3);
+        let array = DiagnosticArray {
+            status: list,
+            ..DiagnosticArray::default()
+        };
+        vec![(cdr::to_bytes(&array), time)]
+    });
+    for output in [
+        "out:status[motor driver: left].values[speed (V)].value",
+        "out:status[\"motor driver: left\"].values[0].value",
+        "out:status[\"7\"].values[\"a[0]\"].value",
+    ] {
+        fitted(&folder, output, &["--stamp", "log"]).is_the_plant(SAMPLES as u64);
+    }
+    let log = |output| fitted(&folder, output, &["--stamp", "log"]);
+    log("out:status[motor driver: lef].values[0].value")
+        .refused(&["there is no 'motor driver: lef'; there are 7, motor driver: left"]);
+    log("out:status[7].values[a[0]].value").refused(&["double quotes", "[\"7\"]"]);
+    log("out:status[motor driver: left].message").refused(&["a string, not a number"]);
+}
+
+const TWIST: &str = "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n================================================================================\n\
+    MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+
+/// The payload of a `geometry_msgs/msg/Twist`.
+fn twist(x: f64) -> Vec<u8> {
+    Cdr::default()
+        .floats(&[x, 0.0, 0.0, 0.0, 0.0, 0.0])
+        .payload()
+}
+
+/// A bag in which two publishers command on `/cmd`, the second every so many ns; messages as topic or channel, payload, time of
+/// reception, and number.
+fn two_commanders(second: i64, value: fn(usize) -> f64) -> Vec<(usize, Vec<u8>, i64)> {
+    let (u, y) = log(1, SAMPLES);
+    let mut all = Vec::new();
+    for k in 0..SAMPLES {
+        let time = EPOCH + k as i64 * STEP_NS;
+        all.push((0, twist(u[k]), time));
+        all.push((1, float(y[k]), time));
+    }
+    let last = SAMPLES as i64 * STEP_NS;
+    let times = (0..)
+        .map(|k| k * second + 17_000_000)
+        .take_while(|it| *it < last);
+    all.extend(
+        times
+            .enumerate()
+            .map(|(k, time)| (2, twist(value(k)), EPOCH + time)),
+    );
+    all.sort_by_key(|it| it.2);
+    all
+}
+
+#[test]
+fn two_publishers_of_messages_that_say_nothing_of_whose_they_are_are_noticed() {
+    for (second, value) in [
+        (STEP_NS, (|_| 0.3) as fn(usize) -> f64),
+        (STEP_NS, |k| 4.0 + (k as f64 * 0.05).sin()),
+        (2 * STEP_NS, |_| 0.0),
+        (7 * STEP_NS, |_| 0.0),
+        (66_000_000, |_| 0.3),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let messages = two_commanders(second, value);
+        // One channel without numbers: sqlite3 keeps none.
+        let base = rusqlite::Connection::open(folder.path().join("log.db3")).unwrap();
+        base.execute_batch(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL);
+             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
+             INSERT INTO topics VALUES (0, '/cmd', 'geometry_msgs/msg/Twist', 'cdr'), (1, '/out', 'std_msgs/msg/Float64', 'cdr');
+             BEGIN;",
+        )
+        .unwrap();
+        let insert = "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)";
+        let mut insert = base.prepare(insert).unwrap();
+        for (topic, payload, time) in &messages {
+            insert.execute((*topic as i64 % 2, time, payload)).unwrap();
+        }
+        drop(insert);
+        base.execute_batch("COMMIT").unwrap();
+        let signals = ["log.db3", "-i", "cmd:linear.x", "-o", "out:data"];
+        let signals = [&signals[..], &["--method", "output_error", "--order", "2"]].concat();
+        let answer = fit(folder.path(), &signals);
+        answer
+            .says("cmd:linear.x: ")
+            .says("two sources seem to share it")
+            .says("under a name of its own");
+        assert!(
+            !answer.said().contains("verdict: good"),
+            "{}",
+            answer.said()
+        );
+        let told = topics(folder.path(), "log.db3").text;
+        assert!(
+            told.contains("note: linear.x") && told.contains("two sources seem"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn two_publishers_are_told_apart_by_their_channels_or_by_the_numbers_that_each_counts() {
+    let messages = two_commanders(STEP_NS, |_| 0.3);
+    for of_channels in [true, false] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = mcap::beginning();
+        file.extend(mcap::schema(1, "geometry_msgs/msg/Twist", "ros2msg", TWIST));
+        file.extend(mcap::schema(2, FLOAT.0, FLOAT.1, FLOAT.2));
+        for (id, schema, topic) in [(0, 1, "/cmd"), (1, 2, "/out"), (2, 1, "/cmd")] {
+            file.extend(mcap::channel(id, schema, topic, "cdr"));
+        }
+        // Each counts for itself, and begins when it is started; one in a hundred is lost.
+        let mut numbers = [500, 0, 7];
+        for (k, (topic, payload, time)) in messages.iter().enumerate() {
+            let number = &mut numbers[*topic];
+            *number += 1;
+            let (channel, number) = match of_channels {
+                true => (*topic as u16, 0),
+                false => (*topic as u16 % 2, *number),
+            };
+            if of_channels || k % 100 != 99 {
+                let time = *time as u64;
+                file.extend(mcap::numbered_message(channel, number, time, payload));
+            }
+        }
+        file.extend(mcap::end());
+        std::fs::write(folder.path().join("log.mcap"), file).unwrap();
+        let run = |input| fit(folder.path(), &["log.mcap", "-i", input, "-o", "out:data"]);
+        run("cmd:linear.x").refused(&[
+            "now of one publisher, now of another",
+            "'cmd:[publisher=1].linear.x' (",
+            " messages) or 'cmd:[publisher=2].linear.x' (",
+        ]);
+        let one = run("cmd:[publisher=1].linear.x");
+        let (samples, gain) = ("record/samples", "model/steady_state_gain/0");
+        near(one.number(samples), SAMPLES as f64, 20.0);
+        near(one.number(gain), 0.75, 0.01);
+        run("cmd:[publisher=2].linear.x").refused(&["is constant: 0.3"]);
+        run("cmd:[publisher=3].linear.x").refused(&["publisher 3", "'cmd:[publisher=1].linear.x'"]);
+        let told = topics(folder.path(), "log.mcap").text;
+        assert!(
+            told.contains("its messages are of 2 publishers by their channels or numbers"),
+            "{told}"
+        );
+    }
 }

@@ -13,5 +13,7 @@ mod plant;
 #[path = "../bags/mod.rs"]
 mod raw_bags;
 mod records;
+mod survey;
 mod tables;
 mod time;
+mod words;

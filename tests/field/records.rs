@@ -4,7 +4,7 @@ use std::fs;
 
 use planesman_testing::near;
 
-use crate::answer::{Answer, fit};
+use crate::answer::{Answer, fit, planesman};
 use crate::plant::{GAIN, POLE, STEP, noise, prbs, second_order, table};
 
 /// The rows of a log of `1/(2s + 1)` behind a delay of so many samples, from rest; the first input is 1, before it was 0.
@@ -119,8 +119,21 @@ fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
     // Up to nearly a quarter of the record, whose first blocks nothing is known to drive.
     for delay in [300, 600] {
         write(delay);
-        is_first_order_behind(delay + 1, &fit(folder.path(), &arguments));
+        let name = format!("{delay}.yaml");
+        let model = [&arguments[..], &["--model", &name]].concat();
+        is_first_order_behind(delay + 1, &fit(folder.path(), &model));
     }
+    // The model file holds the delay, and is read again.
+    let compared = planesman(
+        folder.path(),
+        &["sysid", "compare", "600.yaml", "log.csv", "--format", "csv"],
+    );
+    let fit_of = |line: &str| line.rsplit(',').nth(1)?.parse::<f64>().ok();
+    let mut lines = compared.text.lines();
+    let simulated = lines
+        .find(|it| it.contains("simulated fit"))
+        .and_then(fit_of);
+    assert!(simulated.is_some_and(|it| it > 90.0), "{}", compared.text);
     // Longer than a quarter of the record: no model rather than a false one.
     write(1200);
     let answer = fit(folder.path(), &arguments);
@@ -183,4 +196,106 @@ fn a_step_in_the_first_rows_is_a_step_from_rest() {
     for arguments in [&arguments[..], &at_rest] {
         fit(folder.path(), arguments).refused(&["u is constant: 0 in all", "free motion"]);
     }
+}
+
+#[test]
+fn a_sensor_without_dynamics_is_a_static_gain_where_order_0_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let (gain, offset, delay) = (-2.5e-6, 3e-4, 3);
+    let write = |size: f64| {
+        let u = prbs(8, 600);
+        let rows = noise(31, 600).into_iter().enumerate().map(|(k, e)| {
+            let y = offset + gain * u[k.saturating_sub(delay)] + size * e;
+            (format!("{:.2}", k as f64 * STEP), u[k], y)
+        });
+        let mut text = String::from("t,u,y\n");
+        for (time, u, y) in rows {
+            text += &format!("{time},{u},{y:.17e}\n");
+        }
+        fs::write(folder.path().join("log.csv"), text).unwrap();
+    };
+    let arguments = ["log.csv", "-i", "u", "-o", "y", "--order", "0"];
+    write(1e-7);
+    for method in ["automatic", "output_error", "armax", "least_squares"] {
+        let more = ["--method", method, "--delay", "3"];
+        let more = if method == "automatic" {
+            &more[..2]
+        } else {
+            &more
+        };
+        let answer = fit(folder.path(), &[&arguments[..], more].concat());
+        answer.says("verdict: good");
+        near(answer.number("model/steady_state_gain/0"), gain, 2e-8);
+        near(answer.number("model/offset"), offset, 2e-8);
+        // Of 600 samples of +-1.
+        let deviation = answer.number("model/steady_state_gain/1");
+        near(deviation / (1e-7 / 600.0_f64.sqrt()), 1.0, 0.15);
+        let numerator = answer.json.pointer("/model/num").unwrap();
+        assert_eq!(numerator.as_array().map(Vec::len), Some(3));
+    }
+    let others = fit(
+        folder.path(),
+        &[&arguments[..], &["--method", "n4sid"]].concat(),
+    );
+    others.refused(&["--order 0", "n4sid"]);
+    // Nothing but the gain: refused as dynamics, with the way out, which is taken.
+    let rows = (0..300).map(|k| {
+        let u = f64::from(k % 17);
+        (k.to_string(), u, 2.0 * u + 1.0)
+    });
+    fs::write(folder.path().join("log.csv"), table("t,u,y", rows)).unwrap();
+    fit(folder.path(), &arguments[..5]).refused(&["no dynamics", "--order 0"]);
+    let exact = [&arguments[..], &["--model", "static.yaml"]].concat();
+    let answer = fit(folder.path(), &exact);
+    answer.says("verdict: good");
+    near(answer.number("model/steady_state_gain/0"), 2.0, 1e-9);
+    let compared = planesman(
+        folder.path(),
+        &["sysid", "compare", "static.yaml", "log.csv"],
+    );
+    assert_eq!(compared.status, Some(0), "{}", compared.text);
+    assert!(compared.text.contains("100.00"), "{}", compared.text);
+}
+
+#[test]
+fn a_dead_zone_is_named_and_two_files_have_two_offsets() {
+    let folder = tempfile::tempdir().unwrap();
+    let levels: Vec<f64> = noise(61, 100)
+        .into_iter()
+        .flat_map(|e| std::iter::repeat_n(e.clamp(-1.0, 1.0), 15))
+        .collect();
+    let dead = |u: &f64| u.signum() * (u.abs() - 0.3).max(0.0);
+    let write = |name: &str, moved: &[f64], level: f64| {
+        let y = second_order([3.0, 1.2, 4.0], STEP, moved);
+        let rows = y.into_iter().zip(noise(62, 1500)).enumerate();
+        let rows = rows.map(|(k, (y, e))| {
+            (
+                format!("{:.2}", k as f64 * STEP),
+                levels[k],
+                level + y + 0.005 * e,
+            )
+        });
+        fs::write(folder.path().join(name), table("t,u,y", rows)).unwrap();
+    };
+    write("log.csv", &levels.iter().map(dead).collect::<Vec<_>>(), 0.0);
+    fit(folder.path(), &["log.csv", "-i", "u", "-o", "y"])
+        .says("verdict: usable with care: not linear, or varying")
+        .says("only beyond a dead zone");
+    write("a.csv", &levels, 3.0);
+    write("b.csv", &levels, 6.0);
+    let both = [
+        "sysid", "fit", "a.csv", "b.csv", "-i", "u", "-o", "y", "--method", "oe", "--order", "2",
+    ];
+    let text = planesman(folder.path(), &both).text;
+    let offsets = text
+        .lines()
+        .find(|line| line.starts_with("offset"))
+        .unwrap();
+    let numbers: Vec<f64> = offsets
+        .split_whitespace()
+        .filter_map(|it| it.parse().ok())
+        .collect();
+    assert_eq!(numbers.len(), 2, "{offsets}");
+    near(numbers[0], 3.0, 0.01);
+    near(numbers[1], 6.0, 0.01);
 }

@@ -689,3 +689,108 @@ fn tables_of_one_topic_each_are_joined_by_time() {
         topics.text
     );
 }
+
+/// A name, and its value of input and output.
+type Thing<'a> = (&'a str, &'a dyn Fn(f64, f64) -> f64);
+
+/// The rows of several things one below the other, or in turns: time, what the number is of, and the number.
+fn below_each_other(things: &[Thing<'_>], in_turns: bool) -> Vec<(f64, String, f64)> {
+    let (u, y) = log(11, SAMPLES);
+    let mut rows = Vec::new();
+    for (thing, number) in things {
+        let of = |k: usize| (k as f64 * STEP, (*thing).to_owned(), number(u[k], y[k]));
+        rows.extend((0..SAMPLES).map(of));
+    }
+    if in_turns {
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    rows
+}
+
+#[test]
+fn where_each_row_says_what_its_number_is_of_that_is_a_signal() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = SAMPLES as u64;
+    let things: [Thing<'_>; 2] = [("u", &|u, _| u), ("y", &|_, y| y)];
+    for (header, sign, in_turns) in [
+        ("time,name,value", ',', true),
+        ("time,variable,value", ',', false),
+        ("Series;Time;Value", ';', false),
+        ("timestamp_ms\tmetric\tval", '\t', true),
+        // Without names.
+        ("", ',', true),
+    ] {
+        let mut text = String::new();
+        for (t, name, number) in below_each_other(&things, in_turns) {
+            let row = match header {
+                "Series;Time;Value" => format!("{name};{t:.2};{number:.6}"),
+                "timestamp_ms\tmetric\tval" => format!("{:.0}\t{name}\t{number:.6}", 1e3 * t),
+                _ => format!("{t:.2}{sign}{name}{sign}{number:.6}"),
+            };
+            text += &(row + "\n");
+        }
+        let text = format!("{header}\n{text}");
+        of(folder.path(), "long.csv", text.trim_start(), &[]).is_the_plant(all);
+        let value = header.rsplit(sign).next().unwrap();
+        let value = if value.is_empty() { "c3" } else { value };
+        fit(folder.path(), &["long.csv", "-i", "u", "-o", value])
+            .refused(&["of several signals", "name one of u, y"]);
+        fit(folder.path(), &["long.csv", "-i", "u", "-o", "yy"])
+            .refused(&["no signal 'yy'", "did you mean 'y'?"]);
+    }
+    // Each with its own rate and place in the proposed command.
+    let topics = planesman(folder.path(), &["sysid", "topics", "long.csv"]);
+    for words in [
+        "2000 at 20.000 Hz",
+        "try: planesman sysid fit long.csv -i u -o y\n",
+    ] {
+        assert!(topics.text.contains(words), "{}", topics.text);
+    }
+}
+
+#[test]
+fn what_databases_export_is_told_apart_by_measurement_and_field() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = SAMPLES as u64;
+    let things: [Thing<'_>; 3] = [
+        ("x,cmd", &|u, _| u),
+        ("x,imu", &|_, y| y),
+        ("depth,pressure", &|_, y| 2.0 * y),
+    ];
+    let mut text = "#datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,double,string,string\n#group,false,false,true,false,false,true,true\n\
+        #default,_result,,,,,,\n,result,table,_start,_time,_value,_field,_measurement\n"
+        .to_owned();
+    for (t, name, number) in below_each_other(&things, false) {
+        let (minutes, seconds) = ((t / 60.0) as u64, t % 60.0);
+        let start = "2026-11-24T11:00:00Z";
+        writeln!(
+            text,
+            ",,0,{start},2026-11-24T12:{minutes:02}:{seconds:06.3}Z,{number:.6},{name}"
+        )
+        .unwrap();
+    }
+    let signals = |output| ["-i", "cmd.x", "-o", output];
+    of(folder.path(), "influx.csv", text, &signals("imu.x")).is_the_plant(all);
+    let double = fit(
+        folder.path(),
+        &[&["influx.csv"][..], &signals("depth")].concat(),
+    );
+    near(double.number("model/steady_state_gain/0"), 1.5, 0.01);
+    fit(folder.path(), &["influx.csv", "-i", "x", "-o", "depth"])
+        .refused(&["'x' is of several signals", "cmd.x, imu.x, depth"]);
+}
+
+#[test]
+fn rows_of_two_vehicles_are_two_and_a_word_beside_the_numbers_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = SAMPLES as u64;
+    let both =
+        rows(|_, t, u, y| format!("{t:.2},alpha,{u},{y:.6}\n{t:.2},beta,{},{:.6}", -u, 5.0 + y));
+    let text = format!("t,vehicle,u,y\n{both}");
+    let alpha = ["-i", "u[alpha]", "-o", "y[alpha]"];
+    of(folder.path(), "fleet.csv", &text, &alpha).is_the_plant(all);
+    of(folder.path(), "fleet.csv", &text, &[]).refused(&["'u' is of several signals", "u[beta]"]);
+    let word = |u: f64| if u > 0.0 { "up" } else { "down" };
+    let text = rows(|_, t, u, y| format!("{t:.2},{},{u},{y:.6}", word(u)));
+    of(folder.path(), "word.csv", format!("t,dir,u,y\n{text}"), &[]).is_the_plant(all);
+}

@@ -95,7 +95,9 @@ pub struct TopicCount {
 pub struct Message {
     /// Its topic.
     pub topic: Arc<Topic>,
-    /// Its number, as the recorder gave it.
+    /// The number of its channel in its file.
+    pub channel: u16,
+    /// Its number, as its publisher or the recorder gave it; 0 if neither did.
     pub sequence: u32,
     /// When it was received, in nanoseconds.
     pub log_time: i64,
@@ -413,6 +415,7 @@ impl Iterator for Messages<'_> {
                         Ok(payload) => {
                             return Some(Ok(Message {
                                 topic: Arc::clone(topic),
+                                channel: message.channel_id,
                                 sequence: message.sequence,
                                 log_time: message.log_time,
                                 publish_time: message.publish_time,

@@ -9,6 +9,8 @@
 //!
 //! A field of that name comes first.
 //!
+//! The text `value` of an element that a name or a `key` tells apart, as in `diagnostic_msgs/KeyValue`, is the number that it holds.
+//!
 //! A wide string's characters have two bytes as Fast DDS writes them since Jazzy (Fast CDR 2), four as it did before and as `rmw_cyclonedds`
 //! wrote `wchar_t`. A payload does not say which: it is read with four where that leaves less of
 //! it behind the message, else with two.
@@ -559,6 +561,9 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     }
     let hint = match at {
         At::Element(Element::Primitive(_)) => return Ok(Target::Plain),
+        At::Element(Element::String { wide: false, .. }) if is_value(types, path) => {
+            return Ok(Target::Plain);
+        }
         At::Field(field) => match &field.field_type.element {
             Element::Primitive(_) => return Ok(Target::Plain),
             _ => "; name an element [0], [1], ...".to_owned(),
@@ -567,6 +572,12 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
         At::Element(_) => String::new(),
     };
     Err(Reason::NotANumber(at.type_name(), hint))
+}
+
+/// Whether the text at `path` is the value of a key, as diagnostics have it.
+fn is_value(types: &Types, path: &FieldPath) -> bool {
+    matches!(path.steps.last(), Some(Step::Field(name)) if name == "value")
+        && has_key(types, &path.parent())
 }
 
 /// Whether what is at `path`, a list of messages or at an empty path the message itself, says what it is called.

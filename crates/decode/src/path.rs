@@ -1,4 +1,7 @@
 //! The path of a field within a message: names behind dots, element numbers or names in brackets.
+//!
+//! A name stands in brackets as it is, with its blanks and signs: `values[motor driver: left]`. One that is a whole number, has brackets or quotes
+//! or begins or ends with a blank stands in double quotes, each of its own written twice: `values["7"]`, `values["a[0]"]`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -29,7 +32,10 @@ pub enum PathError {
     #[error("a field's name is letters, digits and underscores")]
     Name,
     /// Brackets around neither a whole number nor a name.
-    #[error("an index is a whole number, or the name of an element")]
+    #[error(
+        "an index is a whole number, or the name of an element; a name that is a number, has brackets or quotes, or begins or ends with a blank \
+         stands in double quotes: [\"7\"]"
+    )]
     Index,
     /// Something behind a name that is neither a dot nor brackets.
     #[error("an index stands in brackets")]
@@ -43,8 +49,8 @@ impl FromStr for FieldPath {
         let mut steps = Vec::new();
         let mut rest = text;
         // The message of that name, `[base_link].pose`.
-        if let Some((name, behind)) = text.strip_prefix('[').and_then(|it| it.split_once("]."))
-            && let Ok(step @ Step::Named(_)) = element(name)
+        if let Some((Ok(step @ Step::Named(_)), behind)) = bracketed(text)
+            && let Some(behind) = behind.strip_prefix('.')
         {
             steps.push(step);
             rest = behind;
@@ -57,9 +63,8 @@ impl FromStr for FieldPath {
             steps.push(Step::Field(name.to_owned()));
             rest = behind;
             // A name in brackets may have dots.
-            while let Some((index, behind)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
-            {
-                steps.push(element(index)?);
+            while let Some((step, behind)) = bracketed(rest) {
+                steps.push(step?);
                 rest = behind;
             }
             rest = match rest.strip_prefix('.') {
@@ -71,16 +76,49 @@ impl FromStr for FieldPath {
     }
 }
 
-/// The step that the text between brackets is.
-fn element(text: &str) -> Result<Step, PathError> {
-    if text.bytes().all(|it| it.is_ascii_digit()) {
-        return text.parse().map(Step::Index).map_err(|_| PathError::Index);
+/// The step in the brackets that a text begins with, and what stands behind them.
+fn bracketed(text: &str) -> Option<(Result<Step, PathError>, &str)> {
+    let within = text.strip_prefix('[')?;
+    let Some(quoted) = within.strip_prefix('"') else {
+        let (name, behind) = within.split_once(']')?;
+        let step = match name.bytes().all(|it| it.is_ascii_digit()) {
+            true => name.parse().map(Step::Index).map_err(|_| PathError::Index),
+            false if needs_quotes(name) => Err(PathError::Index),
+            false => Ok(Step::Named(name.to_owned())),
+        };
+        return Some((step.and_then(printable), behind));
+    };
+    // A quote that stands twice is one of the name.
+    let mut name = String::new();
+    let mut rest = quoted;
+    loop {
+        let (part, behind) = rest.split_once('"')?;
+        name += part;
+        match behind.strip_prefix('"') {
+            Some(behind) => {
+                name.push('"');
+                rest = behind;
+            }
+            None => return Some((printable(Step::Named(name)), behind.strip_prefix(']')?)),
+        }
     }
-    let is_odd = |sign: char| sign.is_whitespace() || sign.is_control() || sign == '[';
-    match text.contains(is_odd) {
-        true => Err(PathError::Index),
-        false => Ok(Step::Named(text.to_owned())),
+}
+
+/// A step, unless its name has signs that cannot be written.
+fn printable(step: Step) -> Result<Step, PathError> {
+    match &step {
+        Step::Named(name) if name.is_empty() || name.contains(char::is_control) => {
+            Err(PathError::Index)
+        }
+        _ => Ok(step),
     }
+}
+
+/// Whether a name in brackets would be taken for something else.
+fn needs_quotes(name: &str) -> bool {
+    name.bytes().all(|it| it.is_ascii_digit())
+        || name.contains(['[', ']', '"'])
+        || name.trim() != name
 }
 
 /// Whether `name` is letters, digits and underscores, beginning with none of the digits.
@@ -96,6 +134,9 @@ impl fmt::Display for FieldPath {
                 Step::Field(name) if number == 0 => f.write_str(name)?,
                 Step::Field(name) => write!(f, ".{name}")?,
                 Step::Index(index) => write!(f, "[{index}]")?,
+                Step::Named(name) if needs_quotes(name) => {
+                    write!(f, "[\"{}\"]", name.replace('"', "\"\""))?;
+                }
                 Step::Named(name) => write!(f, "[{name}]")?,
             }
         }
@@ -115,7 +156,9 @@ impl FieldPath {
         self.with(Step::Index(index))
     }
 
-    pub(crate) fn with(&self, step: Step) -> Self {
+    /// The path of that step within what this path leads to.
+    #[must_use]
+    pub fn with(&self, step: Step) -> Self {
         let mut steps = self.steps.clone();
         steps.push(step);
         Self { steps }
@@ -184,6 +227,10 @@ mod tests {
             "a[b]",
             "a[arm.b-1/c].d",
             "[odom->base_link].a",
+            "a[motor driver: left].values[Temperature (C)].b",
+            "[\"7\"].a[\"b[0]\"]",
+            "a[\" said \"\"so\"\" \"][\"]\"]",
+            "a[\"12\"]",
         ] {
             assert_eq!(text.parse::<FieldPath>().unwrap().to_string(), text);
         }
@@ -201,6 +248,12 @@ mod tests {
             ("a[]", PathError::Index),
             ("a[ ]", PathError::Index),
             ("a[b[0]]", PathError::Index),
+            ("a[b ]", PathError::Index),
+            ("a[b\nc]", PathError::Index),
+            ("a[\"\"]", PathError::Index),
+            ("a[\"b]", PathError::Bracket),
+            ("a[b\"]", PathError::Index),
+            ("a[\"b\"c]", PathError::Bracket),
             ("a.b.", PathError::Name),
             ("a[99999999999999999999999]", PathError::Index),
         ] {

@@ -26,6 +26,8 @@ pub(crate) enum Op {
     PassText { wide: bool },
     /// Reads a number.
     Number { primitive: Primitive, slot: usize },
+    /// Reads the number that a text holds.
+    NumberInText { slot: usize },
     /// Reads some or all, or passes all, of a list of numbers.
     Numbers {
         count: Count,
@@ -151,6 +153,7 @@ impl Wanted {
     pub(crate) fn pick(&self, of: &dyn Field, values: &mut Values) {
         if let Some(list) = self.slot.and_then(|slot| values.slots.get_mut(slot)) {
             of.append_to(list);
+            list.extend(of.text().and_then(number_in));
         }
         // Names first: messages stand where theirs stand.
         let of_names = |are_names: bool| {
@@ -402,6 +405,9 @@ impl<'t> Compiler<'t> {
                 primitive: *primitive,
                 slot,
             }),
+            (Element::String { wide: false, .. }, Some(slot)) => {
+                ops.push(Op::NumberInText { slot });
+            }
             _ => self.pass_one(element, ops),
         }
     }
@@ -483,6 +489,13 @@ fn push_pass(ops: &mut Vec<Op>, part: Advance) {
     }
 }
 
+/// The number that a text is, with its unit behind it or not: `11.9 V`.
+fn number_in(text: &str) -> Option<f64> {
+    let is_of_unit =
+        |sign: char| sign.is_alphabetic() || sign.is_whitespace() || "%°/".contains(sign);
+    text.trim_end_matches(is_of_unit).trim_start().parse().ok()
+}
+
 /// Walks a payload. A slot that is not met stays as it was.
 pub(crate) fn run(
     ops: &[Op],
@@ -501,6 +514,10 @@ pub(crate) fn run(
             Op::Number { primitive, slot } => {
                 let number = cursor.numbers(*primitive, 1)?.get(0);
                 put(values, *slot, number);
+            }
+            Op::NumberInText { slot } => {
+                let text = std::str::from_utf8(cursor.text()?).ok();
+                put(values, *slot, text.and_then(number_in));
             }
             Op::Numbers {
                 count,

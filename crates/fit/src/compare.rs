@@ -14,6 +14,7 @@ use crate::data::DataOptions;
 use crate::error::FitError;
 use crate::model_file;
 use crate::options::{GridOptions, PreparationOptions, SignalOptions};
+use crate::record::Expected;
 use crate::rules::{AHEAD, count};
 
 /// Frequencies of a response.
@@ -95,7 +96,7 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
     let sample_time = first.sample_time;
     let read = |grid: &GridOptions| {
         let grid = grid.clone().at_rate(1.0 / sample_time);
-        let record = signals.record(&options.data, &grid, (0, false), false, progress);
+        let record = signals.record(&options.data, &grid, Expected::ANY, false, progress);
         record.map_err(|source| FitError::Grid {
             model: path.clone(),
             sample_time,

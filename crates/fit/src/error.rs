@@ -52,6 +52,9 @@ pub enum FitError {
     /// An order above the largest of a model with poles, which only a finite impulse response has.
     #[error("--order: {0} at most, but for --method fir")]
     Order(usize),
+    /// A static gain by a method that has none.
+    #[error("--order 0, a static gain, is none of --method {}: name --order 1 or more, or another method", .0.name())]
+    NoStatic(Method),
     /// Options of the recursive methods for another.
     #[error(
         "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \
@@ -188,6 +191,17 @@ pub enum RuleError {
     /// Neither data nor a window to validate on.
     #[error("there is no file or folder '{0}', and it is no window FROM..TO either")]
     NoValidation(String),
+    /// Words that are no input.
+    #[error(
+        "it is no signal of the data, and as an input in words {expected} is expected at character {place}; write VALUE[UNIT] from TIME, as \
+         '12V from 0.1s', '0 to 12V at 0.1s' or '5 from 1s, 0 from 4s'"
+    )]
+    NotAnInput {
+        /// The character, from 1.
+        place: usize,
+        /// What is expected there.
+        expected: String,
+    },
     /// A rule of the one who reads the value.
     #[error("{0}")]
     Own(String),

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use crate::error::FitError;
 use crate::model_file;
 use crate::options::{FitOptions, MethodChoice, Validation};
+use crate::record::Expected;
 use crate::simulated::Simulated;
 use crate::trial::{Trial, ranked};
 
@@ -83,11 +84,15 @@ impl FitOptions {
             Some(Validation::Window(from, to)) => signals.grid.outside((from, to))?,
             _ => vec![signals.grid.clone()],
         };
-        let start = (self.structure.zeros_in_front(), self.structure.at_rest);
+        let expected = Expected {
+            prewindow: self.structure.zeros_in_front(),
+            at_rest: self.structure.at_rest,
+            is_static: self.structure.order == Some(0),
+        };
         // A named method is given the data as it is.
         let automatic = MethodChoice::One(Method::Automatic);
         let decimate = [MethodChoice::All, automatic].contains(&self.method);
-        let record = |grid| signals.record(&signals.data, grid, start, decimate, progress);
+        let record = |grid| signals.record(&signals.data, grid, expected, decimate, progress);
         let mut found = ways.iter().map(record);
         let prepared = match found.next().ok_or(FitError::NoData)? {
             Ok(prepared) => prepared,
@@ -130,7 +135,10 @@ impl FitResult {
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
         // A window for validation is read from the same data, and says the same.
         let mut told: Vec<Reason> = Vec::new();
-        for sentence in readings.iter().flat_map(|it| &it.clock) {
+        for sentence in readings
+            .iter()
+            .flat_map(|it| it.clock.iter().chain(&it.mixed))
+        {
             let reason = Reason::Data(sentence.clone());
             if !told.contains(&reason) {
                 told.push(reason);
@@ -140,10 +148,16 @@ impl FitResult {
         let is_doubtful = readings.iter().any(|it| it.is_time_doubtful);
         let is_none = matches!(
             self.analysis.verdict,
-            Verdict::NoEffect | Verdict::Undetermined | Verdict::Unusable
+            Verdict::NoEffect
+                | Verdict::Undetermined
+                | Verdict::Unusable
+                | Verdict::NotLinear { usable: false }
         );
         if is_doubtful && !is_none {
             self.analysis.verdict = Verdict::TimeDoubtful;
+        }
+        if readings.iter().any(|it| !it.mixed.is_empty()) && !is_none {
+            self.analysis.verdict = Verdict::Mixed;
         }
     }
 
@@ -190,6 +204,7 @@ impl FitResult {
             "candidates": analysis.candidates,
             "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.attainable_fit,
+            "offsets": (0..analysis.segments.len()).map(|run| analysis.estimate.offset(run)).collect::<Vec<_>>(),
             "predicted_fit": analysis.predicted_fit,
             "share_of_input": analysis.input_part.map(|it| it.share),
             "f_of_input": analysis.input_part.map(|it| it.f),

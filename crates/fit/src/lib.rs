@@ -42,6 +42,7 @@ mod record;
 pub mod rules;
 mod samples;
 mod simulated;
+mod steps_in_words;
 mod suggestion;
 mod survey;
 mod trial;

@@ -19,6 +19,7 @@ use crate::rules::{
     ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
     NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
 };
+use crate::steps_in_words::StepsInWords;
 
 /// The largest order of a model with poles.
 const MAX_ORDER: usize = 20;
@@ -49,7 +50,7 @@ pub struct FitOptions {
 pub struct SignalOptions {
     /// The data.
     pub data: DataOptions,
-    /// The input: `TOPIC:FIELD`, or a column.
+    /// The input: `TOPIC:FIELD`, a column, or one that was not recorded in words: `12V from 0.1s`.
     pub input: String,
     /// The output.
     pub output: String,
@@ -260,7 +261,7 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
 /// The model's structure.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StructureOptions {
-    /// The order, known poles not counted; for a finite impulse response the number of its coefficients. `None` to search it.
+    /// The order, known poles not counted, 0 for a static gain; for a finite impulse response the number of its coefficients. `None` to search it.
     pub order: Option<usize>,
     /// The form of a process model; `None` for a criterion to choose.
     pub process: Option<Form>,
@@ -288,7 +289,7 @@ impl StructureOptions {
         match self.order.filter(|_| self.prewindow) {
             None => 0,
             Some(order) => {
-                let numerator = self.numerator.unwrap_or(order);
+                let numerator = self.numerator.unwrap_or(order).max(1);
                 let inputs = self.delay.unwrap_or(1) + numerator + self.zeros_at_one;
                 inputs.saturating_sub(1).max(order + self.integrators)
             }
@@ -416,6 +417,13 @@ impl FitOptions {
         })
     }
 
+    /// Whether the output is at rest before the record: as it is said, or where an input in words begins with it.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        let in_words = StepsInWords::read(&self.signals.input);
+        let begins = matches!(in_words, Some(Ok(steps)) if steps.is_from_rest());
+        self.structure.at_rest || begins
+    }
+
     /// The options of the analysis by a method.
     pub(crate) fn analysis(&self, method: Method) -> Result<Options, FitError> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
@@ -441,6 +449,10 @@ impl FitOptions {
         let is_fir = method == Method::Fir;
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
+        }
+        let has_none = matches!(method, Method::Fir | Method::N4sid);
+        if structure.order == Some(0) && has_none && is_alone {
+            return Err(FitError::NoStatic(method));
         }
         if structure.order.is_some_and(|order| order > MAX_ORDER) && !is_fir {
             return Err(FitError::Order(MAX_ORDER));
@@ -470,7 +482,7 @@ impl FitOptions {
             zeros_at_one: structure.zeros_at_one,
             integrators: structure.integrators,
             offset: !structure.no_offset,
-            start: if structure.at_rest || structure.prewindow {
+            start: if self.is_at_rest() || structure.prewindow {
                 InitialState::Rest
             } else {
                 InitialState::Estimated
@@ -556,7 +568,7 @@ mod tests {
             ),
             (
                 &|it| it.structure.order = Some(65),
-                "'65' for '--order': 65 is not in 1..=64",
+                "'65' for '--order': 65 is not in 0..=64",
             ),
             (&|it| it.structure.order = Some(21), "--order: 20 at most"),
             (

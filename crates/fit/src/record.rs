@@ -9,9 +9,30 @@ use planesman_signals::{
 use crate::data::{DataOptions, reading};
 use crate::error::FitError;
 use crate::options::{GridOptions, SignalOptions, Validation};
+use crate::steps_in_words::StepsInWords;
 
 /// Half the shortest sampling interval, s.
 const EDGE: f64 = 0.5e-6;
+
+/// What a record is expected to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Expected {
+    /// Zeros that are put in front of each segment.
+    pub(crate) prewindow: usize,
+    /// The output is at rest before: a constant input is a step.
+    pub(crate) at_rest: bool,
+    /// The output may be the input times a number.
+    pub(crate) is_static: bool,
+}
+
+impl Expected {
+    /// Of data that a model is judged on.
+    pub(crate) const ANY: Self = Self {
+        prewindow: 0,
+        at_rest: false,
+        is_static: true,
+    };
+}
 
 /// Two times, s.
 type Window = (f64, f64);
@@ -107,13 +128,12 @@ impl SignalOptions {
         let rate = 1.0 / fitted.resampled.record.sample_time;
         let grid = averaged.unwrap_or(grid).at_rate(rate);
         let data = own.as_ref().unwrap_or(&self.data);
-        let record = self.record(data, &grid, (0, false), false, progress);
+        let record = self.record(data, &grid, Expected::ANY, false, progress);
         record.map_err(|error| FitError::Validation(Box::new(error)))
     }
 
     /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each
-    /// source is a segment, or several. So many zeros are put in front of each; at rest before, a constant
-    /// input is a step. If it may be decimated, it is where it is sampled
+    /// source is a segment, or several. If it may be decimated, it is where it is sampled
     /// far faster than it moves, unless a rate was asked for.
     ///
     /// # Errors
@@ -123,7 +143,7 @@ impl SignalOptions {
         &self,
         data: &DataOptions,
         grid: &GridOptions,
-        (prewindow, at_rest): (usize, bool),
+        expected: Expected,
         decimate: bool,
         progress: &dyn Progress,
     ) -> Result<PreparedRecord, FitError> {
@@ -133,16 +153,31 @@ impl SignalOptions {
             .collect();
         let outputs = [self.output.clone()];
         let mut prepared: Option<PreparedRecord> = None;
-        let signals = [&inputs[..], &outputs].concat();
+        let in_words = StepsInWords::read(&self.input);
+        let recorded = &inputs[usize::from(in_words.is_some())..];
+        let signals = [recorded, &outputs].concat();
         for source in data.each(&signals)? {
             let rate = prepared
                 .as_ref()
                 .map(|prepared| 1.0 / prepared.resampled.record.sample_time);
             let windows = grid.of_windows(rate.or(source.sample_time().map(f64::recip)));
-            let next = reading(source.bytes(), progress, |told| {
-                read_record(&source, &inputs, &outputs, &windows, told)
-            });
-            let next = next.map_err(FitError::data)?;
+            let read = |inputs: &[String]| {
+                reading(source.bytes(), progress, |told| {
+                    read_record(&source, inputs, &outputs, &windows, told)
+                })
+            };
+            let next = match (&in_words, read(&inputs)) {
+                (_, Ok(of_its_name)) => of_its_name,
+                (None, Err(refusal)) => return Err(FitError::data(refusal)),
+                (Some(Err(rule)), Err(_)) => {
+                    return Err(FitError::value("input", &self.input, rule.clone()));
+                }
+                (Some(Ok(steps)), Err(_)) => {
+                    let mut next = read(recorded).map_err(FitError::data)?;
+                    steps.put_into(&mut next);
+                    next
+                }
+            };
             prepared = Some(match prepared {
                 None => next,
                 Some(before) => before.followed_by(next),
@@ -151,8 +186,10 @@ impl SignalOptions {
         let prepared = prepared.ok_or(FitError::NoData)?;
         let record = &prepared.resampled.record;
         let preparation = &self.preparation;
+        let begins = matches!(&in_words, Some(Ok(steps)) if steps.is_from_rest());
+        let at_rest = expected.at_rest || begins;
         let unfit = (preparation.prefilter).and_then(|band| unreachable(record, band));
-        if let Some(reason) = without_dynamics(record, at_rest).or(unfit) {
+        if let Some(reason) = without_dynamics(record, at_rest, expected.is_static).or(unfit) {
             return Err(FitError::Record(reason));
         }
         Ok(prepared.prepared(&Preparation {
@@ -161,7 +198,7 @@ impl SignalOptions {
             band: preparation.prefilter,
             segment: preparation.segment,
             trend: preparation.detrend,
-            prewindow,
+            prewindow: expected.prewindow,
         }))
     }
 }

@@ -183,8 +183,8 @@ pub const EXCLUDES: [(&str, &str); 3] = [
     ("time_unit", "sample_time"),
 ];
 
-/// Orders of a model; above 20 of a finite impulse response alone.
-pub const ORDER: RangeInclusive<i64> = 1..=64;
+/// Orders of a model, 0 for a static gain; above 20 of a finite impulse response alone.
+pub const ORDER: RangeInclusive<i64> = 0..=64;
 /// Coefficients of a numerator.
 pub const NUMERATOR: RangeInclusive<i64> = 1..=40;
 /// Delays, samples.

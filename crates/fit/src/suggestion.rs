@@ -1,17 +1,20 @@
 //! What of a log may be identified from what: a first command to run.
 
-use crate::data::Sources;
+use crate::data::{DataOptions, Sources};
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
-const INPUTS: [&str; 16] = [
+const INPUTS: [&str; 25] = [
     "cmd", "command", "setpoint", "control", "effort", "pwm", "thrust", "throttle", "rudder", "actuator", "servo", "input", "reference",
     "desired", "voltage", "u",
+    // As ArduPilot calls them.
+    "rout", "pout", "yout", "aout", "rcou", "rdes", "pdes", "ydes", "des",
 ];
 #[rustfmt::skip]
-const OUTPUTS: [&str; 27] = [
+const OUTPUTS: [&str; 30] = [
     "odom", "imu", "gyro", "depth", "pose", "state", "angular", "rate", "velocity", "speed", "twist", "attitude", "heading", "yaw", "pitch",
     "roll", "angle", "altitude", "position", "range", "pressure", "temperature", "measured", "output", "transform", "tf", "y",
+    "att", "gyr", "baro",
 ];
 
 /// Parts of messages that are no signal of the system.
@@ -32,9 +35,10 @@ const NOT_SIGNALS: [&str; 10] = [
 /// in a table, and path. `None` where nothing looks like an input and an output.
 pub(crate) fn suggestion<'s>(
     signals: impl Iterator<Item = (&'s str, &'s str)>,
-    sources: &Sources,
+    data: &DataOptions,
+    has_time: bool,
 ) -> Option<String> {
-    let Sources::Files(paths) = sources else {
+    let Sources::Files(paths) = &data.sources else {
         return None;
     };
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
@@ -70,15 +74,43 @@ pub(crate) fn suggestion<'s>(
         }
     };
     Some(format!(
-        "planesman sysid fit {} -i {input} -o {output}\n  input {input}{}\n  output {output}{}",
+        "planesman sysid fit {} -i {input} -o {output}{}\n  input {input}{}\n  output {output}{}",
         files.join(" "),
+        time(data, has_time),
         others(&inputs),
         others(&outputs)
     ))
 }
 
-/// Whether a field may be a signal of the system, not one of its message.
+/// The options of the time that the data needs.
+fn time(data: &DataOptions, has_time: bool) -> String {
+    let time = &data.time;
+    let stamp = data.stamp.map(|it| it.described().0.to_owned());
+    let unit = time.unit.map(|it| it.described().0.to_owned());
+    let step = match (time.sample_time, has_time) {
+        (None, false) => Some("SECONDS".to_owned()),
+        (step, _) => step.map(|it| format!("{it}s")),
+    };
+    let options = [
+        ("stamp", stamp),
+        ("time", time.column.as_deref().map(quoted)),
+        ("time-unit", unit),
+        ("sample-time", step),
+    ];
+    let given = options.into_iter();
+    let given = given.filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+    given.collect()
+}
+
+/// Whether a field may be a signal of the system, not one of its message or a time.
 fn is_of_the_system(path: &str) -> bool {
+    let is_time = path.split(['[', '.']).any(|it| {
+        let name = it.to_ascii_lowercase();
+        name.starts_with("time_") || name.starts_with("timestamp") || name == "timeus"
+    });
+    if is_time {
+        return false;
+    }
     !NOT_SIGNALS.iter().any(|it| match it.contains('.') {
         true => path.ends_with(it),
         false => path.split(['[', '.']).any(|part| part == *it),

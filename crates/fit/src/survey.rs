@@ -5,12 +5,13 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use planesman_bag::reader::TopicCount;
-use planesman_bag::{Order, Topic, TopicKind};
+use planesman_bag::{Message, Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, SourceError,
-    Stamps, Take, Timing,
+    self as signals, BagSource, Change, Clock, CsvSource, Mixture, Publishers, Reading, Request,
+    Senders, Source, SourceError, StampFindings, StampInspection, Stamps, Take, Timing,
+    ValueInspection,
 };
 use serde::Serialize;
 
@@ -21,6 +22,9 @@ use crate::suggestion::suggestion;
 /// Fields of a topic that are read, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
 const FIELDS: usize = 20_000;
+
+/// Fields whose first samples are kept to be looked at.
+const INSPECTED: usize = 4000;
 
 /// Topics that are read.
 const TOPICS: usize = 1000;
@@ -57,8 +61,14 @@ pub struct TopicSurvey {
     pub type_name: String,
     /// The source of the stamps: header or log.
     pub stamps: String,
-    /// How its messages lie in time.
+    /// How its messages lie in time, on a clock that goes on.
     pub timing: Timing,
+    /// Messages per second; where they come in bursts, over the time between bursts.
+    pub rate: f64,
+    /// What was found of the clock: where it wraps, goes back or begins anew, or may be of another unit.
+    pub clock: Vec<String>,
+    /// What becomes of their stamps in a record.
+    pub change: Option<Change>,
     /// The share of intervals below a tenth of the mean, 0 to 1, as of messages that come in bursts.
     pub bursts: f64,
     /// Its numeric fields, in the order in which they lie in a message.
@@ -82,6 +92,27 @@ pub struct FieldSurvey {
     pub max: f64,
     /// Its time history: means over segments of equally many numbers.
     pub means: Vec<f64>,
+    /// What becomes of its samples as an output of a record: those of a slow sensor, angles that wrap.
+    pub changes: Vec<Change>,
+    /// What speaks for two things in turns.
+    pub mixture: Option<Mixture>,
+}
+
+impl TopicSurvey {
+    fn found(&mut self, found: StampFindings) {
+        self.clock.extend(found.clock);
+        let all = found.timing.samples;
+        let refusal = found.timing.refusal(&self.name, all);
+        if let Some(refusal) = refusal.filter(|_| found.change.is_none()) {
+            let prefix = format!("{}: ", self.name);
+            let told = refusal.strip_prefix(&prefix).unwrap_or(&refusal);
+            self.clock.push(told.to_owned());
+        }
+        self.timing = found.timing;
+        self.bursts = found.bursts;
+        self.rate = found.rate;
+        self.change = found.change;
+    }
 }
 
 /// Looks through the data: all topics, or those whose name contains `topic`.
@@ -94,6 +125,7 @@ pub fn survey(
     progress: &dyn Progress,
 ) -> Result<Survey, FitError> {
     let source = data.open()?;
+    let has_time = source.has_time();
     let found = reading(source.bytes(), progress, |told| match source {
         Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
         Source::Csv(table) => of_csv(table, told),
@@ -120,22 +152,31 @@ pub fn survey(
         }
         Source::Columns(columns) => {
             let name = "columns".to_owned();
-            of_table(name, columns.requests(), |requests, take| {
+            of_table(name, false, columns.requests(), |requests, take| {
                 columns.read(requests, take).map_err(FitError::data)
             })
         }
     });
     let mut found = found?;
-    let varying = found.topics.iter().flat_map(|topic| {
-        let name = match topic.type_name.as_str() {
-            "" => "",
-            _ => topic.name.as_str(),
-        };
+    let all = &found.topics;
+    let is_of_several = |path: &str| {
+        let of = |it: &&TopicSurvey| it.fields.iter().any(|it| it.path == path);
+        all.iter().filter(of).count() > 1
+    };
+    let varying = all.iter().flat_map(|topic| {
+        let is_table = topic.type_name.is_empty();
         let fields = topic.fields.iter();
         let fields = fields.filter(|it| it.count >= FEWEST && it.min < it.max);
-        fields.map(move |it| (name, it.path.as_str()))
+        fields.map(move |it| {
+            let is_alone = all.len() == 1 || !is_of_several(&it.path);
+            let name = match is_table && is_alone {
+                true => "",
+                false => topic.name.as_str(),
+            };
+            (name, it.path.as_str())
+        })
     });
-    found.suggestion = suggestion(varying, &data.sources);
+    found.suggestion = suggestion(varying, data, has_time);
     Ok(found)
 }
 
@@ -146,10 +187,20 @@ struct Field {
     not_finite: u64,
     range: Option<(f64, f64)>,
     means: SegmentMeans,
+    inspection: ValueInspection,
+    /// Whether there is room to look at its samples.
+    is_inspected: bool,
 }
 
 impl Field {
-    fn take(&mut self, value: f64) {
+    fn inspected(place: usize) -> Self {
+        Self {
+            is_inspected: place < INSPECTED,
+            ..Self::default()
+        }
+    }
+
+    fn take(&mut self, stamp: i64, value: f64) {
         if !value.is_finite() {
             self.not_finite += 1;
             return;
@@ -158,10 +209,14 @@ impl Field {
         let (min, max) = self.range.unwrap_or((value, value));
         self.range = Some((min.min(value), max.max(value)));
         self.means.take(value);
+        if self.is_inspected {
+            self.inspection.take(stamp, value);
+        }
     }
 
-    fn survey(&self, path: String) -> FieldSurvey {
+    fn survey(self, path: String) -> FieldSurvey {
         let (min, max) = self.range.unwrap_or_default();
+        let (changes, mixture) = self.inspection.finish();
         FieldSurvey {
             path,
             count: self.count,
@@ -169,6 +224,8 @@ impl Field {
             min,
             max,
             means: self.means.means(),
+            changes,
+            mixture,
         }
     }
 }
@@ -292,10 +349,14 @@ struct TopicScan {
     messages: u64,
     refused: u64,
     note: Option<String>,
-    /// By the stamps of the messages, and by the recorder's.
-    meter: Meter,
-    log_meter: Meter,
+    /// By the stamps of the messages, and by the recorder's where they have stamps of their own.
+    inspection: StampInspection,
+    log_inspection: StampInspection,
     stamps: Stamps,
+    publishers: Publishers,
+    senders: Senders,
+    /// Of the message read last: its memory is kept for the next of the topic.
+    values: Values,
     /// What its messages are called, the first few.
     names: BTreeMap<String, u64>,
 }
@@ -310,9 +371,12 @@ impl TopicScan {
             messages: 0,
             refused: 0,
             note: None,
-            meter: Meter::default(),
-            log_meter: Meter::default(),
+            inspection: StampInspection::default(),
+            log_inspection: StampInspection::default(),
             stamps: Stamps::of(&topic.name),
+            publishers: Publishers::default(),
+            senders: Senders::default(),
+            values: Values::default(),
             names: BTreeMap::new(),
         };
         match plan {
@@ -320,7 +384,8 @@ impl TopicScan {
                 let listed = plan.paths.len().min(room);
                 let is_cut = plan.is_cut || listed < plan.paths.len();
                 scan.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
-                scan.fields = vec![Field::default(); listed];
+                let first = FIELDS - room;
+                scan.fields = (first..first + listed).map(Field::inspected).collect();
                 scan.plan = Some(plan);
             }
             Err(reason) => scan.note = Some(reason.to_string()),
@@ -328,15 +393,19 @@ impl TopicScan {
         scan
     }
 
-    fn take(&mut self, payload: &[u8], log_time: i64, values: &mut Values) {
+    fn take(&mut self, message: &Message) {
         self.messages += 1;
-        match self.read(payload, values) {
-            Ok(own) => {
+        let (payload, log_time) = (message.payload.as_slice(), message.log_time);
+        let publishers = &mut self.publishers;
+        let publisher = publishers.of(message.channel, message.sequence, log_time);
+        self.senders.take(publisher);
+        match self.read(payload, log_time) {
+            Ok((own, content)) => {
                 if self.stamps.take(own, log_time) {
-                    self.meter.take(own.unwrap_or(log_time));
+                    self.inspection.take(own.unwrap_or(log_time), content);
                 }
                 if own.is_some() {
-                    self.log_meter.take(log_time);
+                    self.log_inspection.take(log_time, content);
                 }
             }
             Err(reason) => {
@@ -348,10 +417,11 @@ impl TopicScan {
         }
     }
 
-    /// Takes the numbers of a message; returns its own stamp, if it has one.
-    fn read(&mut self, payload: &[u8], values: &mut Values) -> Result<Option<i64>, Unreadable> {
+    /// Takes the numbers of a message; returns its own stamp, if it has one, and what tells it from others.
+    fn read(&mut self, payload: &[u8], log_time: i64) -> Result<(Option<i64>, u64), Unreadable> {
+        let values = &mut self.values;
         let Some(plan) = &self.plan else {
-            return Ok(None);
+            return Ok((None, self.messages.rotate_right(8)));
         };
         // All of the first thousand, then every seventh.
         if let Some(names) = &plan.names
@@ -366,16 +436,19 @@ impl TopicScan {
             }
         }
         plan.decoder.read(payload, values)?;
+        let mut content = 0;
         for (index, field) in self.fields.iter_mut().enumerate() {
             if let Some(value) = values.number(index) {
-                field.take(value);
+                field.take(log_time, value);
+                content = mixed(content, value);
             }
         }
         if !plan.has_stamp {
-            return Ok(None);
+            return Ok((None, content));
         }
         let stamp = signals::nanoseconds(values, plan.paths.len());
-        stamp.map(Some).ok_or(Unreadable::Stamp)
+        let stamp = stamp.ok_or(Unreadable::Stamp)?;
+        Ok((Some(stamp), content))
     }
 
     fn survey(self) -> TopicSurvey {
@@ -401,38 +474,55 @@ impl TopicScan {
                 self.topic.name
             )
         });
+        let senders = self.senders.in_turn();
+        let publishers = senders.first().map(|(first, _)| {
+            let counts = senders.iter().map(|it| it.1.to_string());
+            format!(
+                "its messages are of {} publishers by their channels or numbers ({}): '{}:[publisher={first}].FIELD' takes those of one",
+                senders.len(),
+                counts.collect::<Vec<_>>().join(", "),
+                self.topic.name
+            )
+        });
         let standing = self.stamps.unfit();
         let clock = match self.stamps.note(Clock::Header) {
             _ if standing.is_some() => standing.clone(),
             note => note,
         };
         let prefix = format!("{}: ", self.topic.name);
-        let all = [note, several, clock].into_iter().flatten();
+        let all = [note, several, publishers, clock].into_iter().flatten();
         let all: Vec<String> = all
             .map(|it| it.strip_prefix(&prefix).unwrap_or(&it).to_owned())
             .collect();
         let note = (!all.is_empty()).then(|| all.join("; "));
         let has_stamp = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
         let is_header = has_stamp && standing.is_none();
-        let meter = match has_stamp && !is_header {
-            true => &self.log_meter,
-            false => &self.meter,
+        let inspection = match has_stamp && !is_header {
+            true => self.log_inspection,
+            false => self.inspection,
         };
         let fields = self.plan.map(|plan| {
-            let each = plan.paths.iter().zip(&self.fields);
+            let each = plan.paths.iter().zip(self.fields);
             each.map(|(path, field)| field.survey(path.to_string()))
                 .collect()
         });
-        TopicSurvey {
+        let mut survey = TopicSurvey {
             name: self.topic.name.clone(),
             type_name: self.topic.kind.type_name.clone(),
             stamps: if is_header { "header" } else { "log" }.to_owned(),
-            timing: meter.timing(),
-            bursts: meter.bursts(),
             fields: fields.unwrap_or_default(),
             note,
-        }
+            ..TopicSurvey::default()
+        };
+        survey.found(inspection.finish());
+        survey
     }
+}
+
+/// A number of what a message holds, its next value with it.
+fn mixed(content: u64, value: f64) -> u64 {
+    const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
+    (content.rotate_left(5) ^ value.to_bits()).wrapping_mul(ODD)
 }
 
 fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Survey {
@@ -496,7 +586,6 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         places.get(&key).copied()
     };
     let mut messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
-    let mut values = Values::default();
     let mut count = 0_u64;
     while let Some(message) = messages.next() {
         let message = match message {
@@ -511,7 +600,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             progress(messages.bytes_read());
         }
         if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {
-            scan.take(&message.payload, message.log_time, &mut values);
+            scan.take(&message);
         }
     }
     if !bag.completeness().is_whole() {
@@ -533,7 +622,11 @@ fn of_log<'a>(
     let is_wanted = |it: &(&String, _)| wanted.is_none_or(|text| it.0.contains(text));
     let topics: Vec<(&String, Vec<Request>)> = topics.filter(is_wanted).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
-    let (fields, meters, reading) = read_fields(&requests, |requests, take| {
+    let each = topics.iter().enumerate();
+    let topic_of: Vec<usize> = each
+        .flat_map(|(at, (_, requests))| std::iter::repeat_n(at, requests.len()))
+        .collect();
+    let (fields, stamps, reading) = read_fields(&requests, &topic_of, |requests, take| {
         read(requests, take).map_err(FitError::data)
     })?;
     let mut survey = Survey {
@@ -541,77 +634,122 @@ fn of_log<'a>(
         notes: reading.notes,
         suggestion: None,
     };
-    let mut first = 0;
+    let (mut fields, mut stamps) = (fields.into_iter(), stamps.into_iter());
     for (name, requests) in topics {
-        let here = first..first + requests.len();
-        first = here.end;
         let path = |request: &Request| request.name[name.len() + 1..].to_owned();
-        let each = fields[here.clone()].iter().zip(&requests);
-        survey.topics.push(TopicSurvey {
+        let mut topic = TopicSurvey {
             name: name.clone(),
             type_name: type_name.to_owned(),
             stamps: "log".to_owned(),
-            timing: meters
-                .get(here.start)
-                .map_or_else(Timing::default, Meter::timing),
-            fields: each
-                .map(|(field, request)| field.survey(path(request)))
+            fields: (requests.iter().zip(fields.by_ref()))
+                .map(|(request, field)| field.survey(path(request)))
                 .collect(),
-            bursts: meters.get(here.start).map_or(0.0, Meter::bursts),
-            note: None,
-        });
+            ..TopicSurvey::default()
+        };
+        topic.found(stamps.next().unwrap_or_default());
+        survey.topics.push(topic);
     }
     Ok(survey)
 }
 
-/// The fields and the stamps of each request.
+/// A row, or a message of a log, of which the values come one by one.
+#[derive(Clone, Debug, Default)]
+struct Row {
+    inspection: StampInspection,
+    /// Its stamp, the signal that came last, and what tells it from others.
+    current: Option<(i64, usize, u64)>,
+}
+
+impl Row {
+    fn take(&mut self, signal: usize, stamp: i64, value: Option<f64>) {
+        let before = match self.current {
+            Some((last, of, content)) if last == stamp && signal > of => content,
+            _ => {
+                self.end();
+                0
+            }
+        };
+        let content = mixed(before, value.unwrap_or_default());
+        self.current = Some((stamp, signal, content));
+    }
+
+    fn end(&mut self) {
+        if let Some((stamp, _, content)) = self.current.take() {
+            self.inspection.take(stamp, content);
+        }
+    }
+}
+
+/// The fields of the requests, and the stamps of each topic; `topic_of` says which a request is of.
 fn read_fields(
     requests: &[Request],
+    topic_of: &[usize],
     read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
-) -> Result<(Vec<Field>, Vec<Meter>, Reading), FitError> {
-    let mut fields = vec![Field::default(); requests.len()];
-    let mut meters = vec![Meter::default(); requests.len()];
+) -> Result<(Vec<Field>, Vec<StampFindings>, Reading), FitError> {
+    let mut fields: Vec<Field> = (0..requests.len()).map(Field::inspected).collect();
+    let topics = topic_of.last().map_or(1, |last| last + 1);
+    let mut rows = vec![Row::default(); topics];
     let mut take = |signal: usize, stamp, value| {
-        if let Some(meter) = meters.get_mut(signal) {
-            meter.take(stamp);
+        if let Some(row) = topic_of.get(signal).and_then(|it| rows.get_mut(*it)) {
+            row.take(signal, stamp, value);
         }
         if let (Some(field), Some(value)) = (fields.get_mut(signal), value) {
-            field.take(value);
+            field.take(stamp, value);
         }
         true
     };
     let reading = read(requests, &mut take)?;
-    Ok((fields, meters, reading))
+    let ended = rows.into_iter().map(|mut row| {
+        row.end();
+        row.inspection.finish()
+    });
+    Ok((fields, ended.collect(), reading))
 }
 
 fn of_csv(table: CsvSource, told: &dyn Fn(u64)) -> Result<Survey, FitError> {
     let table = table.counted();
     let name = table.path().display().to_string();
-    of_table(name, table.requests(), |requests, take| {
+    let is_long = table.is_long();
+    of_table(name, is_long, table.requests(), |requests, take| {
         let reading = table.read(requests, take, told);
         reading.map_err(FitError::data)
     })
 }
 
+/// A table; the signals of a long one have each their own times.
 fn of_table(
     name: String,
+    is_long: bool,
     requests: Vec<Request>,
     read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
 ) -> Result<Survey, FitError> {
-    let (fields, meters, reading) = read_fields(&requests, read)?;
-    let fields = fields.iter().zip(requests);
+    let topic_of: Vec<usize> = match is_long {
+        true => (0..requests.len()).collect(),
+        false => vec![0; requests.len()],
+    };
+    let (fields, stamps, mut reading) = read_fields(&requests, &topic_of, read)?;
+    let mut fields = fields
+        .into_iter()
+        .zip(requests)
+        .map(|(field, request)| field.survey(request.name));
+    let together = if is_long { 1 } else { usize::MAX };
+    let mut topics = Vec::new();
+    for found in stamps {
+        let mut table = TopicSurvey {
+            name: name.clone(),
+            stamps: reading.stamps.clone(),
+            fields: fields.by_ref().take(together).collect(),
+            ..TopicSurvey::default()
+        };
+        table.found(found);
+        if table.rate > 0.0 && topics.is_empty() {
+            reading.question_unit(table.rate);
+        }
+        table.clock.append(&mut reading.clock);
+        topics.push(table);
+    }
     Ok(Survey {
-        topics: vec![TopicSurvey {
-            name,
-            type_name: String::new(),
-            stamps: reading.stamps,
-            timing: meters.first().map_or_else(Timing::default, Meter::timing),
-            bursts: meters.first().map_or(0.0, Meter::bursts),
-            fields: fields
-                .map(|(field, request)| field.survey(request.name))
-                .collect(),
-            note: None,
-        }],
+        topics,
         notes: reading.notes,
         suggestion: None,
     })
@@ -631,7 +769,10 @@ mod tests {
         for count in [1, 2, 24, 25, 48, 49, 1000, 100_000] {
             let values: Vec<f64> = (0..count).map(f64::from).collect();
             let mut field = Field::default();
-            values.iter().for_each(|value| field.take(*value));
+            let times = 0_i64..;
+            times
+                .zip(&values)
+                .for_each(|(at, value)| field.take(at, *value));
             let field = field.survey("x".to_owned());
             let drawn = field.means.len();
             assert!(

@@ -26,6 +26,9 @@ pub const SIGMAS_95: f64 = 1.959_964;
 /// The same for 99 %.
 pub const SIGMAS_99: f64 = 2.575_829;
 
+/// The largest distance in z from a zero to a pole that it cancels.
+const CANCELS: f64 = 0.2;
+
 /// A complex quantity and the covariance of its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertain {
@@ -171,6 +174,23 @@ impl<'a> Reading<'a> {
         let mut zeros = self.roots(&b[leading..], places)?;
         zeros.extend(known_roots(&layout.structure.known_numerator)?);
         Ok(zeros)
+    }
+
+    /// The poles, one of each pair, that a zero may cancel: one lies so near that the 95 % intervals do not tell them
+    /// apart.
+    pub(crate) fn cancelled_poles(&self) -> Vec<Uncertain> {
+        let (Ok(poles), Ok(zeros)) = (self.poles(), self.zeros()) else {
+            return Vec::new();
+        };
+        let cancels = |pole: &Uncertain| {
+            zeros.iter().any(|zero| {
+                let apart = (zero.value - pole.value).norm();
+                let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
+                joint > 0.0 && apart < SIGMAS_95 * joint && apart < CANCELS
+            })
+        };
+        let poles = poles.into_iter().filter(|pole| pole.value.im >= 0.0);
+        poles.filter(cancels).collect()
     }
 
     /// The poles in s, `ln(z)/T`, 1/s, in the order of [`Reading::poles`]; a pole at z = 0 has none.

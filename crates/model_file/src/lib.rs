@@ -8,6 +8,8 @@
 //! `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
 //! finite, `den` beginning with 1, lists of the sizes that belong together.
 
+mod covariance;
+
 use std::path::Path;
 
 use planesman_text::{write_text, yaml};
@@ -15,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
 /// The largest order taken: beyond any model that a record determines, the samples of a long delay counted.
-pub const LARGEST_ORDER: usize = 200;
+pub const LARGEST_ORDER: usize = 1100;
 
 /// A model file that was not read or not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -48,6 +50,15 @@ pub enum Refusal {
     /// The file's name has another ending.
     #[error("a model file is *.json or *.yaml")]
     Name,
+    /// The text would be too long to be read again.
+    #[error(
+        "it would have {length} bytes, and {} at most are read: a lower --rate leaves a delay fewer samples",
+        planesman_text::LARGEST
+    )]
+    Size {
+        /// Bytes.
+        length: usize,
+    },
     /// A number is not finite; its fields and places in lists, each behind a space.
     #[error("the number at{0} is not finite")]
     NotFinite(String),
@@ -211,6 +222,7 @@ pub struct ModelFile {
     /// `1, a1 ... an`: powers of z, the highest first.
     pub den: Vec<f64>,
     /// The covariance of `a1 ... an` and of `num`, row by row; what is known beforehand has none.
+    #[serde(with = "covariance")]
     pub covariance: Vec<Vec<f64>>,
     /// The continuous model; none when a pole has no continuous counterpart.
     pub continuous: Option<Continuous>,
@@ -339,6 +351,10 @@ impl ModelFile {
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         self.check()
             .and_then(|()| Syntax::of(path)?.text(self))
+            .and_then(|text| match text.len() as u64 > planesman_text::LARGEST {
+                true => Err(Refusal::Size { length: text.len() }),
+                false => Ok(text),
+            })
             .and_then(|text| {
                 write_text(path, text).map_err(|reason| Refusal::File(reason.to_string()))
             })
@@ -385,7 +401,7 @@ impl ModelFile {
         }
         let n = self.order();
         let paired = self.num.len() == n || self.has_feedthrough();
-        if !(1..=LARGEST_ORDER).contains(&n) || !paired {
+        if n > LARGEST_ORDER || !paired || self.num.is_empty() {
             let (num, den) = (self.num.len(), self.den.len());
             return Err(Refusal::Orders { num, den });
         }

@@ -142,6 +142,44 @@ fn what_does_not_belong_together_is_neither_written_nor_read() {
 }
 
 #[test]
+fn a_model_behind_a_thousand_samples_of_delay_is_read_as_it_was_written() {
+    let order = 1010;
+    let mut long = model();
+    long.num = vec![0.0; order];
+    long.num[order - 1] = 0.5;
+    long.den = [vec![1.0, -1.8, 0.81], vec![0.0; order - 2]].concat();
+    // Of the delay all is known.
+    let mut covariance = vec![vec![0.0; 2 * order]; 2 * order];
+    for (i, j) in [
+        (0, 0),
+        (0, 1),
+        (1, 0),
+        (1, 1),
+        (2 * order - 1, 0),
+        (0, 2 * order - 1),
+    ] {
+        covariance[i][j] = 1e-7;
+    }
+    long.covariance = covariance;
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["long.yaml", "long.json"] {
+        let path = folder.path().join(name);
+        long.write(&path).unwrap();
+        assert!(ModelFile::read(&path).unwrap() == long, "{name}");
+    }
+    // What would not be read again is not written.
+    let order = 150;
+    long.num = vec![0.0; order];
+    long.den = [vec![1.0], vec![0.0; order]].concat();
+    long.covariance = vec![vec![1.0 / 3.0; 2 * order]; 2 * order];
+    let refusal = long.write(&folder.path().join("full.json")).unwrap_err();
+    assert!(
+        refusal.to_string().contains("at most are read"),
+        "{refusal}"
+    );
+}
+
+#[test]
 fn what_is_no_model_file_is_refused_with_the_reason() {
     let good = serde_yaml_ng::to_string(&model()).unwrap();
     for (text, reason_part) in [

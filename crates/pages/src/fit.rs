@@ -58,8 +58,10 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         ul.verdict { li { (analysis.verdict) } @for reason in &analysis.reasons { li { (reason) } } }
         h2 { "The model" }
         (in_words(analysis))
-        h2 { "Poles" }
-        (poles::table_with_note(&[("", analysis.reading())]))
+        @if analysis.reading().poles().is_ok_and(|it| !it.is_empty()) {
+            h2 { "Poles" }
+            (poles::table_with_note(&[("", analysis.reading())]))
+        }
         h2 { "Plots" }
         (figures(&plots))
         details { summary { "All numbers" } pre { (analysis.numbers()) } }

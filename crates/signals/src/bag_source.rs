@@ -14,6 +14,7 @@ use planesman_text::did_you_mean;
 use crate::bag_types::types;
 use crate::error::{Result, SourceError, listed};
 use crate::identity::Identity;
+use crate::publishers::{Publishers, Senders};
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 use crate::stamps::{self, Stamps};
@@ -86,7 +87,10 @@ impl BagSource {
             .iter()
             .map(|request| Wanted::find(&self.bag, request))
             .collect::<Result<Vec<_>>>()?;
-        let places: Vec<_> = wanted.iter().map(|it| (&it.topic, &it.path)).collect();
+        let places = wanted.iter();
+        let places: Vec<_> = places
+            .map(|it| (&it.topic, &it.path, it.publisher))
+            .collect();
         distinct(requests, &places)?;
         let (clock, reason, seen) = self.chosen(&wanted)?;
         let mut reading = Reading {
@@ -122,8 +126,10 @@ impl BagSource {
         for plan in &plans.list {
             plan.judge(&mut reading)?;
         }
-        for (wanted, identity) in wanted.iter().zip(&plans.identities) {
+        let found = plans.identities.iter().zip(&plans.senders);
+        for (wanted, (identity, senders)) in wanted.iter().zip(found) {
             reading.notes.extend(identity.judge(&wanted.signal)?);
+            senders.judge(&wanted.signal, wanted.publisher)?;
         }
         let unfit = match self.clock {
             None => stamps::unfit(&mut plans.stamps),
@@ -215,6 +221,8 @@ struct Wanted {
     type_name: String,
     path: FieldPath,
     role: Role,
+    /// The publisher that is chosen of several, counted from 1.
+    publisher: Option<usize>,
     has_stamp: bool,
 }
 
@@ -226,6 +234,7 @@ impl Wanted {
 
     fn find(bag: &BagReader, request: &Request) -> Result<Self> {
         let signal: Signal = request.name.parse()?;
+        let (path, publisher) = Publishers::chosen(signal.path());
         let mut found: Vec<&Arc<Topic>> = bag
             .topics()
             .iter()
@@ -251,25 +260,29 @@ impl Wanted {
         // Of several types on the topic, the first that has the signal.
         let readers = found.iter().map(|topic| {
             let types = types(bag, topic)?;
-            let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
+            let decoder = Decoder::compile(&types, std::slice::from_ref(&path))
                 .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
             Ok((topic, types, decoder))
         });
         let mut readers: Vec<Result<_>> = readers.collect();
         let place = readers.iter().position(Result::is_ok).unwrap_or(0);
         let (topic, types, decoder) = readers.swap_remove(place)?;
-        if let Some(names) = types.names_of(signal.path()) {
+        if let Some(names) = types.names_of(&path) {
             let count = first_count(bag, &topic.name, &decoder);
-            let known = names_in(bag, &topic.name, &types, signal.path(), None, 1);
-            let example = known.first().map_or("0", String::as_str);
+            let known = names_in(bag, &topic.name, &types, &path, None, 1);
+            let example = match known.first() {
+                Some(name) => path.with(Step::Named(name.clone())),
+                None => path.with(Step::Index(0)),
+            };
             return Err(SourceError::Request(format!(
                 "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
-                 {signal}[{example}]",
+                 {}:{example}",
                 count.map_or_else(String::new, |count| format!("{count} ")),
-                sorted(known.iter().map(String::as_str))
+                sorted(known.iter().map(String::as_str)),
+                signal.topic()
             )));
         }
-        for (list, name) in signal.path().named() {
+        for (list, name) in path.named() {
             let known = names_in(bag, &topic.name, &types, &list, Some(name), NAMED_IN);
             if !known.iter().any(|it| it == name) {
                 return Err(SourceError::Request(format!(
@@ -282,8 +295,9 @@ impl Wanted {
         Ok(Self {
             topic: topic.name.clone(),
             type_name: topic.kind.type_name.clone(),
-            path: signal.path().clone(),
+            path,
             role: request.role,
+            publisher,
             has_stamp: types.stamp().is_some(),
             signal,
         })
@@ -420,8 +434,11 @@ struct Plans<'w> {
     list: Vec<Plan>,
     /// By topic; the plans of its files share it.
     stamps: Vec<Stamps>,
+    /// By topic likewise.
+    publishers: Vec<Publishers>,
     /// By signal.
     identities: Vec<Identity>,
+    senders: Vec<Senders>,
 }
 
 impl<'w> Plans<'w> {
@@ -434,8 +451,10 @@ impl<'w> Plans<'w> {
             wanted,
             clock,
             list: Vec::new(),
+            publishers: vec![Publishers::default(); topics.len()],
             stamps: topics.into_iter().map(Stamps::of).collect(),
             identities: wanted.iter().map(|_| Identity::default()).collect(),
+            senders: vec![Senders::default(); wanted.len()],
         }
     }
 
@@ -457,9 +476,22 @@ impl<'w> Plans<'w> {
             }
         };
         let plan = &mut self.list[place];
-        let stamps = &mut self.stamps[plan.stamps];
-        Ok(plan.read(message, self.clock, stamps, &mut self.identities, take))
+        let publishers = &mut self.publishers[plan.stamps];
+        let publisher = publishers.of(message.channel, message.sequence, message.log_time);
+        let mut seen = Seen {
+            stamps: &mut self.stamps[plan.stamps],
+            identities: &mut self.identities,
+            senders: &mut self.senders,
+        };
+        Ok(plan.read(message, publisher, self.clock, &mut seen, take))
     }
+}
+
+/// What is seen of the messages of a topic.
+struct Seen<'a> {
+    stamps: &'a mut Stamps,
+    identities: &'a mut [Identity],
+    senders: &'a mut [Senders],
 }
 
 /// So many messages are looked at for what their numbers are of, and every so many after them: publishers seldom take turns by seven.
@@ -476,7 +508,7 @@ struct Plan {
     /// The place of the topic's stamps.
     stamps: usize,
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
-    signals: Vec<(usize, Role)>,
+    signals: Vec<(usize, Role, Option<usize>)>,
     has_stamp: bool,
     messages: u64,
     refused: u64,
@@ -499,7 +531,9 @@ impl Plan {
             of_identities: Decoder::compile_with_identities(&types, &paths).map_err(refuse)?,
             stamps,
             values: Values::default(),
-            signals: here().map(|(signal, it)| (signal, it.role)).collect(),
+            signals: here()
+                .map(|(signal, it)| (signal, it.role, it.publisher))
+                .collect(),
             has_stamp: stamp.is_some(),
             messages: 0,
             refused: 0,
@@ -511,9 +545,9 @@ impl Plan {
     fn read(
         &mut self,
         message: &Message,
+        publisher: usize,
         clock: Clock,
-        stamps: &mut Stamps,
-        identities: &mut [Identity],
+        seen: &mut Seen<'_>,
         take: &mut Take<'_>,
     ) -> bool {
         self.messages += 1;
@@ -531,7 +565,7 @@ impl Plan {
             true => nanoseconds(values, self.signals.len()),
             false => None,
         };
-        let is_filled = stamps.take(own, message.log_time);
+        let is_filled = seen.stamps.take(own, message.log_time);
         let stamp = match clock {
             Clock::Log => Some(message.log_time),
             Clock::Header if !is_filled => return true,
@@ -542,10 +576,16 @@ impl Plan {
             return true;
         };
         let mut more = true;
-        for (index, (signal, role)) in self.signals.iter().enumerate() {
+        for (index, (signal, role, chosen)) in self.signals.iter().enumerate() {
             let list = values.list(index);
+            if !list.is_empty() {
+                seen.senders[*signal].take(publisher);
+            }
+            if chosen.is_some_and(|it| it != publisher) {
+                continue;
+            }
             if looks && !list.is_empty() {
-                identities[*signal].take(decoder, index, values);
+                seen.identities[*signal].take(decoder, index, values);
             }
             more &= take(*signal, stamp, number(list, *role));
         }

@@ -2,9 +2,17 @@
 
 use std::fmt;
 
+use planesman_text::number;
 use serde::Serialize;
 
-use crate::unwrap::Unwrap;
+use crate::mixture::Mixture;
+use crate::unwrap::{Unwrap, Unwrapper};
+
+/// The share of samples with a stamp that came before that is refused. Messages that are recorded twice are half of all.
+const MOSTLY_REPEATED: f64 = 0.8;
+
+/// The share of samples in wrong order that is refused.
+const MOSTLY_LATE: f64 = 0.5;
 
 /// One signal of a record, and how it came onto the grid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,6 +28,8 @@ pub struct Channel {
     pub held: f64,
     /// What was done to its samples before.
     pub changes: Vec<Change>,
+    /// What speaks for two things in turns, if something does.
+    pub mixture: Option<Mixture>,
 }
 
 /// What is done to the samples of a signal before they go onto a grid.
@@ -52,6 +62,15 @@ pub enum Change {
         /// How often it wrapped.
         wraps: u64,
     },
+}
+
+impl Change {
+    /// What an unwrapper has done, if its values wrapped.
+    pub(crate) fn of(unwrapper: &Unwrapper) -> Option<Self> {
+        let wraps = unwrapper.wraps;
+        let change = |period| Self::Unwrapped { period, wraps };
+        unwrapper.period.map(change)
+    }
 }
 
 impl fmt::Display for Change {
@@ -194,6 +213,26 @@ impl Timing {
         }
     }
 
+    /// Why the stamps of a signal, topic or table of that name and so many samples tell no times, with what helps.
+    #[must_use]
+    pub fn refusal(&self, name: &str, all: u64) -> Option<String> {
+        if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
+            return Some(format!(
+                "{name}: {} of {all} samples have the stamp of another, so their times are not known: name the interval between \
+                 the rows of a table (--sample-time SECONDS) or another column (--time), and of a bag the recorder's time \
+                 (--stamp log)",
+                self.duplicates
+            ));
+        }
+        (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
+            format!(
+                "{name}: {} of {all} samples are stamped before those in front of them: sort them by time, or name another \
+                 time: --time COLUMN of a table, --stamp log of a bag",
+                self.late
+            )
+        })
+    }
+
     /// Of these samples and others, from elsewhere: counts together, the worse of either.
     #[must_use]
     pub fn joined(&self, other: &Self) -> Self {
@@ -209,5 +248,14 @@ impl Timing {
             not_finite: self.not_finite + other.not_finite,
             absent: self.absent + other.absent,
         }
+    }
+}
+
+/// A rate to three decimals, a slow one to its digits.
+#[must_use]
+pub fn hertz(rate: f64) -> String {
+    match rate < 1.0 {
+        true => number(rate),
+        false => format!("{rate:.3}"),
     }
 }

@@ -251,6 +251,11 @@ impl ClockFollower {
         }
     }
 
+    /// Whether the clock has gone back.
+    pub(crate) fn has_returned(&self) -> bool {
+        !self.returns.is_empty()
+    }
+
     /// What has become of the clock, for people.
     pub(crate) fn notes(&self) -> Vec<String> {
         let seconds = |stamp: i64| stamp as f64 * 1e-9;

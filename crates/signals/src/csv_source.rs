@@ -15,6 +15,7 @@ use planesman_text::{did_you_mean, shown, unmarked};
 
 use crate::csv_cell::{decimal, is_missing, number};
 use crate::csv_form::{Form, Lines};
+use crate::csv_long::LongForm;
 use crate::csv_time::{self, FORMS, Order, Written};
 use crate::error::{Result, SourceError, listed, size};
 use crate::request::{Reading, Request, Role, Take, distinct};
@@ -106,6 +107,8 @@ pub struct CsvSource {
     path: PathBuf,
     bytes: u64,
     form: Form,
+    /// Its signals, where each row says which it is of.
+    long: Option<Box<LongForm>>,
     time: Time,
     written: Written,
     /// How its unit is known.
@@ -134,6 +137,7 @@ impl CsvSource {
             path: path.to_owned(),
             bytes,
             form,
+            long: None,
             time: Time::Unknown,
             written: Written::default(),
             known: Known::Named,
@@ -142,6 +146,14 @@ impl CsvSource {
         let start = table.start()?;
         table.time = table.find_time(time, &start)?;
         table.find_written(time.unit, &start)?;
+        let of_time = [table.time_column(), table.time_part()];
+        let of_time: Vec<usize> = of_time.into_iter().flatten().collect();
+        let mut reader = table.reader()?;
+        let next = |row: &mut ByteRecord| Ok(reader.read_byte_record(row)?);
+        table.long = LongForm::find(&table.form.columns, &of_time, &start, next)
+            .map_err(unreadable)?
+            .filter(|_| table.has_time() && !matches!(table.time, Time::Rows(_)))
+            .map(Box::new);
         Ok(table)
     }
 
@@ -236,6 +248,11 @@ impl CsvSource {
         if !start.is_empty() && start.iter().all(is_epoch) && !start.iter().skip(1).all(is_small) {
             return Time::Parts(0, 1, TimeUnit::Ns);
         }
+        let is_text = |at: usize| {
+            let mut cells = start.iter().filter_map(|row| row.get(at));
+            cells.all(|it| number(it).is_none() && !csv_time::is_time(it))
+        };
+        let has_text = (1..self.form.columns.len()).any(is_text);
         let stamp = |order| {
             let written = Written {
                 unit: TimeUnit::Ms,
@@ -245,7 +262,11 @@ impl CsvSource {
                 .iter()
                 .map(move |row| written.nanoseconds(row.first()?));
             let rises = |(a, b): (Option<i64>, Option<i64>)| a.is_some() && a < b;
-            stamps.clone().zip(stamps.skip(1)).all(rises)
+            let pairs = || stamps.clone().zip(stamps.clone().skip(1));
+            // In a long table several rows may have one time.
+            let stands = |(a, b): (Option<i64>, Option<i64>)| a.is_some() && a == b;
+            let is_long = || has_text && 4 * pairs().filter(|it| rises(*it)).count() > start.len();
+            pairs().all(rises) || (is_long() && pairs().all(|it| rises(it) || stands(it)))
         };
         if start.len() < 2 || !(stamp(Order::MonthFirst) || stamp(Order::DayFirst)) {
             return Time::Unknown;
@@ -387,10 +408,16 @@ impl CsvSource {
         }
     }
 
+    /// Whether the time of its rows is known.
+    #[must_use]
+    pub fn has_time(&self) -> bool {
+        !matches!(self.time, Time::Unknown | Time::Counted)
+    }
+
     /// The same table; its rows are a second apart if nothing is known of their time.
     #[must_use]
     pub fn counted(mut self) -> Self {
-        if matches!(self.time, Time::Unknown | Time::Counted) {
+        if !self.has_time() {
             self.time = Time::Rows(1e9);
         }
         self
@@ -412,14 +439,33 @@ impl CsvSource {
         }
     }
 
-    /// The columns beside the time.
+    /// The columns beside the time; of a long table its signals.
     #[must_use]
     pub fn signals(&self) -> Vec<&str> {
+        if let Some(long) = &self.long {
+            return long.signals().iter().map(String::as_str).collect();
+        }
         let time = self.time_column();
         let columns = self.form.columns.iter().enumerate();
         let part = self.time_part();
         let others = columns.filter(|(it, _)| Some(*it) != time && Some(*it) != part);
         others.map(|(_, name)| name.as_str()).collect()
+    }
+
+    /// Whether each row says which signals it is of.
+    #[must_use]
+    pub fn is_long(&self) -> bool {
+        self.long.is_some()
+    }
+
+    /// The name of a column, or of a signal of a long table, which stand behind the columns.
+    fn name(&self, place: usize) -> &str {
+        let columns = &self.form.columns;
+        match (columns.get(place), &self.long) {
+            (Some(name), _) => name,
+            (None, Some(long)) => &long.signals()[place - columns.len()],
+            (None, None) => "",
+        }
     }
 
     /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); a
@@ -434,6 +480,9 @@ impl CsvSource {
             }
         }
         places.extend(columns().map(|(place, name)| (name.as_str(), (place, None))));
+        let signals = self.long.iter().flat_map(|it| it.signals());
+        let behind = signals.zip(self.form.columns.len()..);
+        places.extend(behind.map(|(name, place)| (name.as_str(), (place, None))));
         places
     }
 
@@ -448,6 +497,22 @@ impl CsvSource {
     ) -> Result<usize> {
         let columns = &self.form.columns;
         let path = self.path.display();
+        if let Some(long) = &self.long {
+            let place = places.get(name).filter(|it| it.1.is_none());
+            let is_of_several = place.is_some_and(|it| long.holds(it.0)) || long.is_shared(name);
+            if place.is_none() || is_of_several {
+                let why = match is_of_several {
+                    true => format!("'{name}' is of several signals, and each row says of which"),
+                    false => format!("it has no signal '{name}'"),
+                };
+                let names = long.signals().iter().map(String::as_str);
+                return Err(SourceError::Request(format!(
+                    "{path}: {why}; name one of {}{}",
+                    listed(names.clone()),
+                    did_you_mean(name, names)
+                )));
+            }
+        }
         match places.get(name) {
             Some((place, None)) => Ok(*place),
             Some((first, Some(second))) => Err(SourceError::Request(format!(
@@ -548,12 +613,12 @@ impl CsvSource {
             .notes
             .extend(notes.map(|note| format!("{path}: {note}")));
         for (signal, column) in &signals {
-            let (asked, name) = (&requests[*signal].name, &columns[*column]);
+            let (asked, name) = (&requests[*signal].name, self.name(*column));
             if name != asked && !asked.ends_with(&format!(":{name}")) {
                 reading
                     .notes
                     .push(format!("'{asked}' is the column '{name}'"));
-                reading.columns.insert(asked.clone(), name.clone());
+                reading.columns.insert(asked.clone(), name.to_owned());
             }
         }
         Ok(Rows {
@@ -561,6 +626,7 @@ impl CsvSource {
             table: self,
             reader: self.reader()?,
             row: ByteRecord::new(),
+            key: Vec::new(),
             signals,
             count: 0,
             timeless: Faults::default(),
@@ -624,6 +690,7 @@ pub(crate) struct Rows<'a> {
     table: &'a CsvSource,
     reader: Reader<Lines<File>>,
     row: ByteRecord,
+    key: Vec<u8>,
     signals: Vec<(usize, usize)>,
     faults: Vec<Faults>,
     /// Rows read.
@@ -695,8 +762,16 @@ impl Rows<'_> {
     pub(crate) fn hand(&mut self, stamp: i64, take: &mut Take<'_>) -> bool {
         let line = self.line();
         let mut more = true;
+        let width = self.table.form.columns.len();
+        let long = self.table.long.as_ref();
+        let series = long.and_then(|it| it.series(&self.row, &mut self.key));
         for ((signal, column), faults) in self.signals.iter().zip(&mut self.faults) {
-            let value = faults.number(self.row.get(*column).unwrap_or_default(), line);
+            let column = match column.checked_sub(width) {
+                None => Some(*column),
+                Some(of_long) => long.zip(series).and_then(|(it, at)| it.column(of_long, at)),
+            };
+            let Some(column) = column else { continue };
+            let value = faults.number(self.row.get(column).unwrap_or_default(), line);
             more &= take(*signal, stamp, value);
         }
         more
@@ -741,12 +816,11 @@ impl Rows<'_> {
                     "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: all numbers of the column have three digits \
                      behind a sign, or no sign; write them without grouping",
                     shown(text),
-                    columns[*column]
+                    self.table.name(*column)
                 )));
             }
-            reading
-                .notes
-                .extend(faults.note(&columns[*column], self.count - timeless));
+            let note = faults.note(self.table.name(*column), self.count - timeless);
+            reading.notes.extend(note);
         }
         Ok(())
     }

@@ -231,9 +231,9 @@ pub fn prepare(record: &mut Record, preparation: &Preparation) -> Vec<Step> {
 }
 
 /// Why a record determines no model: an input or an output that never moves, an output that is the input times a number.
-/// At rest before it, a constant input is a step.
+/// At rest before it, a constant input is a step; an output that is expected to be static may be the input times a number.
 #[must_use]
-pub fn without_dynamics(record: &Record, at_rest: bool) -> Option<String> {
+pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Option<String> {
     let all = |signal: usize| {
         record
             .segments
@@ -268,11 +268,13 @@ pub fn without_dynamics(record: &Record, at_rest: bool) -> Option<String> {
     let pairs = || inputs().zip(outputs()).map(|(u, y)| (u - u0, y - y0));
     let gain = pairs().map(|(u, y)| u * y).sum::<f64>() / pairs().map(|(u, _)| u * u).sum::<f64>();
     let deviation = mean(pairs().map(|(_, y)| y * y).sum()).sqrt();
-    let is_static = pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING_SHARE * deviation);
+    let is_proportional =
+        !is_static && pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING_SHARE * deviation);
     let (input, output) = (record.inputs.first()?, record.outputs.first()?);
-    is_static.then(|| {
+    is_proportional.then(|| {
         format!(
-            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify",
+            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; --order 0 takes it for a \
+             static gain",
             Short(gain),
             Short(y0 - gain * u0)
         )
@@ -805,8 +807,9 @@ mod tests {
 
     #[test]
     fn a_record_without_dynamics_is_refused() {
-        let says =
-            |inputs: Vec<f64>, outputs: Vec<f64>| without_dynamics(&record(inputs, outputs), false);
+        let says = |inputs: Vec<f64>, outputs: Vec<f64>| {
+            without_dynamics(&record(inputs, outputs), false, false)
+        };
         let moving = noise(1, 100);
         let still = says(vec![3.2; 100], moving.clone()).unwrap();
         assert!(

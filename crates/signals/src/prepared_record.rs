@@ -1,18 +1,14 @@
 //! A record from data: named signals of one source, resampled to one grid.
 
 use std::cell::Cell;
-use std::ops::RangeInclusive;
 
-use planesman_text::number;
-
-use crate::channel::{Channel, Method};
+use crate::channel::{Channel, Method, hertz};
 use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
 use crate::preparation::{Preparation, Step, StepName, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
-use crate::time_unit::Known;
 
 /// A grid this many times faster than an output would have numbers that nobody measured.
 const MAX_RATE_FACTOR: f64 = 1.05;
@@ -20,16 +16,8 @@ const MAX_RATE_FACTOR: f64 = 1.05;
 /// An output of so many times the grid's rate is decimated.
 const DECIMATED_RATE_FACTOR: f64 = 1.9;
 
-/// The share of samples in wrong order that is told, and the one that is refused.
+/// The share of samples in wrong order that is told.
 const LATE: f64 = 0.02;
-const MOSTLY_LATE: f64 = 0.5;
-
-/// The share of samples with a stamp that came before that is refused. Messages that are recorded twice are half of all.
-const MOSTLY_REPEATED: f64 = 0.8;
-
-/// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
-const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
-const SLOW: f64 = 0.1;
 
 /// A record, and how it was made from data.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +42,7 @@ impl PreparedRecord {
         }
         self.reading.notes.extend(next.reading.notes);
         self.reading.clock.extend(next.reading.clock);
+        self.reading.mixed.extend(next.reading.mixed);
         self.reading.is_time_doubtful |= next.reading.is_time_doubtful;
         self
     }
@@ -96,7 +85,7 @@ impl PreparedRecord {
         for note in &self.reading.clock {
             text += &format!("clock   {note}\n");
         }
-        for note in &self.reading.notes {
+        for note in self.reading.mixed.iter().chain(&self.reading.notes) {
             text += &format!("note    {note}\n");
         }
         for step in &self.steps {
@@ -169,7 +158,12 @@ pub fn read_record(
         })?;
     check_times(&resampled, windows)?;
     check_order(&resampled, &mut reading)?;
-    check_unit(&resampled, &mut reading);
+    for channel in resampled.inputs.iter().chain(&resampled.outputs) {
+        let told = channel.mixture.iter();
+        let told = told.map(|it| format!("{}: {it}", channel.name));
+        reading.mixed.extend(told);
+    }
+    reading.question_unit(1.0 / resampled.record.sample_time);
     Ok(PreparedRecord {
         resampled,
         reading,
@@ -245,68 +239,23 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
 /// Tells of samples that were left out, since their stamps are behind those in front of them.
 fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
     for channel in resampled.inputs.iter().chain(&resampled.outputs) {
-        let (late, taken) = (channel.timing.late, channel.timing.samples);
-        let repeated = channel.timing.duplicates;
-        if repeated as f64 > MOSTLY_REPEATED * (repeated + taken) as f64 {
-            return Err(SourceError::Data(format!(
-                "{}: {repeated} of {} samples have the stamp of another, so their times are not known: name the interval between \
-                 the rows of a table (--sample-time SECONDS) or another column (--time), and of a bag the recorder's time \
-                 (--stamp log)",
-                channel.name,
-                repeated + taken
-            )));
+        let timing = &channel.timing;
+        let late = timing.late;
+        let all = timing.samples + timing.duplicates + late;
+        if let Some(refusal) = timing.refusal(&channel.name, all) {
+            return Err(SourceError::Data(refusal));
         }
-        let share = late as f64 / (late + taken) as f64;
-        if share <= LATE {
+        if late as f64 <= LATE * all as f64 {
             continue;
         }
         let told = format!(
-            "{}: {late} of {} samples are stamped before those in front of them",
-            channel.name,
-            late + taken
+            "{}: {late} of {all} samples are stamped before those in front of them",
+            channel.name
         );
-        if share > MOSTLY_LATE {
-            return Err(SourceError::Data(format!(
-                "{told}: sort them by time, or name another time: --time COLUMN of a table, --stamp log of a bag"
-            )));
-        }
         reading.clock.push(told + ", and are left out");
         reading.is_time_doubtful = true;
     }
     Ok(())
-}
-
-/// Questions a unit of time that nobody named.
-fn check_unit(resampled: &Resampled, reading: &mut Reading) {
-    let rate = 1.0 / resampled.record.sample_time;
-    let (how, is_doubtful) = match reading.unit.known {
-        Known::Likely(how) => (how, true),
-        Known::Assumed if !PLAUSIBLE.contains(&rate) => ("", true),
-        Known::Assumed if rate <= SLOW => ("", false),
-        _ => return,
-    };
-    let how = match how {
-        "" => String::new(),
-        how => format!(", {how},"),
-    };
-    let told = format!(
-        "nobody names the unit of the times: in {}{how} the rate is {} Hz (--time-unit names it)",
-        reading.unit.unit.described().0,
-        number(rate)
-    );
-    match is_doubtful {
-        true => reading.clock.push(told),
-        false => reading.notes.push(told),
-    }
-    reading.is_time_doubtful |= is_doubtful;
-}
-
-/// A rate to three decimals, a slow one to its digits.
-fn hertz(rate: f64) -> String {
-    match rate < 1.0 {
-        true => number(rate),
-        false => format!("{rate:.3}"),
-    }
 }
 
 fn channel_description(channel: &Channel) -> String {

@@ -1,5 +1,7 @@
 //! The samples of a slow sensor in a fast log, where each is repeated until the next.
 
+use crate::channel::Change;
+
 /// New values from which the sensor's rate is found.
 const FEWEST: usize = 10;
 
@@ -53,6 +55,11 @@ impl Repeats {
             last: None,
             since: 0,
         }
+    }
+
+    /// What a record makes of them.
+    pub(crate) fn change(&self) -> Change {
+        Change::RepeatsLeftOut { rows: self.rows }
     }
 
     /// Whether the row repeats the sample before. A sensor may measure the same value again.

@@ -1,10 +1,16 @@
 //! A request for signals of a bag or table, and the notes of reading it.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use crate::error::{Result, SourceError};
-use crate::time_unit::JudgedUnit;
+use crate::time_unit::{JudgedUnit, Known};
+use planesman_text::number;
 use serde::Serialize;
+
+/// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
+const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
+const SLOW: f64 = 0.1;
 
 /// The clock whose stamps are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -76,6 +82,8 @@ pub struct Reading {
     pub notes: Vec<String>,
     /// What was found of the clock that bears on a model: where it goes back, or seems to be of another unit.
     pub clock: Vec<String>,
+    /// Signals that seem to be two things in turns.
+    pub mixed: Vec<String>,
     /// Whether the times may be wrong as a whole.
     pub is_time_doubtful: bool,
     /// The unit of the times, and how it is known.
@@ -89,6 +97,30 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// Questions a unit of time that nobody named, by the rate that it gives, Hz.
+    pub fn question_unit(&mut self, rate: f64) {
+        let (how, is_doubtful) = match self.unit.known {
+            Known::Likely(how) => (how, true),
+            Known::Assumed if !PLAUSIBLE.contains(&rate) => ("", true),
+            Known::Assumed if rate <= SLOW => ("", false),
+            _ => return,
+        };
+        let how = match how {
+            "" => String::new(),
+            how => format!(", {how},"),
+        };
+        let told = format!(
+            "nobody names the unit of the times: in {}{how} the rate is {} Hz (--time-unit names it)",
+            self.unit.unit.described().0,
+            number(rate)
+        );
+        match is_doubtful {
+            true => self.clock.push(told),
+            false => self.notes.push(told),
+        }
+        self.is_time_doubtful |= is_doubtful;
+    }
+
     /// The signal's name with the unit, if its column's name has one.
     #[must_use]
     pub fn column<'a>(&'a self, signal: &'a str) -> &'a str {

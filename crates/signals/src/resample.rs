@@ -23,6 +23,7 @@ use thiserror::Error;
 
 use crate::channel::{Channel, Method};
 use crate::gridder::{Grid, Gridder, Onto, Put};
+use crate::mixture::Mixtures;
 use crate::sieve::Sieve;
 use crate::signal::LARGEST;
 use crate::timing::Meter;
@@ -243,6 +244,7 @@ impl Resampler {
                         None => Some(usual),
                     },
                     longest_hold: 0,
+                    mixtures: Mixtures::default(),
                     sieve,
                     pending: VecDeque::new(),
                     last: None,
@@ -319,6 +321,7 @@ impl Resampler {
                 timing: meter.timing(),
                 held: track.longest_hold as f64 * 1e-9,
                 changes: track.sieve.changes(),
+                mixture: track.mixtures.found,
             })
             .collect();
         for channel in &channels {
@@ -461,6 +464,7 @@ struct Track {
     max_gap: Option<i64>,
     /// The longest time for which a sample acted, ns; 0 if none was long.
     longest_hold: i64,
+    mixtures: Mixtures,
     sieve: Sieve,
     /// The latest samples, in order of stamp.
     pending: VecDeque<(i64, f64)>,
@@ -525,6 +529,7 @@ impl Track {
     }
 
     fn take(&mut self, stamp: i64, value: f64, grid: &Grid, meter: &mut Meter) {
+        self.mixtures.take(stamp, value);
         let spreader = self.sieve.spreader.as_mut();
         let stamp = spreader.map_or(stamp, |it| it.next(stamp));
         match self.last {
@@ -580,6 +585,7 @@ impl Track {
     /// All that is pending goes onto the grid; a sample that has no gap behind it acts `until` then.
     fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
         self.give_out_all(grid, meter);
+        self.mixtures.finish();
         let Some(last) = self.last else { return };
         if self.max_gap.is_none() && until > last.0 {
             self.pair(last, (until, last.1), grid);

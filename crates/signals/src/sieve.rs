@@ -25,7 +25,7 @@ impl Sieve {
     pub(crate) fn find(samples: &mut [(i64, f64)], is_output: bool, unwrap: Unwrap) -> Self {
         samples.sort_by_key(|it| it.0);
         let stamps: Vec<i64> = samples.iter().map(|it| it.0).collect();
-        let bursts = Bursts::find(&stamps).or_else(|| Bursts::in_steps(&stamps));
+        let bursts = bursts(&stamps);
         let mut interval = match bursts {
             Some(bursts) => bursts.interval,
             None => interval(&stamps),
@@ -48,25 +48,16 @@ impl Sieve {
 
     /// What was done to the samples.
     pub(crate) fn changes(&self) -> Vec<Change> {
-        let spread = self.bursts.map(|it| match it.samples() > 1.0 {
-            true => Change::Spread {
-                samples: it.samples(),
-                period: it.period * 1e-9,
-                share_a_stamp: it.share_a_stamp,
-            },
-            false => Change::Rounded {
-                step: it.period * 1e-9,
-            },
-        });
-        let repeats = self
-            .repeats
-            .map(|it| Change::RepeatsLeftOut { rows: it.rows });
-        let unwrapped = self.unwrapper.period.map(|period| Change::Unwrapped {
-            period,
-            wraps: self.unwrapper.wraps,
-        });
+        let spread = self.bursts.map(|it| it.change());
+        let repeats = self.repeats.map(|it| it.change());
+        let unwrapped = Change::of(&self.unwrapper);
         [spread, repeats, unwrapped].into_iter().flatten().collect()
     }
+}
+
+/// How sorted stamps are to be spread, if they are.
+pub(crate) fn bursts(stamps: &[i64]) -> Option<Bursts> {
+    Bursts::find(stamps).or_else(|| Bursts::in_steps(stamps))
 }
 
 /// The median interval of sorted stamps, or the mean without gaps where that is far longer, ns; repeated stamps count for nothing.

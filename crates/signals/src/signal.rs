@@ -210,7 +210,7 @@ mod tests {
             "a b:x",
             "state:x..y",
             "state:x[",
-            "state:x[a b]",
+            "state:x[a ]",
             "state:x[]",
             "state:x[1]y",
             "state:[1]",

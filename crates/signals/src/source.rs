@@ -214,6 +214,16 @@ impl Source {
         }
     }
 
+    /// Whether the data tells the time of its samples, or the interval between them was given.
+    #[must_use]
+    pub fn has_time(&self) -> bool {
+        match self {
+            Self::Bag(_) | Self::Ulog(_) | Self::Log(_) | Self::Columns(_) => true,
+            Self::Csv(table) => table.has_time(),
+            Self::Tables(tables) => tables.tables().iter().all(CsvSource::has_time),
+        }
+    }
+
     /// Hands every sample of the signals to `take`; `progress` is called with the bytes read.
     ///
     /// # Errors

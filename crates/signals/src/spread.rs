@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::channel::Change;
 use crate::quantile::median;
 
 /// Stamps nearer than this, in mean intervals, are of one burst.
@@ -161,9 +162,19 @@ impl Bursts {
         })
     }
 
-    /// Samples of a burst, on the mean.
-    pub(crate) fn samples(&self) -> f64 {
-        self.period / self.interval
+    /// What a record makes of them.
+    pub(crate) fn change(&self) -> Change {
+        let samples = self.period / self.interval;
+        match samples > 1.0 {
+            true => Change::Spread {
+                samples,
+                period: self.period * 1e-9,
+                share_a_stamp: self.share_a_stamp,
+            },
+            false => Change::Rounded {
+                step: self.period * 1e-9,
+            },
+        }
     }
 }
 

@@ -57,7 +57,8 @@ impl TimeUnit {
     }
 
     /// The unit of that name, as the end of a column's name has it.
-    pub(crate) fn named(text: &str) -> Option<Self> {
+    #[must_use]
+    pub fn named(text: &str) -> Option<Self> {
         Some(match text {
             "s" | "sec" | "secs" | "second" | "seconds" => Self::S,
             "ms" | "msec" | "msecs" | "millis" | "milliseconds" => Self::Ms,
@@ -85,7 +86,8 @@ impl TimeUnit {
 
     /// A number of it in ns; `None` beyond 64 bits. Days of our time are counted from 1970, as Excel's from 1900 and MATLAB's
     /// from the year 0 are.
-    pub(crate) fn in_nanoseconds(self, number: f64) -> Option<i64> {
+    #[must_use]
+    pub fn in_nanoseconds(self, number: f64) -> Option<i64> {
         let origin = DAYS.iter().find(|(days, _)| days.contains(&number));
         let origin = origin.filter(|_| self == Self::D).map_or(0.0, |it| it.1);
         let nanoseconds = (number - origin) * self.nanoseconds() as f64;
@@ -106,11 +108,12 @@ impl TimeUnit {
 }
 
 /// Names under which the time is looked for, without their unit.
-pub(crate) const NAMES: [&str; 13] = [
+pub(crate) const NAMES: [&str; 14] = [
     "time",
     "t",
     "stamp",
     "timestamp",
+    "_time",
     "__time",
     "datetime",
     "date_time",

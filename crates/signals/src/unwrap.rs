@@ -95,6 +95,10 @@ impl Unwrapper {
 
     /// The next value, unwrapped.
     pub(crate) fn next(&mut self, value: f64) -> f64 {
+        if self.last == Some(value) {
+            self.still += 1;
+            return value + self.turns * self.period.unwrap_or(0.0);
+        }
         self.stretch(value);
         if let Some(last) = self.last.replace(value) {
             let step = value - last;
@@ -104,7 +108,6 @@ impl Unwrapper {
                     self.wraps += 1;
                     self.turns -= (step / period).round();
                 }
-                None if step == 0.0 => self.still += 1,
                 None => {
                     self.steps += 1;
                     self.step += FORGETTING * (step.abs() - self.step);

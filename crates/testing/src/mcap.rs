@@ -49,10 +49,15 @@ pub fn channel(id: u16, schema: u16, topic: &str, encoding: &str) -> Vec<u8> {
     )
 }
 
-/// A message record.
+/// A message record without a number.
 pub fn message(channel: u16, time: u64, payload: &[u8]) -> Vec<u8> {
+    numbered_message(channel, 0, time, payload)
+}
+
+/// A message record.
+pub fn numbered_message(channel: u16, number: u32, time: u64, payload: &[u8]) -> Vec<u8> {
     let mut body = channel.to_le_bytes().to_vec();
-    body.extend([0; 4]);
+    body.extend(number.to_le_bytes());
     body.extend([time.to_le_bytes(), time.to_le_bytes()].concat());
     body.extend(payload);
     record(5, &body)

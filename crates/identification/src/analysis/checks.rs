@@ -129,8 +129,9 @@ fn has_trend(values: &[f64]) -> bool {
 }
 
 /// The fit that the noise leaves to the best of models over the held-out data, %: the noise is what an equation of high
-/// order leaves of all of the record. `None` where that is not known.
+/// order leaves of all of the record. 0, which their mean has, where the outputs move less than that; `None` where the noise is not known.
 pub(super) fn attainable_fit(problem: &Problem<'_>, held_out: &[f64]) -> Option<f64> {
     let noise = innovation_variance(problem)? * held_out.len() as f64;
-    fit(noise, variance(held_out) * held_out.len() as f64).or(Some(f64::NEG_INFINITY))
+    let fit = fit(noise, variance(held_out) * held_out.len() as f64);
+    Some(fit.unwrap_or_default().max(0.0))
 }

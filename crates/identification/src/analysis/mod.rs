@@ -39,8 +39,10 @@ use crate::prediction;
 use crate::selection::criteria::{Candidate, choice, first_part, search};
 use crate::selection::{self, Kind, process, select};
 use crate::structure::{InitialState, Problem, Structure, variance};
-use crate::uncertainty::Reading;
-use crate::validation::{identifiability, residuals::ResidualTests};
+use crate::uncertainty::{Reading, Uncertain};
+use crate::validation::identifiability::{self, Doubt};
+use crate::validation::nonlinearity::{self, Finding};
+use crate::validation::residuals::ResidualTests;
 use planesman_record::StraightLine;
 use planesman_record::{Record, Segment};
 
@@ -111,6 +113,9 @@ const METHOD_MAX_DELAY: usize = 3;
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
 const UNINFORMATIVE_FIT: f64 = 10.0;
 
+/// By how much a fit, %, lies below what the noise leaves where another model is asked for.
+const BELOW_NOISE: f64 = 5.0;
+
 /// Samples of a trajectory, and points of them that are kept, at most.
 const WATCHED: usize = 10_000;
 const POINTS: usize = 400;
@@ -143,6 +148,8 @@ pub struct Analysis {
     pub candidates: Vec<Candidate>,
     /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
     pub selected: Vec<selection::Candidate>,
+    /// What leaving out a pole that a zero may cancel, or not, would give.
+    pub other_order: Option<OtherOrder>,
     /// The forms of process model tried, the best first; empty where none was.
     pub processes: Vec<process::Candidate>,
     /// The cross-validated fit of the process model, %.
@@ -173,6 +180,9 @@ pub struct Analysis {
     pub bootstrap: Option<Bootstrap>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
+    /// What another model than a linear and steady one would explain of the longest run, where the fit lies well below what
+    /// the noise leaves.
+    pub finding: Option<Finding>,
     /// The longest run's number.
     pub longest: usize,
     /// What it is good for.
@@ -219,6 +229,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         None => (options, Level::of(record, options)),
         Some(input) => (&at_rest, Level { input, output: 0.0 }),
     };
+    let data = record;
     let record = &*level.taken_off(record);
     let segments = record.used();
     let of = |number: &usize| &record.segments[*number];
@@ -249,7 +260,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let mut selected = Vec::new();
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
-    let (mut fitted, mut lag) = (None, None);
+    let (mut fitted, mut lag, mut other_order) = (None, None, None);
     let (mut processes, mut process_fit) = (Vec::new(), None);
     if options.method == Method::Automatic || options.method == Method::Process {
         let whole = second_stage(&problem, &caused);
@@ -267,6 +278,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         fitted = Some(chosen.estimate);
         lag = chosen.lag;
         selected = chosen.selected;
+        other_order = chosen.other_order;
         (processes, process_fit) = (chosen.processes, chosen.process_fit);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
@@ -356,12 +368,14 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
             .transpose()?,
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
+        finding: None,
         longest,
         verdict: Verdict::Undetermined,
         reasons: Vec::new(),
         trajectory: trajectory(method.as_ref(), &second),
         candidates,
         selected,
+        other_order,
         processes,
         process_fit,
         estimate,
@@ -371,12 +385,17 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     level.put_back(&mut found);
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
-    let doubts = match (&found.estimate.process, options.method.is_of_the_vehicle()) {
+    found.finding = found.beyond_linear(data);
+    let mut doubts = match (&found.estimate.process, options.method.is_of_the_vehicle()) {
         // One step determines it, as its intervals say.
         (Some(_), _) => Vec::new(),
         (None, true) => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
         (None, false) => identifiability::doubts(&problem),
     };
+    // An input that hardly excites some direction determines it where there is little noise.
+    if found.response_is_determined() {
+        doubts.retain(|it| !matches!(it, Doubt::Excitation(..)));
+    }
     found.verdict = found.judged(!doubts.is_empty());
     let step = before_step.map(|_| Reason::AtRest);
     found.reasons = (validated.into_iter().chain(step))
@@ -393,8 +412,22 @@ struct Chosen {
     /// Of the estimate, where it has been computed.
     lag: Option<Lag>,
     selected: Vec<selection::Candidate>,
+    other_order: Option<OtherOrder>,
     processes: Vec<process::Candidate>,
     process_fit: Option<f64>,
+}
+
+/// A model with or without a pole that a zero may cancel, beside the one that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherOrder {
+    /// Its order.
+    pub order: usize,
+    /// Whether it has such a pole, which the one chosen has not; or the other way round.
+    pub cancels: bool,
+    /// Its steady-state gain; `None` with a pole at z = 1.
+    pub gain: Option<Uncertain>,
+    /// Its cross-validated fit, %.
+    pub fit: f64,
 }
 
 impl From<process::Chosen> for Chosen {
@@ -405,6 +438,7 @@ impl From<process::Chosen> for Chosen {
             estimate: chosen.estimate,
             lag: None,
             selected: Vec::new(),
+            other_order: None,
             processes: chosen.candidates,
             process_fit: chosen.fit,
         }
@@ -446,7 +480,7 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         let mut structure = structure(options, order);
         structure.delay = delay;
         structure.start = part.structure.start;
-        structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
+        structure.numerator += usize::from(delay == 0 && order > 0 && options.numerator.is_none());
         structure
     };
     let mut selected = select(part, orders, delays, &structures);
@@ -470,6 +504,31 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         )));
     };
     selected.drain(..at);
+    // A pole that a zero may cancel is left out where a model of lower order is nearly as good.
+    let cancels = |estimate: &Estimate| !Reading::new(estimate, 0).cancelled_poles().is_empty();
+    let other = |of: &selection::Candidate, estimate: &Estimate| OtherOrder {
+        order: of.order(),
+        cancels: cancels(estimate),
+        gain: Reading::new(estimate, 0).steady_state_gain(),
+        fit: of.fit(),
+    };
+    let best = selected[0].clone();
+    let with_cancelled = other(&best, &estimate);
+    while cancels(&estimate)
+        && let Some(simpler) = selected[0].simpler(&selected, &best).cloned()
+        && let Ok(fitted) = simpler.estimator().fit(&with(&simpler.structure))
+    {
+        selected.retain(|it| *it != simpler);
+        selected.insert(0, simpler);
+        estimate = fitted;
+    }
+    let other_order = match cancels(&estimate) {
+        true => selected[0].lower(&selected).into_iter().find_map(|it| {
+            let fitted = it.estimator().fit(&with(&it.structure)).ok()?;
+            Some(other(it, &fitted)).filter(|it| !it.cancels)
+        }),
+        false => Some(with_cancelled).filter(|it| it.cancels),
+    };
     let estimator = selected[0].estimator();
     let mut of = with(&selected[0].structure);
     // The delays that were cross-validated are few.
@@ -492,6 +551,7 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         estimate,
         lag,
         selected,
+        other_order,
         processes: Vec::new(),
         process_fit: None,
     })
@@ -628,7 +688,10 @@ fn structure(options: &Options, order: usize) -> Structure {
     let mut structure = Structure {
         offset: options.offset,
         start: options.start,
-        delay: options.delay.unwrap_or(1),
+        // A static gain acts at once.
+        delay: options
+            .delay
+            .unwrap_or(usize::from(order > 0 || options.method == Method::Fir)),
         own_numerators: options.own_numerators,
         ..Structure::of_order(order)
     };
@@ -637,8 +700,8 @@ fn structure(options: &Options, order: usize) -> Structure {
     }
     for _ in 0..options.integrators {
         structure = structure.with_integrator();
-        structure.poles += 1;
     }
+    structure.poles = order;
     structure.numerator = options.numerator.unwrap_or(structure.numerator).max(1);
     structure
 }
@@ -692,6 +755,17 @@ impl Analysis {
             judgement.fit,
             self.predicted_fit,
         ))
+    }
+
+    /// What the error of the longest run points to, where the noise would leave a better fit.
+    fn beyond_linear(&self, data: &Record) -> Option<Finding> {
+        let below = self.attainable_fit? - self.held_out_fit?;
+        let is_tested = below > BELOW_NOISE
+            && self.reference.is_none()
+            && !self.is_unstable()
+            && !self.options.method.is_of_the_vehicle();
+        let run = data.segments[self.segments[self.longest]].run()?;
+        (is_tested.then(|| nonlinearity::finding(&self.estimate, self.longest, run))).flatten()
     }
 
     /// The reasons, then the verdict.

@@ -1,9 +1,11 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
+use super::OtherOrder;
 use crate::estimators::Form;
 use crate::selection::{Candidate, criteria, process};
 use crate::uncertainty::Uncertain;
 use crate::validation::identifiability::Doubt;
+use crate::validation::nonlinearity::Finding;
 use crate::validation::residuals::Correlation;
 
 /// A finding on a model. Fits and shares of samples are in %.
@@ -52,13 +54,22 @@ pub enum Reason {
     HeldOutIsNoise(Option<f64>),
     /// Not validated: the first part alone does not determine the model.
     FirstPartUndetermined,
+    /// Another model than a linear, steady one explains the error.
+    NotLinear {
+        /// What the error points to.
+        finding: Finding,
+        /// The interval between samples, s.
+        sample_time: f64,
+        /// The segment's number from 1, where there are several.
+        segment: Option<usize>,
+    },
     /// The halves of the record do not agree.
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
     InputShare(f64, bool),
     /// The F statistic of a process model against the noise, and the one from which it is beyond doubt.
     ProcessF(f64, f64),
-    /// The steady-state gain, which may be 0.
+    /// The steady-state gain, which is hardly known.
     GainUndetermined(Uncertain),
     /// Samples by which the output seems to come before the input.
     Early(i64),
@@ -78,6 +89,8 @@ pub enum Reason {
     UnstablePole(Uncertain),
     /// A pole that a zero may cancel.
     CancelledPole(Uncertain),
+    /// A model with or without such a pole.
+    OtherOrder(OtherOrder),
     /// Samples, few for so many parameters.
     FewSamples(usize, usize),
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use planesman_linear::digits::with_interval;
+use planesman_linear::digits::{significant, with_interval};
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
@@ -11,6 +11,7 @@ use crate::prediction::AHEAD;
 use crate::selection::{Candidate, criteria};
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::identifiability::Doubt;
+use crate::validation::nonlinearity::{Cause, Curve};
 use crate::validation::residuals::Correlation;
 
 impl Verdict {
@@ -47,6 +48,13 @@ impl Verdict {
                 },
                 "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
             ),
+            Self::NotLinear { usable } => (
+                match usable {
+                    false => "not usable for simulation: not linear, or varying",
+                    true => "usable with care: not linear, or varying",
+                },
+                "fit levels or times apart, --window FROM..TO, or take the curve that is named above out of the data",
+            ),
             Self::NoiseLimited { good } => (
                 match good {
                     false => "usable: the noise limits its fit",
@@ -65,6 +73,10 @@ impl Verdict {
             Self::TimeDoubtful => (
                 "usable with care: the times are in doubt",
                 "name their unit or column: --time-unit, --time; of a bag the clock: --stamp log",
+            ),
+            Self::Mixed => (
+                "usable with care: a signal seems to be of two publishers in turns",
+                "record each under a name of its own, or name one: --input, --output",
             ),
             Self::Early => (
                 "usable with care: the output seems to come before its input",
@@ -221,6 +233,24 @@ impl fmt::Display for Reason {
             Self::FirstPartUndetermined => f.write_str(
                 "not validated: the first seven tenths alone do not determine the model",
             ),
+            Self::NotLinear {
+                finding,
+                sample_time,
+                segment,
+            } => {
+                not_linear(f, &finding.cause, *sample_time)?;
+                if let Some(segment) = segment {
+                    write!(f, " in segment {segment}, from its beginning")?;
+                }
+                match finding.gain {
+                    Some((share, test)) => write!(
+                        f,
+                        ": that takes away {:.0} % of the simulated error's squares (F {test:.0})",
+                        100.0 * share
+                    ),
+                    None => Ok(()),
+                }
+            }
             Self::Unsteady => f.write_str(
                 "fitted to one half of the record the model does not hold in the other: the system or its level changes \
                  along the record, or the halves excite different dynamics",
@@ -239,6 +269,21 @@ impl fmt::Display for Reason {
                     ),
                 }
             }
+            Self::GainUndetermined(gain) => {
+                let interval = SIGMAS_95 * gain.real_deviation();
+                let told = with_interval(gain.value.re, interval);
+                match interval > gain.value.re.abs() {
+                    true => write!(
+                        f,
+                        "the steady-state gain, {told}, is not significantly different from 0"
+                    ),
+                    false => write!(
+                        f,
+                        "the steady-state gain, {told}, is known to {:.0} % only",
+                        100.0 * interval / gain.value.re.abs()
+                    ),
+                }
+            }
             Self::ProcessF(f_statistic, least) => {
                 let than = match f_statistic < least {
                     true => "the output's own noise and drift explain it as well",
@@ -246,11 +291,6 @@ impl fmt::Display for Reason {
                 };
                 write!(f, "F of the input's part {f_statistic:.0}, {least:.0} needed: {than}")
             }
-            Self::GainUndetermined(gain) => write!(
-                f,
-                "the steady-state gain, {}, is not significantly different from 0",
-                with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
-            ),
             Self::Early(samples) => write!(
                 f,
                 "the model fits better with the output {samples} sample{} before the input: the output is stamped too \
@@ -296,6 +336,22 @@ impl fmt::Display for Reason {
                 let at = interval(pole);
                 write!(f, "a zero may cancel the pole at z = {at}: try a lower order")
             }
+            Self::OtherOrder(other) => {
+                let without = if other.cancels { "with" } else { "without" };
+                write!(
+                    f,
+                    "the model of order {}, {without} a pole that a zero may cancel, has a cross-validated fit of {:.1} %",
+                    other.order, other.fit
+                )?;
+                match other.gain {
+                    Some(gain) => write!(
+                        f,
+                        " and a steady-state gain of {}",
+                        with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
+                    ),
+                    None => f.write_str(" and no steady-state gain"),
+                }
+            }
             Self::FewSamples(samples, parameters) => write!(
                 f,
                 "{samples} samples for {parameters} parameters: part of the fit is memory; record for longer"
@@ -328,6 +384,81 @@ impl fmt::Display for Doubt {
                 "rank deficiency: the record determines {known} of {parameters} parameters (ratio of singular values \
                  {ratio:.1e}): poles and zeros cancel, or the order is too high"
             ),
+        }
+    }
+}
+
+/// What an error points to; times in seconds.
+fn not_linear(f: &mut fmt::Formatter<'_>, cause: &Cause, sample_time: f64) -> fmt::Result {
+    let number = |it: f64| significant(it, 3);
+    let seconds = |sample: &usize| format!("{:.2}", *sample as f64 * sample_time);
+    match cause {
+        Cause::Input(curve) => write!(f, "the input acts {}", in_words(curve)),
+        Cause::Output(curve) => write!(f, "the output follows {}", in_words(curve)),
+        Cause::Square => {
+            f.write_str("the input acts by its square, u|u|, as a propeller's speed does")
+        }
+        Cause::Backlash(width) => write!(f, "the input has backlash of about {}", number(*width)),
+        Cause::OutputBacklash(width) => {
+            write!(f, "the output has backlash of about {}", number(*width))
+        }
+        Cause::Drag => f.write_str("damping grows with the output, y|y|, as drag does"),
+        Cause::Friction => {
+            f.write_str("damping does not grow with the output's rate, as dry friction")
+        }
+        Cause::Gain(times) => {
+            f.write_str("the gain changes:")?;
+            for (number, (time, gain)) in times.iter().enumerate() {
+                let comma = if number > 0 { "," } else { "" };
+                write!(
+                    f,
+                    "{comma} from {} s on it is {gain:.2} times what it was at first",
+                    seconds(time)
+                )?;
+            }
+            Ok(())
+        }
+        Cause::Steps(times) => {
+            let times: Vec<String> = times.iter().map(seconds).collect();
+            write!(
+                f,
+                "something that is not recorded steps at about {} s",
+                times.join(", ")
+            )
+        }
+        Cause::While(from, to, times) => write!(
+            f,
+            "from {} to {} s the error is {times:.1} times what it is elsewhere: something else acts then, or the system changes",
+            seconds(from),
+            seconds(to)
+        ),
+    }
+}
+
+/// How a signal goes through a curve.
+fn in_words(curve: &Curve) -> String {
+    let number = |it: &f64| significant(*it, 3);
+    match curve {
+        Curve::DeadZone(low, high) => format!(
+            "only beyond a dead zone from about {} to {}",
+            number(low),
+            number(high)
+        ),
+        Curve::Limits(low, high) => {
+            let side = |word: &str, level: &Option<f64>| {
+                level.map(|it| format!("{word} about {}", number(&it)))
+            };
+            let sides = [side("below", low), side("above", high)];
+            let sides: Vec<String> = sides.into_iter().flatten().collect();
+            format!("no more {}: it saturates", sides.join(" and "))
+        }
+        Curve::Slopes(levels, slopes) => {
+            let list = |values: &[f64]| values.iter().map(number).collect::<Vec<_>>().join(", ");
+            format!(
+                "by a curve that bends at about {}, with slopes in the ratio {}",
+                list(levels),
+                list(slopes)
+            )
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::{AHEAD, Analysis};
+use super::{AHEAD, Analysis, UNINFORMATIVE_FIT};
 use planesman_linear::digits::{significant, with_interval};
 
+use crate::estimators::Method;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
-/// Candidates printed.
+/// Candidates, and offsets, printed.
 const SHOWN: usize = 8;
 
 impl Analysis {
@@ -25,17 +26,21 @@ impl Analysis {
     #[must_use]
     pub fn numbers(&self) -> String {
         let structure = &self.estimate.layout.structure;
+        let known = match structure.known_denominator.len() {
+            1 => String::new(),
+            known => format!(" and {} known", known - 1),
+        };
+        let size = match (structure.poles, structure.numerator, &known[..]) {
+            (0, 1, "") => "a static gain".to_owned(),
+            (poles, numerator, known) => {
+                format!("{poles} poles{known}, {numerator} numerator coefficients")
+            }
+        };
         let mut text = format!(
-            "{} -> {}, {}, {} poles{}, {} numerator coefficients, delay {}, {} s\n",
+            "{} -> {}, {}, {size}, delay {}, {} s\n",
             self.input,
             self.output,
             self.method_name(),
-            structure.poles,
-            match structure.known_denominator.len() {
-                1 => String::new(),
-                known => format!(" and {} known", known - 1),
-            },
-            structure.numerator,
             structure.delay,
             to_a_nanosecond(self.estimate.sample_time)
         );
@@ -62,7 +67,7 @@ impl Analysis {
             text,
             "{:<12} {}\n{:<12} {}, one standard deviation",
             "offset",
-            significant(self.estimate.offset(self.longest), 5),
+            self.offsets(),
             "noise",
             significant(self.estimate.noise_variance.sqrt(), 4)
         );
@@ -87,11 +92,11 @@ impl Analysis {
             percent(self.predicted_fit)
         );
         if let Some(most) = self.attainable_fit {
-            let _ = writeln!(
-                text,
-                "{:<12} leaves {most:.2} % to the best of models on held-out data",
-                "the noise"
-            );
+            let left = match most <= UNINFORMATIVE_FIT {
+                true => "leaves nothing to simulate".to_owned(),
+                false => format!("leaves {most:.2} % to the best of models"),
+            };
+            let _ = writeln!(text, "{:<12} {left} on held-out data", "the noise");
         }
         if let Some(part) = self.input_part {
             let _ = writeln!(
@@ -138,17 +143,42 @@ impl Analysis {
         if self.candidates.is_empty() {
             return "\n".to_owned();
         }
-        let mut text = String::from("\norder  delay   AIC        BIC        held-out fit\n");
+        // A finite impulse response chooses its length for each delay.
+        let of_order = |order: &dyn std::fmt::Display| match self.options.method {
+            Method::Fir => String::new(),
+            _ => format!("{order:<6} "),
+        };
+        let head = of_order(&"order");
+        let mut text = format!("\n{head}delay   AIC        BIC        held-out fit\n");
         for c in self.candidates.iter().take(SHOWN) {
             let fit = c.held_out_fit;
             let fit = fit.map_or("-".to_owned(), |fit| format!("{fit:.2} %"));
             let _ = writeln!(
                 text,
-                "{:<6} {:<7} {:<10.1} {:<10.1} {fit}",
-                c.order, c.delay, c.aic, c.bic
+                "{}{:<7} {:<10.1} {:<10.1} {fit}",
+                of_order(&c.order),
+                c.delay,
+                c.aic,
+                c.bic
             );
         }
         text + "\n"
+    }
+
+    /// The offset of each segment, of which each has its own.
+    fn offsets(&self) -> String {
+        let one = |run: usize| significant(self.estimate.offset(run), 5);
+        let runs = self.segments.len();
+        if runs <= 1 || self.estimate.layout.offset(0).is_none() {
+            return one(self.longest);
+        }
+        let each = self.segments.iter().enumerate().take(SHOWN);
+        let each = each.map(|(run, number)| format!("{} (segment {})", one(run), number + 1));
+        let mut each: Vec<String> = each.collect();
+        if runs > SHOWN {
+            each.push(format!("{} more", runs - SHOWN));
+        }
+        each.join(", ")
     }
 
     /// Numerator and denominator; every segment's numerator where each has its own.

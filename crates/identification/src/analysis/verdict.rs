@@ -44,10 +44,14 @@ const MATTERS: f64 = 0.05;
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 const STEADY: f64 = 4.0;
+/// The share of a steady-state gain that its 95 % interval may be.
+const KNOWN: f64 = 0.5;
 /// The share of the largest response below which a steady-state gain is next to nothing.
 const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
+/// The share of the largest response below which the 95 % interval of the response shows it to be determined.
+const DETERMINED: f64 = 0.25;
 /// The 95 % interval of a pole in z that is precisely known.
 const PRECISE: f64 = 0.1;
 
@@ -72,6 +76,11 @@ pub enum Verdict {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
     },
+    /// The system is not linear, or changes in time.
+    NotLinear {
+        /// Whether it simulates well enough to be used with care.
+        usable: bool,
+    },
     /// No model could fit better than it does.
     NoiseLimited {
         /// Whether it simulates well for all that.
@@ -83,6 +92,8 @@ pub enum Verdict {
     Unsteady,
     /// The times of the data are in doubt.
     TimeDoubtful,
+    /// A signal seems to be two things in turns.
+    Mixed,
     /// The output seems to come before its input.
     Early,
     /// Its steady-state gain is not determined.
@@ -108,8 +119,10 @@ impl Analysis {
         reasons.extend(self.fits());
         reasons.extend(self.input_share());
         reasons.extend(self.delay());
+        reasons.extend(self.beyond(record));
         reasons.extend(self.residual_findings());
         reasons.extend(self.suspicious_poles());
+        reasons.extend(self.other_order.clone().map(Reason::OtherOrder));
         reasons.extend(self.few_samples());
         reasons
     }
@@ -161,7 +174,7 @@ impl Analysis {
         order.into_iter().chain(delay).collect()
     }
 
-    fn is_unstable(&self) -> bool {
+    pub(super) fn is_unstable(&self) -> bool {
         let poles = self.reading().poles().unwrap_or_default();
         poles
             .iter()
@@ -214,6 +227,17 @@ impl Analysis {
         Some(chosen.fit())
     }
 
+    /// What the error points to, on the record's own time.
+    fn beyond(&self, record: &Record) -> Option<Reason> {
+        let finding = self.finding.clone()?;
+        let number = self.segments[self.longest];
+        Some(Reason::NotLinear {
+            finding,
+            sample_time: self.estimate.sample_time,
+            segment: (record.segments.len() > 1).then_some(number + 1),
+        })
+    }
+
     fn fit_remark(&self, held_out: f64) -> FitRemark {
         match self.fit {
             _ if held_out < 0.0 => FitRemark::WorseThanMean,
@@ -235,7 +259,8 @@ impl Analysis {
         if lag.is_another {
             return Some(Reason::OtherDelay(lag.best, delay));
         }
-        (delay == 0 && lag.interval.1 == 0).then_some(Reason::DirectFeedthrough)
+        let is_static = self.estimate.layout.structure.poles == 0;
+        (delay == 0 && lag.interval.1 == 0 && !is_static).then_some(Reason::DirectFeedthrough)
     }
 
     /// How much of the output the input accounts for.
@@ -262,6 +287,23 @@ impl Analysis {
         let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
         (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
             .then_some(Reason::FewSamples(samples, parameters))
+    }
+
+    /// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+    pub(super) fn response_is_determined(&self) -> bool {
+        let reading = self.reading();
+        let responses: Option<Vec<Uncertain>> = self
+            .frequencies()
+            .map(|omega| reading.response(omega))
+            .collect();
+        let Some(responses) = responses else {
+            return false;
+        };
+        let largest = (responses.iter()).fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
+        let widest = (responses.iter()).fold(0.0_f64, |widest, it| {
+            widest.max(it.real_deviation().hypot(it.imaginary_deviation()))
+        });
+        SIGMAS_95 * widest < DETERMINED * largest
     }
 
     /// What the model is good for; `undetermined` where the record does not determine one.
@@ -297,6 +339,9 @@ impl Analysis {
             Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
                 usable: held >= USABLE,
             },
+            Some(held) if self.finding.is_some() => Verdict::NotLinear {
+                usable: held >= USABLE,
+            },
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
@@ -315,14 +360,15 @@ impl Analysis {
         }
     }
 
-    /// Whether a steady-state gain cannot be told from 0, nor is known to be next to nothing beside the largest response.
+    /// Whether a steady-state gain is known to less than half of it, nor is known to be next to nothing beside the largest
+    /// response.
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
         let reading = self.reading();
         let largest = (self.frequencies())
             .filter_map(|omega| reading.response(omega))
             .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
-        interval > gain.value.re.abs() && interval > SMALL * largest
+        interval > KNOWN * gain.value.re.abs() && interval > SMALL * largest
     }
 
     fn is_caused(&self) -> bool {
@@ -366,13 +412,14 @@ impl Analysis {
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
     fn suspicious_poles(&self) -> Vec<Reason> {
         let reading = self.reading();
-        let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
+        let Ok(poles) = reading.poles() else {
             return Vec::new();
         };
-        if self.estimate.physical.is_some() || self.estimate.process.is_some() {
-            // Its order is the equations', which cannot be lower.
-            zeros.clear();
-        }
+        // The order of the vehicle's equations, or a process model's, cannot be lower.
+        let cancelled = match self.estimate.physical.is_some() || self.estimate.process.is_some() {
+            false => reading.cancelled_poles(),
+            true => Vec::new(),
+        };
         let mut suspicious = Vec::new();
         for pole in poles.into_iter().filter(|pole| pole.value.im >= 0.0) {
             let imprecise = SIGMAS_95 * pole.magnitude_deviation() > PRECISE;
@@ -381,11 +428,7 @@ impl Analysis {
             } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
                 suspicious.push(Reason::UnstablePole(pole));
             }
-            let cancels = zeros.iter().any(|zero| {
-                let apart = (zero.value - pole.value).norm();
-                let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
-                joint > 0.0 && apart < SIGMAS_95 * joint && apart < 0.2
-            });
+            let cancels = cancelled.contains(&pole);
             suspicious.extend(cancels.then_some(Reason::CancelledPole(pole)));
         }
         suspicious

@@ -53,7 +53,7 @@ pub use fir::Fir;
 pub use least_squares::LeastSquares;
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
-pub(crate) use normal_equations::{NormalEquations, Part, Search, dot};
+pub(crate) use normal_equations::{NormalEquations, Part, Search, dot, through_poles};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use process::{Begins, Form, Process, ProcessModel};

@@ -90,7 +90,10 @@ fn poles(problem: &Problem<'_>) -> Option<Vec<f64>> {
         })
         .min_by(|p, q| p.2.total_cmp(&q.2))?;
     let (a, rest) = theta.as_slice().split_at(high);
-    let found = poles_of_states((a, &rest[..=high]), &runs, order);
+    // More samples of past and future than states; beyond its order the equation's coefficients are 0.
+    let mut a = a.to_vec();
+    a.resize(high.max(order + 1), 0.0);
+    let found = poles_of_states((&a, &rest[..=high]), &runs, order);
     found.into_iter().nth(order.checked_sub(1)?)
 }
 
@@ -149,10 +152,14 @@ mod tests {
     }
 
     fn found(seed: u32, size: f64) -> Estimate {
+        found_of_order(2, seed, size)
+    }
+
+    fn found_of_order(order: usize, seed: u32, size: f64) -> Estimate {
         let (inputs, outputs) = record(seed, size);
         let structure = Structure {
             start: InitialState::Estimated,
-            ..Structure::of_order(2)
+            ..Structure::of_order(order)
         };
         let (inputs, outputs) = (&inputs[..], &outputs[..]);
         let problem = Problem::new(
@@ -166,6 +173,19 @@ mod tests {
             }],
         );
         N4sid.fit(&problem.unwrap()).unwrap()
+    }
+
+    #[test]
+    fn more_states_than_the_equation_of_high_order_has_coefficients_are_found() {
+        for order in [10, 20] {
+            let found = found_of_order(order, 7, 0.05);
+            let gain = Reading::new(&found, 0).steady_state_gain().unwrap();
+            // (1 + 0.5) / (1 - 1.5 + 0.7)
+            assert!(
+                (gain.value.re / 7.5 - 1.0).abs() < 0.02,
+                "{order}: {gain:?}"
+            );
+        }
     }
 
     /// The same regressions in numpy, by QR and SVD of the data in place of products: `a1, a2, b1, b2, offset`. SIPPY 1.0.1

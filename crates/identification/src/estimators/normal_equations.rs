@@ -279,7 +279,7 @@ impl NormalEquations {
 }
 
 /// `signal / A` from rest, in the transposed form: the sums of one sample do not wait for each other.
-fn through_poles(a: &[f64], signal: &[f64]) -> Vec<f64> {
+pub(crate) fn through_poles(a: &[f64], signal: &[f64]) -> Vec<f64> {
     let mut state = vec![0.0; a.len()];
     let order = a.len() - 1;
     signal

@@ -5,7 +5,7 @@ use std::ops::Range;
 use planesman_linear::polynomial::product;
 
 use crate::estimators::Part;
-use crate::free_motion::without_free_motion;
+use crate::free_motion::{free_motion, without_free_motion};
 use crate::structure::{Problem, monic, variance};
 use planesman_record::{Run, filter};
 
@@ -15,6 +15,11 @@ pub(super) const HALVES: usize = 2;
 const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
 /// The blocks, in tenths.
 const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
+
+/// Samples before a block that its state is fitted to at least, for each pole.
+const STATE_SAMPLES: usize = 4;
+/// The share of a record that it is fitted to, at least.
+const STATE_SHARE: usize = 20;
 
 /// The parts of the records and the blocks made of them.
 pub(super) struct Folds {
@@ -81,44 +86,86 @@ impl Folds {
             .collect()
     }
 
+    /// What lies before and behind the block in each record, as records of their own, if it is a tenth of it at least.
+    pub(super) fn around<'a>(&self, fold: usize, runs: &[Run<'a>]) -> Vec<Run<'a>> {
+        let of = runs.iter().zip(&self.samples).flat_map(|(run, samples)| {
+            let Range { start, end } = BLOCKS[fold];
+            let (begin, end) = (tenth(samples, start), tenth(samples, end));
+            let piece = |of: Range<usize>| Run {
+                past: if of.start == 0 {
+                    run.past
+                } else {
+                    &run.inputs[..of.start]
+                },
+                inputs: &run.inputs[of.clone()],
+                outputs: &run.outputs[of],
+            };
+            let pieces = [0..begin, end..run.outputs.len()].into_iter();
+            let least = samples.len() / 10;
+            pieces.filter(move |of| of.len() >= least.max(1)).map(piece)
+        });
+        of.collect()
+    }
+
     /// The mean squared simulation error over the block, for each degree of freedom left, over the output's variance.
-    /// With the errors of a simulation through the whole record, `through`, the state that the samples before the block
-    /// led to is kept; without, and where no sample before it is known to be driven, the state there is fitted.
     pub(super) fn error(
         &self,
         fold: usize,
         problem: &Problem<'_>,
         driving: &[Vec<f64>],
         model: &Fold<'_>,
-        through: Option<&[Vec<f64>]>,
+        state: State<'_>,
     ) -> f64 {
         let monic = monic(model.a);
         let free = product(&monic, &problem.structure.known_denominator);
+        let order = free.len() - 1;
         let (mut squares, mut samples) = (0.0, 0);
         for (run, of) in problem.runs.iter().enumerate() {
             let Range { start, end } = BLOCKS[fold];
-            let (begins, end) = (
-                tenth(&self.samples[run], start),
-                tenth(&self.samples[run], end),
-            );
+            let divided = &self.samples[run];
             let unknown = problem.structure.unknown(of.past.len());
-            let block = begins.max(unknown).min(end)..end;
-            if let Some(through) = through
-                && begins > unknown
-            {
-                squares += through[run][block.clone()]
-                    .iter()
-                    .map(|e| e * e)
-                    .sum::<f64>();
-                samples += block.len();
-                continue;
+            let end = tenth(divided, end);
+            let begin = tenth(divided, start).max(unknown).min(end);
+            // What a simulation from rest at the first of the samples leaves.
+            let left = |of_samples: Range<usize>| -> Vec<f64> {
+                let input = &driving[run][of_samples.clone()];
+                let simulated = filter((model.numerator)(run), &monic, input);
+                let offset = (model.offset)(run);
+                let pairs = of.outputs[of_samples].iter().zip(&simulated);
+                pairs.map(|(y, x)| y - x - offset).collect()
+            };
+            let before = (divided.len() / STATE_SHARE).max(STATE_SAMPLES * order);
+            match state {
+                State::Through(errors) if begin > unknown => {
+                    squares += errors[run][begin..end].iter().map(|e| e * e).sum::<f64>();
+                    samples += end - begin;
+                }
+                State::Before if begin >= unknown + before => {
+                    let errors = left(begin - before..end);
+                    let Some(motion) = free_motion(&errors[..before], &free) else {
+                        return f64::INFINITY;
+                    };
+                    let mut impulse = motion;
+                    impulse.resize(errors.len(), 0.0);
+                    let moving = filter(&[1.0], &free, &impulse);
+                    let pairs = errors.iter().zip(&moving).skip(before);
+                    squares += pairs.map(|(e, motion)| (e - motion).powi(2)).sum::<f64>();
+                    samples += end - begin;
+                }
+                _ => {
+                    let window = match state {
+                        State::Fitted(Some(window)) => window,
+                        _ => usize::MAX,
+                    };
+                    let windows = ((end - begin) / window).max(1);
+                    for at in 0..windows {
+                        let [first, end] =
+                            [at, at + 1].map(|at| begin + (end - begin) * at / windows);
+                        squares += without_free_motion(&left(first..end), &free);
+                        samples += (end - first).saturating_sub(order);
+                    }
+                }
             }
-            let simulated = filter((model.numerator)(run), &monic, &driving[run][block.clone()]);
-            let offset = (model.offset)(run);
-            let left = of.outputs[block.clone()].iter().zip(&simulated);
-            let left: Vec<f64> = left.map(|(y, x)| y - x - offset).collect();
-            squares += without_free_motion(&left, &free);
-            samples += block.len().saturating_sub(free.len() - 1);
         }
         let mean = squares / samples.max(1) as f64 / self.variance;
         if mean.is_finite() {
@@ -127,6 +174,17 @@ impl Folds {
             f64::INFINITY
         }
     }
+}
+
+/// The state in which a block begins; where no sample before it is known to be driven, it is fitted in the block.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum State<'a> {
+    /// That of a simulation through the whole records, which left these errors.
+    Through(&'a [Vec<f64>]),
+    /// Fitted to the samples right before.
+    Before,
+    /// Fitted in the block, or in every so many samples of it anew.
+    Fitted(Option<usize>),
 }
 
 /// So many tenths into a range.

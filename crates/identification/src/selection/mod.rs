@@ -8,7 +8,10 @@
 //! error and `ln N / N` for each parameter, with N the samples that scatter as much as those of a coloured residual; of those within half a standard error of the best the one with the fewest
 //! parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
 //! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
-//! equation leaves half as much: then the data demands it. A stable difference equation is taken only where there is
+//! equation leaves half as much: then the data demands it. The simulation of an unstable plant says nothing beyond its
+//! time constant: where the equation of the least criterion is unstable, the two are compared in windows of two of its
+//! time constants, with the state fitted in each. An unstable plant is in a loop, where an equation error is biased by noise on the
+//! output: models with a noise model (ARMAX) are tried too. A stable difference equation is taken only where there is
 //! nothing else: with its state fitted it is judged more mildly.
 //!
 //! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If the best
@@ -25,12 +28,12 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
-    Estimator, LeastSquares, NormalEquations, Search, WarmStarted, held_within, independent_share,
-    lies_within, radius_of_memory,
+    Armax, Estimator, LeastSquares, NormalEquations, Search, WarmStarted, held_within,
+    independent_share, lies_within, radius_of_memory,
 };
 use crate::states::poles_of_states;
 use crate::structure::{InitialState, Problem, Structure, monic};
-use folds::{Fold, Folds};
+use folds::{Fold, Folds, State};
 use lagged::Lagged;
 use planesman_parallel::on_all_cores;
 use planesman_record::Run;
@@ -53,8 +56,16 @@ const STANDARD_ERRORS: f64 = 0.5;
 /// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
 /// of the error's root mean square.
 const SLACK: f64 = 0.1;
+/// Models of lower order that are shown beside one with such a pole are sought among so many.
+const OTHERS: usize = 8;
 /// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
 const DEMANDS: f64 = 0.5;
+/// Time constants of an unstable plant over which models of it are compared, and samples at least.
+const UNSTABLE_TIME_CONSTANTS: f64 = 2.0;
+const MIN_WINDOW: usize = 20;
+/// Such windows in the records from which an unstable plant grows by far, and the largest order of stable models of it.
+const GROWN: usize = 4;
+const CALM_ORDERS: usize = 2;
 
 /// The kind of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +76,8 @@ pub enum Kind {
     BoxJenkins,
     /// The least equation error.
     Arx,
+    /// The same, with a model of the noise.
+    Armax,
 }
 
 impl Kind {
@@ -75,6 +88,7 @@ impl Kind {
             Self::OutputError => "output_error",
             Self::BoxJenkins => "box_jenkins",
             Self::Arx => "arx",
+            Self::Armax => "armax",
         }
     }
 }
@@ -92,8 +106,10 @@ pub struct Candidate {
     pub whitening: Vec<f64>,
     /// The mean squared error of each block that was left out, over the output's variance: halves, then fifths.
     pub errors: Vec<f64>,
-    /// The same of the halves, the state at their beginning fitted.
-    refitted: Vec<f64>,
+    /// The same with the state fitted right before each block: free motion through the record does not pay for drift.
+    afresh: Vec<f64>,
+    /// Of the halves, with the state fitted in every window of an unstable plant.
+    in_windows: Vec<f64>,
     /// Whether a pole was held within the memory of the record, or a zero cancels an integrator for as long.
     at_limit: bool,
     /// Samples that its errors are worth.
@@ -124,6 +140,7 @@ impl Candidate {
     pub fn estimator(&self) -> Box<dyn Estimator> {
         match self.kind {
             Kind::Arx => Box::new(LeastSquares),
+            Kind::Armax => Box::new(Armax),
             of => Box::new(WarmStarted {
                 poles: self.poles.clone(),
                 noise: of == Kind::BoxJenkins,
@@ -134,26 +151,21 @@ impl Candidate {
     /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
     /// criterion counts it for white noise.
     fn score(&self) -> f64 {
-        self.mean() + self.parameters() as f64 * self.samples.ln() / self.samples
+        self.penalised(&self.errors)
+    }
+
+    fn penalised(&self, errors: &[f64]) -> f64 {
+        mean_logarithm(errors) + self.parameters() as f64 * self.samples.ln() / self.samples
     }
 
     fn mean(&self) -> f64 {
-        self.logarithms().iter().sum::<f64>() / self.errors.len() as f64
+        mean_logarithm(&self.errors)
     }
 
-    fn logarithms(&self) -> Vec<f64> {
-        self.errors.iter().map(|e| (e + 1e-12).ln()).collect()
-    }
-
-    /// Whether its mean logarithm exceeds the other's by no more than so many standard errors of their difference, or
-    /// than `slack`.
+    /// Whether the mean logarithm of its errors exceeds that of the other's by no more than so many standard errors of
+    /// their difference, or than `slack`.
     fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
-        let pairs = self.logarithms().into_iter().zip(best.logarithms());
-        let worse: Vec<f64> = pairs.map(|(it, best)| it - best).collect();
-        let count = worse.len() as f64;
-        let mean = worse.iter().sum::<f64>() / count;
-        let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        mean <= slack.max(standard_errors * (spread / count).sqrt()) + 1e-12
+        are_within(&self.errors, standard_errors, slack, &best.errors)
     }
 
     /// Whether all poles but the known ones are stable.
@@ -161,9 +173,29 @@ impl Candidate {
         lies_within(&self.poles, 1.0)
     }
 
+    /// The best of these of lower order from states fitted anew, if it is better there, or no more than a standard error
+    /// worse than `best` simulated through the records.
+    pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
+        let afresh = |it: &Self| it.penalised(&it.afresh);
+        let is_as_good = |it: &Self| afresh(it) <= afresh(self) || it.is_within(1.0, 0.0, best);
+        (among.iter())
+            .filter(|it| it.order() < self.order() && it.kind != Kind::Arx && is_as_good(it))
+            .min_by(|p, q| afresh(p).total_cmp(&afresh(q)))
+    }
+
+    /// Those of these of lower order, the best first.
+    pub(crate) fn lower<'a>(&self, among: &'a [Self]) -> Vec<&'a Self> {
+        let mut lower: Vec<&Self> = (among.iter())
+            .filter(|it| it.order() < self.order() && it.kind != Kind::Arx)
+            .collect();
+        lower.sort_by(|p, q| p.score().total_cmp(&q.score()));
+        lower.truncate(OTHERS);
+        lower
+    }
+
     /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.
     fn leaves_less(&self, share: f64, other: &Self) -> bool {
-        let pairs = self.refitted.iter().zip(&other.refitted);
+        let pairs = self.in_windows.iter().zip(&other.in_windows);
         pairs.into_iter().all(|(it, other)| *it < share * other)
     }
 
@@ -180,6 +212,27 @@ impl Candidate {
     pub fn fit(&self) -> f64 {
         100.0 * (1.0 - (self.mean() / 2.0).exp())
     }
+}
+
+fn logarithm(error: f64) -> f64 {
+    (error + 1e-12).ln()
+}
+
+fn mean_logarithm(errors: &[f64]) -> f64 {
+    errors.iter().copied().map(logarithm).sum::<f64>() / errors.len() as f64
+}
+
+/// Whether the mean logarithm of errors exceeds that of others, block by block, by no more than so many standard errors
+/// of their difference, or than `slack`.
+fn are_within(errors: &[f64], standard_errors: f64, slack: f64, others: &[f64]) -> bool {
+    let pairs = errors.iter().zip(others);
+    let worse: Vec<f64> = pairs
+        .map(|(it, other)| logarithm(*it) - logarithm(*other))
+        .collect();
+    let count = worse.len() as f64;
+    let mean = worse.iter().sum::<f64>() / count;
+    let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean <= slack.max(standard_errors * (spread / count).sqrt()) + 1e-12
 }
 
 /// The candidates, the chosen one first, then by their errors.
@@ -213,7 +266,13 @@ pub fn select(
         others.retain(|it| it.is_stable() && !it.at_limit && it.leaves_less(1.0, &slow));
         candidates.extend(others);
     }
-    let chosen = choice(&candidates);
+    let mut chosen = choice(&candidates);
+    if let Some(wild) = chosen.as_ref().filter(|it| !it.is_stable())
+        && let Some(better) = with_noise_model(problem, wild, structure)
+    {
+        candidates.push(better.clone());
+        chosen = Some(better);
+    }
     candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
     if let Some(chosen) = chosen
         && let Some(at) = candidates.iter().position(|of| *of == chosen)
@@ -258,7 +317,9 @@ fn cross_validated(
     let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts, &unknown, at_rest);
     let constant = plain.structure.offset;
     let from_base = delays.start() - base..=delays.end() - base;
-    let likely = base + likely_delay(&lagged, from_base, constant);
+    let equation = likely_equation(&lagged, from_base, constant);
+    let likely = base + equation.as_ref().map_or(*delays.start() - base, |it| it.0);
+    let window = equation.and_then(|(_, equation)| window_of_unstable(&equation.a));
     // Of long delays the first is no more likely than others.
     let other = if base > 0 {
         likely + 1
@@ -297,6 +358,8 @@ fn cross_validated(
         poles: &poles,
         radius: radius_of_memory(samples),
         samples,
+        grows: grows(window, samples),
+        window,
     };
     let of_delay = on_all_cores(&tried, |delay| {
         shared.candidates(*delay, &orders, structure)
@@ -348,6 +411,66 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
         .cloned()
 }
 
+/// Whether what doubles and more in the window grows by far in so many samples.
+fn grows(window: Option<usize>, samples: usize) -> bool {
+    window.is_some_and(|window| GROWN * window < samples)
+}
+
+/// An ARMAX model of an unstable plant, of no higher order than its ARX model, where its Bayesian criterion is less.
+fn with_noise_model(
+    problem: &Problem<'_>,
+    wild: &Candidate,
+    structure: &(dyn Fn(usize, usize) -> Structure + Sync),
+) -> Option<Candidate> {
+    let samples: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
+    if wild.structure.own_numerators || !grows(window_of_unstable(&wild.poles), samples) {
+        return None;
+    }
+    let of_order = |order| structure(order, wild.structure.delay);
+    let plain = criteria::search(problem, &LeastSquares, [wild.structure.clone()].into_iter());
+    let found = criteria::search(problem, &Armax, (1..=wild.order()).map(of_order));
+    let best = found.first()?;
+    if plain.first().is_some_and(|plain| plain.bic <= best.bic) {
+        return None;
+    }
+    let structure = of_order(best.order);
+    let within = |runs| Problem {
+        structure: structure.clone(),
+        sample_time: problem.sample_time,
+        runs,
+    };
+    let fit = |runs| Armax.fit(&within(runs)).ok();
+    let unknown = problem.unknown();
+    let folds = Folds::of(&problem.runs, &unknown);
+    let whole = fit(problem.runs.clone())?;
+    let poles = whole.theta.as_slice()[whole.layout.a()].to_vec();
+    let window = window_of_unstable(&poles);
+    let of_structure = within(problem.runs.clone());
+    let driving = of_structure.driving();
+    let errors: Vec<f64> = (0..folds.count())
+        .map(|fold| {
+            let found = fit(folds.around(fold, &problem.runs))?;
+            let runs = found.layout.runs;
+            let offset = (0..runs).map(|run| found.offset(run)).sum::<f64>() / runs as f64;
+            let model = Fold {
+                a: &found.theta.as_slice()[found.layout.a()],
+                numerator: &|_| &found.theta.as_slice()[found.layout.b(0)],
+                offset: &|_| offset,
+            };
+            Some(folds.error(fold, &of_structure, &driving, &model, State::Fitted(window)))
+        })
+        .collect::<Option<_>>()?;
+    Some(Candidate {
+        kind: Kind::Armax,
+        poles,
+        structure,
+        in_windows: errors[..folds::HALVES].to_vec(),
+        afresh: errors.clone(),
+        errors,
+        ..wild.clone()
+    })
+}
+
 /// The variance of what an equation of high order leaves of the outputs of the records: the noise, whatever the model.
 pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let delay = problem.structure.delay;
@@ -370,8 +493,12 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     Some(found.variance * found.rows as f64 / freedom.max(1) as f64)
 }
 
-/// The delay of the difference equation with the least Bayesian criterion.
-fn likely_delay(lagged: &Lagged, delays: std::ops::RangeInclusive<usize>, constant: bool) -> usize {
+/// The difference equation with the least Bayesian criterion, and its delay.
+fn likely_equation(
+    lagged: &Lagged,
+    delays: std::ops::RangeInclusive<usize>,
+    constant: bool,
+) -> Option<(usize, lagged::Equation)> {
     const ORDERS: [usize; 6] = [1, 2, 3, 4, 6, 8];
     let all = lagged.over(&|_| true);
     let criterion = |of: &lagged::Equation| {
@@ -384,10 +511,21 @@ fn likely_delay(lagged: &Lagged, delays: std::ops::RangeInclusive<usize>, consta
     pairs
         .filter_map(|(delay, order)| {
             let found = lagged.equation(&all, order, delay, order, constant)?;
-            Some((criterion(&found), delay))
+            Some((criterion(&found), (delay, found)))
         })
         .min_by(|p, q| p.0.total_cmp(&q.0))
-        .map_or(*delays.start(), |(_, delay)| delay)
+        .map(|(_, found)| found)
+}
+
+/// The window in which models of a plant with an unstable pole are compared, samples; `None` for a stable one.
+fn window_of_unstable(a: &[f64]) -> Option<usize> {
+    let poles = polynomial::roots(&monic(a)).ok()?;
+    let growth = poles
+        .iter()
+        .map(|pole| pole.norm().ln())
+        .fold(0.0, f64::max);
+    let window = UNSTABLE_TIME_CONSTANTS / growth;
+    (growth > 0.0).then(|| (window as usize).max(MIN_WINDOW))
 }
 
 /// What the candidates of all delays share.
@@ -405,6 +543,10 @@ struct Shared<'a> {
     poles: &'a [Vec<Vec<f64>>],
     radius: f64,
     samples: usize,
+    /// Whether the plant is unstable and grows by far: the search for stable models of it is long and vain.
+    grows: bool,
+    /// Samples in which a state is fitted where it is not simulated through.
+    window: Option<usize>,
 }
 
 impl Shared<'_> {
@@ -431,6 +573,9 @@ impl Shared<'_> {
             }
             let problem = self.problem(structure(*order, delay));
             found.extend(self.arx(&problem));
+            if self.grows && *order > CALM_ORDERS {
+                continue;
+            }
             let plain = NormalEquations::new(&problem, &[1.0]);
             let Some(theta) = self.output_error(&problem, &plain, before.as_deref()) else {
                 continue;
@@ -439,7 +584,7 @@ impl Shared<'_> {
             let candidate = self.judged(&problem, &plain, None, &theta);
             let score = candidate.as_ref().map_or(f64::INFINITY, Candidate::score);
             found.extend(candidate);
-            if least.is_none_or(|(_, least)| score < least + NOISE_MODEL_LOG_ERROR) {
+            if !self.grows && least.is_none_or(|(_, least)| score < least + NOISE_MODEL_LOG_ERROR) {
                 found.extend(self.box_jenkins(&problem, &plain, theta));
             }
             if least.is_none_or(|(_, least)| score < least) {
@@ -566,7 +711,7 @@ impl Shared<'_> {
         let layout = problem.layout();
         let driving = problem.driving();
         let mut errors = Vec::new();
-        let mut refitted = Vec::new();
+        let (mut afresh, mut in_windows) = (Vec::new(), Vec::new());
         for fold in 0..self.folds.count() {
             let kept = self.folds.kept(fold, lead);
             let (found, _) = equations.minimised(theta.clone(), &kept, self.search(3))?;
@@ -578,10 +723,11 @@ impl Shared<'_> {
             let through: Vec<Vec<f64>> = (0..self.runs.len())
                 .map(|run| plain.errors(&found, run))
                 .collect();
-            let error = |through| self.folds.error(fold, problem, &driving, &model, through);
-            errors.push(error(Some(&through)));
+            let error = |state| (self.folds).error(fold, problem, &driving, &model, state);
+            errors.push(error(State::Through(&through)));
+            afresh.push(error(State::Before));
             if fold < folds::HALVES {
-                refitted.push(error(None));
+                in_windows.push(error(State::Fitted(self.window)));
             }
         }
         Some(Candidate {
@@ -590,7 +736,8 @@ impl Shared<'_> {
             poles: theta.as_slice()[layout.a()].to_vec(),
             whitening: whitening.to_vec(),
             errors,
-            refitted,
+            afresh,
+            in_windows,
             at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None)
                 || self.cancels_integrator(problem, &theta.as_slice()[layout.b(0)]),
             samples: self.samples as f64,
@@ -615,6 +762,7 @@ impl Shared<'_> {
     fn arx(&self, problem: &Problem<'_>) -> Option<Candidate> {
         let whole = self.equation(problem, &self.products)?;
         let driving = problem.driving();
+        let is_stable = lies_within(&whole.a, 1.0);
         let errors: Vec<f64> = (0..self.folds.count())
             .map(|fold| {
                 let found = self.equation(problem, &self.kept[fold])?;
@@ -624,7 +772,8 @@ impl Shared<'_> {
                     numerator: &|_| &found.b,
                     offset: &|_| offset,
                 };
-                Some(self.folds.error(fold, problem, &driving, &model, None))
+                let state = State::Fitted(self.window.filter(|_| !is_stable));
+                Some((self.folds).error(fold, problem, &driving, &model, state))
             })
             .collect::<Option<_>>()?;
         Some(Candidate {
@@ -632,7 +781,8 @@ impl Shared<'_> {
             structure: problem.structure.clone(),
             poles: whole.a,
             whitening: vec![1.0],
-            refitted: errors[..folds::HALVES].to_vec(),
+            in_windows: errors[..folds::HALVES].to_vec(),
+            afresh: errors.clone(),
             errors,
             at_limit: false,
             samples: self.samples as f64,

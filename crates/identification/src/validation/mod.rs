@@ -4,4 +4,5 @@
 //! - [`identifiability`]: whether the record determines all parameters.
 
 pub mod identifiability;
+pub mod nonlinearity;
 pub mod residuals;

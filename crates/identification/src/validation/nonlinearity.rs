@@ -1,0 +1,633 @@
+//! What a linear, steady model leaves that another would not: tests of the simulated error by Lagrange multipliers (Billings and Voon,
+//! *Int. J. Control* 44, 1986).
+//!
+//! The error is whitened, and regressed on the slopes of the linear model with room for two more poles and some more zeros:
+//! what is left, no linear model near this one explains. Against that stands what it gains to let the fitted dynamics be driven by, or
+//! end in,
+//! ```text
+//! c1 max(u - w1, 0) + c2 max(u - w2, 0)      a curve in front: dead zone, saturation, a gain that changes with the input
+//! c u |u|                                    a square law, as a thruster's
+//! c play(u; w), c play(y; w)                 backlash in front and behind
+//! c1 max(y - w1, 0) + c2 max(y - w2, 0)      a curve behind: the limit of a sensor or a stroke
+//! c y |y|, c sign(dy)                        drag, dry friction
+//! c1 u [t > t1] + c2 u [t > t2]              a gain that changes in time
+//! c1 [t > t1] + c2 [t > t2] + ...            steps of an input that is not recorded
+//! ```
+//! The one with the least Bayesian criterion counts if it is significant (F test), helps in blocks that were left out, and
+//! takes away a good part of the simulated error. Where none does, the whitened error is asked whether it is larger for a while.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::estimators::{Estimate, dot, impulse, through_poles, whitening};
+use crate::structure::PART;
+use planesman_record::Run;
+
+/// Poles and zeros by which the linear model may grow, and samples by which its delay may shrink.
+const MORE_POLES: usize = 2;
+const MORE_ZEROS: usize = 4;
+const LESS_DELAY: i64 = 2;
+/// Levels at which a curve may bend, and widths of a backlash.
+const BENDS: usize = 19;
+const WIDTHS: usize = 12;
+/// Times at which the gain may change.
+const GAIN_TIMES: usize = 19;
+/// Times at which an input that is not recorded may step, with so many samples between two at least; steps at most.
+const STEP_TIMES: usize = 199;
+const BETWEEN_STEPS: usize = 5;
+const STEPS: usize = 12;
+/// The F of a term, times its columns, from which it is significant: a sum of two squares exceeds it by chance in 3e-7 of all cases, and
+/// some 600 are tried.
+const SIGNIFICANT: f64 = 30.0;
+/// The F of each further step.
+const NEXT_STEP: f64 = 20.0;
+/// The share of the simulated error's squares that a term must take away.
+const MATTERS: f64 = 0.2;
+/// The share of the whitened error's squares that a larger linear model must leave.
+const NOT_LINEAR: f64 = 0.5;
+/// Blocks of the cross-validation, and those in which a term must help.
+const BLOCKS: usize = 5;
+const HELPED: usize = 4;
+/// Samples for each column at least.
+const SAMPLES_PER_COLUMN: usize = 4;
+/// What is left of a column that others make up, and the determinant of correlations below which columns are alike.
+const NOTHING: f64 = 1e-5;
+const ALIKE: f64 = 1e-6;
+/// A slope below this share of the largest is none; slopes that differ by less than the other are one.
+const FLAT: f64 = 0.25;
+const SAME: f64 = 0.35;
+/// Parts of the run among which one, or several in a row, may have a larger error: by how many times, with how many standard deviations, in what
+/// share of the run at most.
+const PARTS: usize = 20;
+const LARGER: f64 = 4.0;
+const SURELY: f64 = 6.0;
+const A_WHILE: usize = PARTS / 3;
+
+/// What the error of a linear model points to. Levels are in the signal's unit, times are samples of the run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cause {
+    /// A static curve of the input, in front of the dynamics.
+    Input(Curve),
+    /// The input's square with its sign, in front of the dynamics.
+    Square,
+    /// Backlash of the input: its whole width.
+    Backlash(f64),
+    /// A static curve of the output, behind the dynamics.
+    Output(Curve),
+    /// Backlash of the output: its whole width.
+    OutputBacklash(f64),
+    /// Damping that grows with the square of the output.
+    Drag,
+    /// Damping that does not grow with the output's rate.
+    Friction,
+    /// The gain is another from one of these times to the next: how many times that before the first.
+    Gain(Vec<(usize, f64)>),
+    /// Something else steps at these times.
+    Steps(Vec<usize>),
+    /// The error is so many times larger from one time to another.
+    While(usize, usize, f64),
+}
+
+/// A static curve.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve {
+    /// Nothing between two levels.
+    DeadZone(f64, f64),
+    /// Nothing more below the one and above the other.
+    Limits(Option<f64>, Option<f64>),
+    /// Levels at which the slope changes, and the slopes below, between and above them, the largest 1.
+    Slopes(Vec<f64>, Vec<f64>),
+}
+
+/// A cause, and how sure it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What it is.
+    pub cause: Cause,
+    /// The share of the simulated error's squares that it accounts for, 0 to 1, and F; `None` of [`Cause::While`].
+    pub gain: Option<(f64, f64)>,
+}
+
+/// A term beside the linear model.
+struct Term {
+    /// The numbers of its columns.
+    columns: Vec<usize>,
+    kind: Kind,
+}
+
+/// The kind of a term, with levels or times.
+#[derive(Clone)]
+enum Kind {
+    Input(Vec<f64>),
+    Output(Vec<f64>),
+    Gain(Vec<usize>),
+    Steps(Vec<usize>),
+    Other(Cause),
+}
+
+/// What the simulated error of a run points to; `None` where linear dynamics and steady noise explain it, or the run is
+/// too short to tell. Of a long run the end counts, where the fit is judged.
+pub(crate) fn finding(estimate: &Estimate, number: usize, run: Run<'_>) -> Option<Finding> {
+    let unknown = estimate.layout.structure.unknown(run.past.len());
+    let count = run.outputs.len();
+    let tested = Tested {
+        estimate,
+        number,
+        run,
+        simulated: estimate.simulate(number, run),
+        first: unknown.max(count.saturating_sub(PART)).min(count),
+    };
+    tested.finding()
+}
+
+/// A run whose error is tested, from sample `first` on.
+struct Tested<'a> {
+    estimate: &'a Estimate,
+    number: usize,
+    run: Run<'a>,
+    simulated: Vec<f64>,
+    first: usize,
+}
+
+impl Tested<'_> {
+    fn finding(&self) -> Option<Finding> {
+        let pairs = self.run.outputs.iter().zip(&self.simulated);
+        let errors: Vec<f64> = pairs.map(|(y, x)| y - x).skip(self.first).collect();
+        let linear = [self.at_rest(), self.slopes()].concat();
+        let (columns, mut terms) = self.terms();
+        let enough = SAMPLES_PER_COLUMN * (linear.len() + STEPS);
+        if errors.len() < enough || !errors.iter().any(|e| *e != 0.0) {
+            return None;
+        }
+        // As they are, and through the filter that whitens the error.
+        let plain = Left::of(&errors, &linear, &columns);
+        let d = whitening([errors.as_slice()].into_iter());
+        let white = |it: &Vec<f64>| weighted(&d, it).split_off(d.len() - 1);
+        let all_white = |of: &[Vec<f64>]| of.iter().map(white).collect::<Vec<_>>();
+        let left = Left::of(&white(&errors), &all_white(&linear), &all_white(&columns));
+        if left.squares() < NOT_LINEAR * left.before {
+            return None;
+        }
+        terms.extend(steps(&terms, &left));
+        let freedom = left.error.len() as f64 - linear.len() as f64;
+        let criterion = |term: &Term| {
+            let (_, squares) = left.with(&term.columns, 0..0)?;
+            let parameters = term.columns.len() as f64;
+            Some(freedom * squares.max(f64::MIN_POSITIVE).ln() + parameters * freedom.ln())
+        };
+        let best = (terms
+            .iter()
+            .filter_map(|term| Some((criterion(term)?, term))))
+        .min_by(|p, q| p.0.total_cmp(&q.0));
+        let found = best.and_then(|(_, term)| {
+            let f = left.f(&term.columns, freedom)?;
+            let (_, squares) = plain.with(&term.columns, 0..0)?;
+            let share = 1.0 - squares / plain.squares();
+            // A step in a block is not known from the others.
+            let is_steps = matches!(term.kind, Kind::Steps(_));
+            let counts = f * term.columns.len() as f64 > SIGNIFICANT
+                && share > MATTERS
+                && (is_steps || left.helped(&term.columns) >= HELPED);
+            let cause = self.cause(term, &columns).filter(|_| counts)?;
+            Some(Finding {
+                cause,
+                gain: Some((share, f)),
+            })
+        });
+        found.or_else(|| {
+            let (from, to, times) = left.larger_for_a_while()?;
+            let begin = self.first + d.len() - 1;
+            Some(Finding {
+                cause: Cause::While(begin + from, begin + to, times),
+                gain: None,
+            })
+        })
+    }
+
+    fn a(&self) -> Vec<f64> {
+        let theta = self.estimate.theta.as_slice();
+        self.estimate.layout.denominator(theta)
+    }
+
+    fn through_poles(&self, signal: &[f64]) -> Vec<f64> {
+        through_poles(&self.a(), signal)
+    }
+
+    /// A signal of the run so many samples later, of the samples that are tested.
+    fn delayed(&self, signal: &[f64], by: i64) -> Vec<f64> {
+        let at = |k: usize| signal.get(usize::try_from(k as i64 - by).ok()?).copied();
+        let samples = self.first..self.run.outputs.len();
+        samples.map(|k| at(k).unwrap_or_default()).collect()
+    }
+
+    /// A constant, and free motions.
+    fn at_rest(&self) -> Vec<Vec<f64>> {
+        let count = self.run.outputs.len();
+        let free = self.through_poles(&impulse(self.first, count));
+        let motions = self.estimate.layout.structure.poles + MORE_POLES;
+        let motions = (0..motions).map(|by| self.delayed(&free, by as i64));
+        std::iter::once(vec![1.0; count - self.first])
+            .chain(motions)
+            .collect()
+    }
+
+    /// The slopes of a linear model that is larger than this one.
+    fn slopes(&self) -> Vec<Vec<f64>> {
+        let s = &self.estimate.layout.structure;
+        let offset = self.estimate.offset(self.number);
+        let moved: Vec<f64> = self.simulated.iter().map(|y| y - offset).collect();
+        let by_input = self.through_poles(&self.estimate.driving(self.run));
+        let by_pole = self.through_poles(&moved);
+        let zeros = -LESS_DELAY..(s.numerator + MORE_ZEROS) as i64;
+        let poles = 1..=(s.poles + MORE_POLES) as i64;
+        let zeros = zeros.map(|by| self.delayed(&by_input, by));
+        zeros
+            .chain(poles.map(|by| self.delayed(&by_pole, by)))
+            .collect()
+    }
+
+    /// What the fitted dynamics make of the input through a curve.
+    fn in_front(&self, curve: impl FnOnce(&[f64]) -> Vec<f64>) -> Vec<f64> {
+        let layout = &self.estimate.layout;
+        let b = &self.estimate.theta.as_slice()[layout.b(self.number)];
+        let all = curve(&[self.run.past, self.run.inputs].concat());
+        let (past, inputs) = all.split_at(self.run.past.len());
+        let driving = layout.structure.driving(past, inputs);
+        weighted(b, &self.through_poles(&driving)).split_off(self.first)
+    }
+
+    /// The columns of all terms, and the terms.
+    fn terms(&self) -> (Vec<Vec<f64>>, Vec<Term>) {
+        let (inputs, outputs) = (
+            &self.run.inputs[self.first..],
+            &self.simulated[self.first..],
+        );
+        let past = self.run.past.len();
+        let times = |count: usize| -> Vec<usize> {
+            (1..=count)
+                .map(|i| self.first + i * inputs.len() / (count + 1))
+                .collect()
+        };
+        let since = |start: usize, of: &dyn Fn(f64) -> f64| {
+            self.in_front(|u| {
+                let from = (past + start).min(u.len());
+                let later = u[from..].iter().map(|u| of(*u));
+                std::iter::repeat_n(0.0, from).chain(later).collect()
+            })
+        };
+        let mut columns = Vec::new();
+        let mut terms = Vec::new();
+        let levels_of_input = levels(inputs);
+        let above = |level: f64| move |it: &f64| (it - level).max(0.0);
+        let of_input = |level: &f64| self.in_front(|u| u.iter().map(above(*level)).collect());
+        let of_output = |level: &f64| outputs.iter().map(above(*level)).collect();
+        let of_gain = |time: &usize| since(*time, &|u| u);
+        let levels_of_output = levels(outputs);
+        in_pairs(
+            &mut columns,
+            &mut terms,
+            &levels_of_input,
+            of_input,
+            Kind::Input,
+        );
+        in_pairs(
+            &mut columns,
+            &mut terms,
+            &levels_of_output,
+            of_output,
+            Kind::Output,
+        );
+        in_pairs(
+            &mut columns,
+            &mut terms,
+            &times(GAIN_TIMES),
+            of_gain,
+            Kind::Gain,
+        );
+        let mut alone = |column: Vec<f64>, kind: Kind| {
+            terms.push(Term {
+                columns: vec![columns.len()],
+                kind,
+            });
+            columns.push(column);
+        };
+        for time in times(STEP_TIMES.min(inputs.len() / BETWEEN_STEPS)) {
+            alone(since(time, &|_| 1.0), Kind::Steps(vec![time]));
+        }
+        let square = |it: &f64| it * it.abs();
+        let squared = self.in_front(|u| u.iter().map(square).collect());
+        alone(squared, Kind::Other(Cause::Square));
+        for i in 1..=WIDTHS {
+            let width = |signal: &[f64]| span(signal) * i as f64 / (WIDTHS + 2) as f64;
+            let (front, behind) = (width(inputs), width(outputs));
+            let played = self.in_front(|u| play(u, front));
+            alone(played, Kind::Other(Cause::Backlash(front)));
+            let played = play(outputs, behind);
+            alone(played, Kind::Other(Cause::OutputBacklash(behind)));
+        }
+        let damped = |force: Vec<f64>| self.delayed(&self.through_poles(&force), 1);
+        let drag = damped(self.simulated.iter().map(square).collect());
+        alone(drag, Kind::Other(Cause::Drag));
+        let rates = self.simulated.windows(2).map(|y| (y[1] - y[0]).signum());
+        alone(damped(rates.collect()), Kind::Other(Cause::Friction));
+        (columns, terms)
+    }
+
+    /// What a term says. A curve is read from the output.
+    fn cause(&self, term: &Term, columns: &[Vec<f64>]) -> Option<Cause> {
+        let slopes = |straight: Vec<f64>| {
+            let own = term.columns.iter().map(|it| columns[*it].clone());
+            let parts: Vec<Vec<f64>> = std::iter::once(straight).chain(own).collect();
+            let left = Left::of(&self.run.outputs[self.first..], &self.at_rest(), &parts);
+            let all: Vec<usize> = (0..parts.len()).collect();
+            let (changes, _) = left.with(&all, 0..0)?;
+            let slopes = changes.iter().scan(0.0, |slope, change| {
+                *slope += change;
+                Some(*slope)
+            });
+            Some(slopes.collect::<Vec<f64>>())
+        };
+        let input = || self.in_front(<[f64]>::to_vec);
+        Some(match &term.kind {
+            Kind::Other(cause) => cause.clone(),
+            Kind::Steps(times) => {
+                let mut times = times.clone();
+                times.sort_unstable();
+                Cause::Steps(times)
+            }
+            Kind::Gain(times) => {
+                let slopes = slopes(input())?;
+                let times = times.iter().zip(&slopes[1..]);
+                Cause::Gain(times.map(|(time, it)| (*time, it / slopes[0])).collect())
+            }
+            Kind::Input(levels) => Cause::Input(Curve::of(levels, &slopes(input())?)),
+            Kind::Output(levels) => {
+                let straight = self.simulated[self.first..].to_vec();
+                Cause::Output(Curve::of(levels, &slopes(straight)?))
+            }
+        })
+    }
+}
+
+/// Terms of each place alone and of every two.
+fn in_pairs<T: Clone>(
+    columns: &mut Vec<Vec<f64>>,
+    terms: &mut Vec<Term>,
+    places: &[T],
+    column: impl Fn(&T) -> Vec<f64>,
+    kind: fn(Vec<T>) -> Kind,
+) {
+    let from = columns.len();
+    columns.extend(places.iter().map(column));
+    for (i, one) in places.iter().enumerate() {
+        terms.push(Term {
+            columns: vec![from + i],
+            kind: kind(vec![one.clone()]),
+        });
+        for (j, other) in places.iter().enumerate().skip(i + 1) {
+            terms.push(Term {
+                columns: vec![from + i, from + j],
+                kind: kind(vec![one.clone(), other.clone()]),
+            });
+        }
+    }
+}
+
+/// Steps in a row, each the one that takes away the most of what those before it leave.
+fn steps(terms: &[Term], left: &Left) -> Vec<Term> {
+    let each: Vec<(usize, usize)> = (terms.iter())
+        .filter_map(|term| match &term.kind {
+            Kind::Steps(times) => Some((term.columns[0], times[0])),
+            _ => None,
+        })
+        .collect();
+    let (mut columns, mut times) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
+    let mut rest = Left {
+        before: left.before,
+        error: left.error.clone(),
+        columns: each.iter().map(|it| left.columns[it.0].clone()).collect(),
+    };
+    while columns.len() < STEPS {
+        let f = |at: usize| Some((at, rest.f(&[at], rest.error.len() as f64)?));
+        let best = (0..each.len())
+            .filter_map(f)
+            .max_by(|p, q| p.1.total_cmp(&q.1));
+        let Some((at, _)) = best.filter(|it| it.1 > NEXT_STEP) else {
+            break;
+        };
+        columns.push(each[at].0);
+        times.push(each[at].1);
+        found.push(Term {
+            columns: columns.clone(),
+            kind: Kind::Steps(times.clone()),
+        });
+        rest = Left::of(&rest.error, &[rest.columns[at].clone()], &rest.columns);
+    }
+    found
+}
+
+impl Curve {
+    /// From the levels at which it bends and the slopes below, between and above them.
+    fn of(levels: &[f64], slopes: &[f64]) -> Self {
+        let size = |largest: f64, it: &f64| {
+            if it.abs() > largest.abs() {
+                *it
+            } else {
+                largest
+            }
+        };
+        let largest = slopes.iter().fold(0.0, size);
+        let slopes: Vec<f64> = slopes.iter().map(|it| it / largest).collect();
+        let flat = |slope: f64| slope.abs() < FLAT;
+        let same = |one: f64, other: f64| (one - other).abs() < SAME;
+        match (levels, &slopes[..]) {
+            ([level], [below, _]) if flat(*below) => Self::Limits(Some(*level), None),
+            ([level], [_, above]) if flat(*above) => Self::Limits(None, Some(*level)),
+            ([low, high], [below, between, above]) => {
+                match (flat(*below), flat(*between), flat(*above)) {
+                    (false, true, false) => Self::DeadZone(*low, *high),
+                    (true, false, true) => Self::Limits(Some(*low), Some(*high)),
+                    (true, false, false) if same(*between, *above) => {
+                        Self::Limits(Some(*low), None)
+                    }
+                    (false, false, true) if same(*between, *below) => {
+                        Self::Limits(None, Some(*high))
+                    }
+                    _ => Self::Slopes(levels.to_vec(), slopes),
+                }
+            }
+            _ => Self::Slopes(levels.to_vec(), slopes),
+        }
+    }
+}
+
+/// What is left of an error, and of columns, when those of a linear model have taken their part.
+struct Left {
+    /// The error's squares before.
+    before: f64,
+    error: Vec<f64>,
+    /// Those that the linear model makes up are empty.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Left {
+    fn of(error: &[f64], linear: &[Vec<f64>], columns: &[Vec<f64>]) -> Self {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for column in linear {
+            if let Some(mut left) = beside(&basis, column) {
+                let size = dot(&left, &left).sqrt();
+                left.iter_mut().for_each(|it| *it /= size);
+                basis.push(left);
+            }
+        }
+        let columns = columns.iter().map(|it| beside(&basis, it));
+        Self {
+            before: dot(error, error),
+            columns: columns.map(Option::unwrap_or_default).collect(),
+            error: without(&basis, error),
+        }
+    }
+
+    fn squares(&self) -> f64 {
+        dot(&self.error, &self.error)
+    }
+
+    /// The coefficients of columns by the samples but those `left_out`, and the squares left; `None` where they do not
+    /// determine them.
+    fn with(&self, columns: &[usize], left_out: Range<usize>) -> Option<(Vec<f64>, f64)> {
+        let columns: Vec<&[f64]> = columns.iter().map(|it| &self.columns[*it][..]).collect();
+        if columns.iter().any(|it| it.is_empty()) {
+            return None;
+        }
+        let (end, first) = (left_out.start, left_out.end);
+        let product =
+            |p: &[f64], q: &[f64]| dot(&p[..end], &q[..end]) + dot(&p[first..], &q[first..]);
+        let count = columns.len();
+        let products = DMatrix::from_fn(count, count, |i, j| product(columns[i], columns[j]));
+        let by_error = DVector::from_fn(count, |i, _| product(columns[i], &self.error));
+        let sizes = products.diagonal().map(f64::sqrt);
+        let alike = DMatrix::from_fn(count, count, |i, j| {
+            products[(i, j)] / (sizes[i] * sizes[j])
+        });
+        // No number where a column is 0 on the samples.
+        if alike.determinant().is_nan() || alike.determinant() < ALIKE {
+            return None;
+        }
+        let coefficients = products.cholesky()?.solve(&by_error);
+        let left = product(&self.error, &self.error) - coefficients.dot(&by_error);
+        Some((coefficients.iter().copied().collect(), left))
+    }
+
+    /// F of columns, with so many degrees of freedom without them.
+    fn f(&self, columns: &[usize], freedom: f64) -> Option<f64> {
+        let (_, squares) = self.with(columns, 0..0)?;
+        let parameters = columns.len() as f64;
+        let gained = (self.squares() - squares) / parameters;
+        Some(gained * (freedom - parameters) / squares.max(f64::MIN_POSITIVE))
+    }
+
+    /// In how many blocks columns help with the coefficients of the others.
+    fn helped(&self, columns: &[usize]) -> usize {
+        let edge = |block: usize| block * self.error.len() / BLOCKS;
+        let helps = |block: &usize| {
+            let own = edge(*block)..edge(block + 1);
+            let Some((c, _)) = self.with(columns, own.clone()) else {
+                return false;
+            };
+            let gained = own.map(|k| {
+                let pairs = columns.iter().zip(&c);
+                let term: f64 = pairs.map(|(it, c)| c * self.columns[*it][k]).sum();
+                self.error[k].powi(2) - (self.error[k] - term).powi(2)
+            });
+            gained.sum::<f64>() > 0.0
+        };
+        (0..BLOCKS).filter(helps).count()
+    }
+
+    /// The samples between which the error's squares are many times those elsewhere, and how many times; their own scatter
+    /// says how sure that is.
+    fn larger_for_a_while(&self) -> Option<(usize, usize, f64)> {
+        let count = self.error.len();
+        let edge = |part: usize| part * count / PARTS;
+        let mean = |power: i32, of: &dyn Fn(usize) -> bool| {
+            let samples = (0..count).filter(|k| of(*k));
+            let (sum, count) = samples.fold((0.0, 0.0), |(sum, count), k| {
+                (sum + self.error[k].powi(power), count + 1.0)
+            });
+            (sum / count, count)
+        };
+        let windows =
+            (0..PARTS).flat_map(|from| (1..=A_WHILE).map(move |long| (from, from + long)));
+        let judged = windows.filter(|(_, to)| *to <= PARTS).map(|(from, to)| {
+            let samples = edge(from)..edge(to);
+            let (inside, few) = mean(2, &|k| samples.contains(&k));
+            let (outside, _) = mean(2, &|k| !samples.contains(&k));
+            let (fourth, _) = mean(4, &|k| samples.contains(&k));
+            let deviation = ((fourth - inside * inside).max(0.0) / few).sqrt();
+            ((inside - outside) / deviation, samples, inside / outside)
+        });
+        judged
+            .filter(|(sure, _, times)| *sure > SURELY && *times > LARGER)
+            .max_by(|p, q| p.0.total_cmp(&q.0))
+            .map(|(_, samples, times)| (samples.start, samples.end, times.sqrt()))
+    }
+}
+
+/// `(w0 + w1 q^-1 + ...) signal`.
+fn weighted(weights: &[f64], signal: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; signal.len()];
+    for (shift, weight) in weights.iter().enumerate() {
+        for (sum, value) in sum.iter_mut().skip(shift).zip(signal) {
+            *sum += weight * value;
+        }
+    }
+    sum
+}
+
+/// What a basis, each of the length 1, leaves of a signal.
+fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
+    let mut left = signal.to_vec();
+    // Twice, against rounding.
+    for direction in basis.iter().chain(basis) {
+        let part = dot(direction, &left);
+        for (left, it) in left.iter_mut().zip(direction) {
+            *left -= part * it;
+        }
+    }
+    left
+}
+
+/// The same; `None` where nothing is left.
+fn beside(basis: &[Vec<f64>], signal: &[f64]) -> Option<Vec<f64>> {
+    let left = without(basis, signal);
+    let is_left = dot(&left, &left) > NOTHING * NOTHING * dot(signal, signal);
+    is_left.then_some(left)
+}
+
+/// Levels with as many samples between each two.
+fn levels(signal: &[f64]) -> Vec<f64> {
+    let mut sorted = signal.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |i: usize| sorted.get(i * sorted.len() / (BENDS + 1)).copied();
+    let mut levels: Vec<f64> = (1..=BENDS).filter_map(at).collect();
+    levels.dedup();
+    levels
+}
+
+fn span(signal: &[f64]) -> f64 {
+    let most = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = signal.iter().copied().fold(f64::INFINITY, f64::min);
+    most - least
+}
+
+/// What follows a signal with a play of that width, from its middle.
+fn play(signal: &[f64], width: f64) -> Vec<f64> {
+    let mut at = signal.first().copied().unwrap_or_default();
+    let follow = |it: &f64| {
+        at = at.clamp(it - width / 2.0, it + width / 2.0);
+        at
+    };
+    signal.iter().map(follow).collect()
+}

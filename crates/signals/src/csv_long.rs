@@ -1,0 +1,217 @@
+//! Long tables: each row has the numbers of one thing, and a text says of which: `time,name,value`, as InfluxDB, Grafana and pandas' `melt`
+//! write them, or `time,vehicle,x,y`.
+//!
+//! A table is long where its header says so ([`KEYS`], [`VALUES`]), or where its texts change from row to row. The rows of one thing are a series.
+//! Its numbers are signals: called as the series where each row has but one (`depth`), else `x[alpha]`.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use csv::ByteRecord;
+
+use crate::csv_cell::{is_missing, number};
+use crate::csv_time;
+
+/// Names of the column that says what a row's number is, and of that number, without underscores in front.
+#[rustfmt::skip]
+const KEYS: [&str; 17] = [
+    "field", "name", "metric", "variable", "signal", "series", "channel", "tag", "parameter", "param", "key", "measurement", "topic",
+    "sensor", "item", "legend", "quantity",
+];
+const VALUES: [&str; 6] = ["value", "val", "values", "reading", "data", "number"];
+
+/// Names of texts that say nothing of what a number is of.
+#[rustfmt::skip]
+const NO_KEYS: [&str; 16] = [
+    "unit", "units", "quality", "status", "state", "comment", "message", "description", "flag", "type", "mode", "start", "stop", "result",
+    "level", "severity",
+];
+
+/// The share of rows with the time of the row before and another text, and of those with another text at all, in a table whose names do not
+/// tell that it is long; the rows of each series at least, on the mean.
+const OFTEN: f64 = 0.25;
+const MOSTLY: f64 = 0.6;
+const FEWEST: usize = 10;
+
+/// Series of a table, and columns that name them, at most.
+const SERIES: usize = 1000;
+const MOST_KEYS: usize = 8;
+
+/// The form of a long table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct LongForm {
+    /// The columns of texts by which series are told apart.
+    keys: Vec<usize>,
+    /// The columns of numbers.
+    values: Vec<usize>,
+    /// Series by their texts.
+    series: BTreeMap<Vec<u8>, usize>,
+    /// The signals: of the first series each column, then of the next.
+    signals: Vec<String>,
+    /// What each series is called alone, where others are called so too.
+    shared: Vec<String>,
+}
+
+/// A name without its case and the underscores in front.
+fn plain(name: &str) -> String {
+    name.trim_start_matches('_').to_ascii_lowercase()
+}
+
+impl LongForm {
+    /// The form of a table with these columns, the first rows and all of them; `None` of a table that is not long. `others` are the columns
+    /// of the time.
+    pub(crate) fn find(
+        columns: &[String],
+        others: &[usize],
+        start: &[Vec<String>],
+        mut next: impl FnMut(&mut ByteRecord) -> io::Result<bool>,
+    ) -> io::Result<Option<Self>> {
+        let cells = |at: usize| start.iter().filter_map(move |row| row.get(at));
+        let given = |at: usize| cells(at).filter(|it| !is_missing(it));
+        let is_one_of = |at: usize, names: &[&str]| names.contains(&plain(&columns[at]).as_str());
+        let free: Vec<usize> = (0..columns.len())
+            .filter(|it| !others.contains(it) && given(*it).next().is_some())
+            .collect();
+        let is_number = |at: &usize| given(*at).all(|it| number(it).is_some());
+        let is_text = |it: &String| number(it).is_none() && !csv_time::is_time(it);
+        let is_key = |at: &usize| given(*at).all(is_text) && !is_one_of(*at, &NO_KEYS);
+        let mut keys: Vec<usize> = free.iter().copied().filter(is_key).collect();
+        keys.truncate(MOST_KEYS);
+        let named = |names: &[&str], of: &[usize]| {
+            let place = |name: &&str| of.iter().copied().find(|at| plain(&columns[*at]) == **name);
+            names.iter().find_map(place)
+        };
+        // Of its values some may be texts.
+        let value = named(&VALUES, &free).filter(|at| given(*at).any(|it| number(it).is_some()));
+        let of_name = value.and_then(|_| named(&KEYS, &keys));
+        let of = |row: &Vec<String>| -> Vec<String> {
+            let cells = keys.iter().map(|at| row.get(*at).cloned());
+            cells.map(Option::unwrap_or_default).collect()
+        };
+        let at_once = |it: &&[Vec<String>]| {
+            let is_same = |at: &usize| it[0].get(*at) == it[1].get(*at);
+            others.iter().all(is_same) && of(&it[0]) != of(&it[1])
+        };
+        let changes = |it: &&[Vec<String>]| of(&it[0]) != of(&it[1]);
+        let share = |count: usize| count as f64 / start.len() as f64;
+        let is_often = share(start.windows(2).filter(at_once).count()) > OFTEN
+            || share(start.windows(2).filter(changes).count()) > MOSTLY;
+        if keys.is_empty() || others.is_empty() || !(of_name.is_some() || is_often) {
+            return Ok(None);
+        }
+        let values = match (of_name, value) {
+            (Some(_), Some(value)) => vec![value],
+            _ => free.iter().copied().filter(is_number).collect(),
+        };
+        let mut found: BTreeMap<Vec<u8>, usize> = BTreeMap::new();
+        let (mut row, mut text, mut rows) = (ByteRecord::new(), Vec::new(), 0);
+        while next(&mut row)? {
+            let has_value = |at: &usize| row.get(*at).is_some_and(|it| !it.is_empty());
+            if row.len() < columns.len() || !values.iter().any(has_value) {
+                continue;
+            }
+            key(&keys, &row, &mut text);
+            rows += 1;
+            let count = found.len();
+            if count > SERIES {
+                return Ok(None);
+            }
+            found.entry(text.clone()).or_insert(count);
+        }
+        let are_few = of_name.is_none() && found.len() * FEWEST > rows;
+        if values.is_empty() || found.len() < 2 || are_few {
+            return Ok(None);
+        }
+        let mut series: Vec<(&Vec<u8>, usize)> = found.iter().map(|it| (it.0, *it.1)).collect();
+        series.sort_by_key(|it| it.1);
+        let parts: Vec<Vec<String>> = series.iter().map(|it| parts(it.0)).collect();
+        let varies = |at: &usize| parts.iter().any(|it| it[*at] != parts[0][*at]);
+        let first = of_name.and_then(|name| keys.iter().position(|at| *at == name));
+        let telling: Vec<usize> = (0..keys.len())
+            .filter(|at| varies(at) && Some(*at) != first)
+            .collect();
+        let (first, telling) = match (first, telling.split_first()) {
+            (Some(first), _) => (first, &telling[..]),
+            (None, Some((first, rest))) => (*first, rest),
+            (None, None) => return Ok(None),
+        };
+        let is_shared = |place: usize| {
+            let same = parts.iter().filter(|it| it[first] == parts[place][first]);
+            same.count() > 1
+        };
+        let label = |place: usize| {
+            let of = &parts[place];
+            match is_shared(place) {
+                false => of[first].clone(),
+                true => {
+                    let around = telling.iter().map(|at| of[*at].as_str());
+                    let all: Vec<&str> = around.chain([of[first].as_str()]).collect();
+                    all.join(".")
+                }
+            }
+        };
+        let labels: Vec<String> = (0..parts.len()).map(label).collect();
+        let mut signals = Vec::new();
+        for label in &labels {
+            for value in &values {
+                signals.push(match values.len() {
+                    1 => label.clone(),
+                    _ => format!("{}[{label}]", columns[*value]),
+                });
+            }
+        }
+        let of_several = (0..parts.len()).filter(|it| is_shared(*it));
+        let mut shared: Vec<String> = of_several.map(|it| parts[it][first].clone()).collect();
+        shared.dedup();
+        Ok(Some(Self {
+            keys,
+            values,
+            series: found,
+            signals,
+            shared,
+        }))
+    }
+
+    /// The signals, in their order.
+    pub(crate) fn signals(&self) -> &[String] {
+        &self.signals
+    }
+
+    /// Whether a column holds the numbers of several series, or says which.
+    pub(crate) fn holds(&self, column: usize) -> bool {
+        self.values.contains(&column) || self.keys.contains(&column)
+    }
+
+    /// Whether that is what several series are called.
+    pub(crate) fn is_shared(&self, name: &str) -> bool {
+        self.shared.iter().any(|it| it == name)
+    }
+
+    /// The series of a row.
+    pub(crate) fn series(&self, row: &ByteRecord, text: &mut Vec<u8>) -> Option<usize> {
+        key(&self.keys, row, text);
+        self.series.get(text).copied()
+    }
+
+    /// The column in which a row of that series has the number of the signal.
+    pub(crate) fn column(&self, signal: usize, series: usize) -> Option<usize> {
+        let width = self.values.len();
+        (signal / width == series).then(|| self.values[signal % width])
+    }
+}
+
+/// The texts of a row's keys, each ended by a zero.
+fn key(keys: &[usize], row: &ByteRecord, text: &mut Vec<u8>) {
+    text.clear();
+    for at in keys {
+        text.extend(row.get(*at).unwrap_or_default());
+        text.push(0);
+    }
+}
+
+fn parts(text: &[u8]) -> Vec<String> {
+    let parts = text.split(|it| *it == 0);
+    parts
+        .map(|it| String::from_utf8_lossy(it).into_owned())
+        .collect()
+}

@@ -1,0 +1,154 @@
+//! What the samples of a topic or table show before a record is made of them: found as for a record, and told in the same words.
+
+use crate::channel::{Change, Timing};
+use crate::clock::{ClockFollower, Followed};
+use crate::mixture::Mixture;
+use crate::repeats::{Repeats, rows_per_sample};
+use crate::resample::PRELUDE;
+use crate::sieve::bursts;
+use crate::timing::Meter;
+use crate::unwrap::{Unwrap, Unwrapper};
+
+/// The stamps of a topic or table, in the order in which they come.
+#[derive(Clone, Debug)]
+pub struct StampInspection {
+    clock: ClockFollower,
+    meter: Meter,
+    /// The first of them, up to where the clock goes back.
+    first: Vec<i64>,
+    has_returned: bool,
+}
+
+/// What stamps show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StampFindings {
+    /// How they lie in time, on a clock that goes on.
+    pub timing: Timing,
+    /// The share of intervals below a tenth of the mean, 0 to 1.
+    pub bursts: f64,
+    /// Samples per second: those of bursts over the time between bursts.
+    pub rate: f64,
+    /// What has become of the clock, for people.
+    pub clock: Vec<String>,
+    /// How a record spreads them, if it does.
+    pub change: Option<Change>,
+}
+
+impl Default for StampInspection {
+    fn default() -> Self {
+        Self {
+            clock: ClockFollower::new(1),
+            meter: Meter::default(),
+            first: Vec::new(),
+            has_returned: false,
+        }
+    }
+}
+
+impl StampInspection {
+    /// Takes a stamp, ns, with a number that is the same of equal messages, and hardly ever else.
+    pub fn take(&mut self, stamp: i64, content: u64) {
+        if !self.has_returned && self.first.len() < PRELUDE {
+            self.first.push(stamp);
+        }
+        // Its upper bits are a finite number.
+        let content = (content >> 12) as f64;
+        let meter = &mut self.meter;
+        let mut give = |followed| {
+            if let Followed::Sample(_, stamp, _) = followed {
+                meter.take(stamp);
+            }
+        };
+        self.clock.take(0, stamp, Some(content), &mut give);
+        if !self.has_returned && self.clock.has_returned() {
+            self.has_returned = true;
+            // Those behind the newest are of the new time.
+            let newest = self.first.iter().copied().max();
+            let end = self.first.iter().position(|it| Some(*it) == newest);
+            self.first.truncate(end.map_or(0, |it| it + 1));
+        }
+    }
+
+    /// What they show.
+    #[must_use]
+    pub fn finish(mut self) -> StampFindings {
+        let meter = &mut self.meter;
+        self.clock.finish(&mut |followed| {
+            if let Followed::Sample(_, stamp, _) = followed {
+                meter.take(stamp);
+            }
+        });
+        self.first.sort_unstable();
+        let bursts = bursts(&self.first);
+        let timing = self.meter.timing();
+        StampFindings {
+            bursts: self.meter.bursts(),
+            rate: bursts.map_or(timing.rate(), |it| 1e9 / it.interval),
+            clock: self.clock.notes(),
+            change: bursts.map(|it| it.change()),
+            timing,
+        }
+    }
+}
+
+/// The samples of one field, in the order in which they come.
+#[derive(Clone, Debug, Default)]
+pub struct ValueInspection {
+    first: Vec<(i64, f64)>,
+    /// What the first showed, once there are enough.
+    known: Option<Known>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Known {
+    repeats: Option<Repeats>,
+    mixture: Option<Mixture>,
+    unwrapper: Unwrapper,
+}
+
+impl ValueInspection {
+    /// Takes a sample, its stamp in ns, its value finite.
+    pub fn take(&mut self, stamp: i64, value: f64) {
+        match &mut self.known {
+            Some(known) => drop(known.unwrapper.next(value)),
+            None => {
+                self.first.push((stamp, value));
+                if self.first.len() == PRELUDE {
+                    self.look();
+                }
+            }
+        }
+    }
+
+    fn look(&mut self) {
+        let first = std::mem::take(&mut self.first);
+        let values: Vec<f64> = first.iter().map(|it| it.1).collect();
+        let mut unwrapper = Unwrapper::new(Unwrap::Automatic, &values);
+        for value in &values {
+            unwrapper.next(*value);
+        }
+        // A clock that goes back puts two times beside each other.
+        let mixture = match first.is_sorted_by_key(|it| it.0) {
+            true => Mixture::find(&first),
+            false => None,
+        };
+        self.known = Some(Known {
+            repeats: rows_per_sample(&values).map(Repeats::new),
+            mixture,
+            unwrapper,
+        });
+    }
+
+    /// What is done to them as an output of a record, and what speaks for two things in turns.
+    #[must_use]
+    pub fn finish(mut self) -> (Vec<Change>, Option<Mixture>) {
+        if self.known.is_none() {
+            self.look();
+        }
+        let known = self.known.unwrap_or_default();
+        let repeats = known.repeats.map(|it| it.change());
+        let unwrapped = Change::of(&known.unwrapper);
+        let changes = repeats.into_iter().chain(unwrapped).collect();
+        (changes, known.mixture)
+    }
+}

@@ -1,0 +1,192 @@
+//! Which of several publishers of a topic sent a message, where the bag tells: by its channel, and by the numbers that each publisher counts
+//! for itself.
+//!
+//! Messages of one publisher are numbered one by one; of two, each goes on from its own last. A number that was passed over, and comes
+//! late, is of the publisher that passed it over. Recorders that keep no numbers write 0.
+
+use std::collections::VecDeque;
+
+use planesman_decode::FieldPath;
+use planesman_decode::path::Step;
+
+use crate::error::{Result, SourceError};
+use crate::signal::Signal;
+
+/// Publishers of a topic that are told apart, and numbers that may still come late.
+const MOST: usize = 32;
+const LATE: usize = 64;
+
+/// Of so many messages at least, and of this share, a publisher is one; messages come back to one so often at least.
+const FEWEST: u64 = 10;
+const SHARE: f64 = 0.02;
+
+/// The publishers of one topic, counted as they are met.
+#[derive(Clone, Debug, Default)]
+pub struct Publishers {
+    list: Vec<Publisher>,
+}
+
+#[derive(Clone, Debug)]
+struct Publisher {
+    channel: u16,
+    /// The latest number and when it came, ns.
+    number: u32,
+    time: i64,
+    /// The usual time between two, ns; 0 before it is known.
+    interval: f64,
+    /// Numbers that were passed over.
+    passed: VecDeque<u32>,
+}
+
+impl Publisher {
+    fn goes_on(&mut self, number: u32, time: i64) {
+        let interval = time.saturating_sub(self.time) as f64;
+        self.interval += 0.1 * (interval - self.interval);
+        (self.number, self.time) = (number, time);
+    }
+}
+
+impl Publishers {
+    /// The publisher of a message with that number on the channel, received then: counted from 1.
+    pub fn of(&mut self, channel: u16, number: u32, time: i64) -> usize {
+        // Nearly all messages are of a topic with one publisher, and none is lost.
+        if let [one] = &mut self.list[..]
+            && one.channel == channel
+            && one.passed.is_empty()
+            && (number == one.number.wrapping_add(1) || (number, one.number) == (0, 0))
+        {
+            one.goes_on(number, time);
+            return 1;
+        }
+        let here = || {
+            self.list
+                .iter()
+                .enumerate()
+                .filter(|it| it.1.channel == channel)
+        };
+        let late = here().find(|it| it.1.passed.contains(&number));
+        if let Some((place, _)) = late {
+            self.list[place].passed.retain(|it| *it != number);
+            return place + 1;
+        }
+        // No number at all, or the one that goes on with least between; of two, that whose time it is.
+        let ahead = |it: &Publisher| match (it.number, number) {
+            (0, 0) => Some(0),
+            (before, number) => number.checked_sub(before)?.checked_sub(1),
+        };
+        let early = |it: &Publisher| ((time.saturating_sub(it.time)) as f64 - it.interval).abs();
+        let next = here()
+            .filter_map(|(place, it)| Some((ahead(it)?, early(it), place)))
+            .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let is_full = self.list.len() == MOST;
+        let place = match next {
+            Some((_, _, place)) => place,
+            None if is_full => return MOST,
+            None => {
+                self.list.push(Publisher {
+                    channel,
+                    number,
+                    time,
+                    interval: 0.0,
+                    passed: VecDeque::new(),
+                });
+                return self.list.len();
+            }
+        };
+        let it = &mut self.list[place];
+        for passed in (it.number.saturating_add(1)..number).rev().take(LATE) {
+            it.passed.push_back(passed);
+        }
+        let spare = it.passed.len().saturating_sub(LATE);
+        it.passed.drain(..spare);
+        it.goes_on(number, time);
+        place + 1
+    }
+
+    /// The path without the publisher that it begins with, `[publisher=2]`, and that.
+    pub(crate) fn chosen(path: &FieldPath) -> (FieldPath, Option<usize>) {
+        let Some((Step::Named(name), steps)) = path.steps.split_first() else {
+            return (path.clone(), None);
+        };
+        match name.strip_prefix("publisher=").map(str::parse) {
+            Some(Ok(number)) => {
+                let steps = steps.to_vec();
+                (FieldPath { steps }, Some(number))
+            }
+            _ => (path.clone(), None),
+        }
+    }
+}
+
+/// Whose messages a signal was in.
+#[derive(Clone, Debug, Default)]
+pub struct Senders {
+    /// The messages of each, counted from 1.
+    counts: Vec<u64>,
+    last: usize,
+    /// How often one has come again after another.
+    returns: u64,
+}
+
+impl Senders {
+    /// Takes a message that has the signal.
+    pub fn take(&mut self, publisher: usize) {
+        if publisher > self.counts.len() {
+            self.counts.resize(publisher, 0);
+        }
+        let Some(count) = self.counts.get_mut(publisher.wrapping_sub(1)) else {
+            return;
+        };
+        // A publisher that is started again counts anew: none comes back then.
+        self.returns += u64::from(*count > 0 && self.last != publisher);
+        *count += 1;
+        self.last = publisher;
+    }
+
+    /// The publishers that take turns, with the messages of each; none where there is but one.
+    #[must_use]
+    pub fn in_turn(&self) -> Vec<(usize, u64)> {
+        let all: u64 = self.counts.iter().sum();
+        let is_one = |count: u64| count >= FEWEST && count as f64 >= SHARE * all as f64;
+        let list: Vec<(usize, u64)> = (1..)
+            .zip(self.counts.iter().copied())
+            .filter(|it| is_one(it.1))
+            .collect();
+        match list.len() > 1 && self.returns >= FEWEST {
+            true => list,
+            false => Vec::new(),
+        }
+    }
+
+    /// Checks that the signal is of one publisher.
+    ///
+    /// # Errors
+    /// The signals to choose from, where it is now of one, now of another; where the one that was chosen sends nothing.
+    pub(crate) fn judge(&self, signal: &Signal, chosen: Option<usize>) -> Result<()> {
+        let topic = signal.topic();
+        let (path, _) = Publishers::chosen(signal.path());
+        let several = self.in_turn();
+        let listed = several.iter().map(|(publisher, count)| {
+            let path = path.choosing(0, &format!("publisher={publisher}"));
+            format!("'{topic}:{path}' ({count} messages)")
+        });
+        let listed = listed.collect::<Vec<_>>().join(" or ");
+        match chosen {
+            Some(chosen) if chosen == 0 || chosen > self.counts.len() => {
+                let all = match several.is_empty() {
+                    true => format!("'{topic}:{path}'"),
+                    false => listed,
+                };
+                Err(SourceError::Request(format!(
+                    "{signal}: the bag does not tell of a publisher {chosen} of {topic}; name {all}"
+                )))
+            }
+            None if !several.is_empty() => Err(SourceError::Request(format!(
+                "{signal}: the messages are now of one publisher, now of another, {} times, by their channels or numbers, so \
+                     that the signal is of several things; name one: {listed}",
+                self.returns
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
