@@ -131,7 +131,7 @@ fn the_intervals_hold_the_truth_in_white_and_in_coloured_noise() {
     let truth = [2.0, 1.5, 0.47];
     for pole in [0.0, 0.7_f64] {
         let mut held = [0; 3];
-        const RECORDS: u32 = 40;
+        const RECORDS: u32 = 25;
         for seed in 0..RECORDS {
             let size = 0.08 * (1.0 - pole * pole).sqrt();
             let coloured = filter(&[size], &[1.0, -pole], &noise(100 + seed, 250));
@@ -144,8 +144,8 @@ fn the_intervals_hold_the_truth_in_white_and_in_coloured_noise() {
                 *held += u32::from((value - truth).abs() < SIGMAS_95 * deviation);
             }
         }
-        // 95 % of 40 is 38; fewer than 33 have a probability of 0.3 %.
-        assert!(held.iter().all(|it| *it >= 33), "{pole}: {held:?}");
+        // Of 25 fewer than 19 have a probability of 0.1 % with 95 % each.
+        assert!(held.iter().all(|it| *it >= 19), "{pole}: {held:?}");
     }
 }
 
