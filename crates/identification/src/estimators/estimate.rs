@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
 use super::physical::Physical;
-use super::process::ProcessModel;
+use super::process_model::ProcessModel;
 use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
