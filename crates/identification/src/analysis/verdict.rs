@@ -44,7 +44,7 @@ const MATTERS: f64 = 0.05;
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 const STEADY: f64 = 4.0;
-/// The share of a steady-state gain that its 95 % interval may be.
+/// The share of a steady-state gain that its 95 % interval may be where a zero may cancel a pole.
 const KNOWN: f64 = 0.5;
 /// The share of the largest response below which a steady-state gain is next to nothing.
 const SMALL: f64 = 0.05;
@@ -360,15 +360,19 @@ impl Analysis {
         }
     }
 
-    /// Whether a steady-state gain is known to less than half of it, nor is known to be next to nothing beside the largest
-    /// response.
+    /// Whether a steady-state gain cannot be told from 0, or to half of it where it hinges on a pole that a zero may cancel;
+    /// nor is known to be next to nothing beside the largest response.
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
         let reading = self.reading();
+        let share = match reading.cancelled_poles().is_empty() {
+            true => 1.0,
+            false => KNOWN,
+        };
         let largest = (self.frequencies())
             .filter_map(|omega| reading.response(omega))
             .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
-        interval > KNOWN * gain.value.re.abs() && interval > SMALL * largest
+        interval > share * gain.value.re.abs() && interval > SMALL * largest
     }
 
     fn is_caused(&self) -> bool {
