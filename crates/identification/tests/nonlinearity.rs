@@ -186,6 +186,20 @@ fn what_changes_in_time_is_named_with_its_time() {
 }
 
 #[test]
+fn of_a_long_record_the_end_is_judged_at_its_own_times() {
+    let u: Vec<f64> = (0..6).flat_map(levels).collect();
+    let changed = 5 * u.len() / 6 + SAMPLES / 2;
+    let mut y = linear(&u);
+    y[changed..].iter_mut().for_each(|y| *y *= 0.4);
+    let white = noise(77, u.len());
+    let found = cause(&fitted(&u, plus(&y, &white, 0.01 * deviation(&y))));
+    assert!(
+        matches!(&found, Cause::Gain(times) if times.len() == 1 && times[0].0.abs_diff(changed) < SAMPLES / 10),
+        "{found:?} for {changed}"
+    );
+}
+
+#[test]
 fn a_linear_plant_stays_good_whatever_its_noise_and_loop() {
     for seed in 11..13 {
         let u = levels(seed);

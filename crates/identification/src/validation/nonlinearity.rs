@@ -21,9 +21,10 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::{Estimate, dot, impulse, through_poles, whitening};
-use crate::structure::PART;
-use planesman_record::Run;
+use planesman_record::{LONGEST_PAST, Run};
 
+/// Samples tested at most, the last of a record.
+const TESTED: usize = 4000;
 /// Poles and zeros by which the linear model may grow, and samples by which its delay may shrink.
 const MORE_POLES: usize = 2;
 const MORE_ZEROS: usize = 4;
@@ -134,14 +135,35 @@ enum Kind {
 pub(crate) fn finding(estimate: &Estimate, number: usize, run: Run<'_>) -> Option<Finding> {
     let unknown = estimate.layout.structure.unknown(run.past.len());
     let count = run.outputs.len();
+    let first = unknown.max(count.saturating_sub(TESTED)).min(count);
+    // Of what is before these, free motion is left, which is no cause.
+    let skipped = first.saturating_sub(TESTED);
+    let past = match skipped {
+        0 => run.past,
+        _ => &run.inputs[skipped.saturating_sub(LONGEST_PAST)..skipped],
+    };
     let tested = Tested {
         estimate,
         number,
-        run,
-        simulated: estimate.simulate(number, run),
-        first: unknown.max(count.saturating_sub(PART)).min(count),
+        run: Run {
+            past,
+            inputs: &run.inputs[skipped..],
+            outputs: &run.outputs[skipped..],
+        },
+        simulated: estimate.simulate(number, run).split_off(skipped),
+        first: first - skipped,
     };
-    tested.finding()
+    let mut found = tested.finding()?;
+    match &mut found.cause {
+        Cause::Steps(times) => times.iter_mut().for_each(|time| *time += skipped),
+        Cause::Gain(times) => times.iter_mut().for_each(|(time, _)| *time += skipped),
+        Cause::While(from, to, _) => {
+            *from += skipped;
+            *to += skipped;
+        }
+        _ => {}
+    }
+    Some(found)
 }
 
 /// A run whose error is tested, from sample `first` on.
