@@ -812,10 +812,17 @@ fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
         "--timeout",
         "120",
     ];
-    let [mut hears, deaf] = [(); 2].map(|()| python.start("peer_echo.py", stage.domain(), &echo));
-    eventually("two readers", || {
-        operator.rt.next(Duration::from_millis(10));
-        (numbers.readers() == 2).then_some(())
+    let [mut hears, mut deaf] =
+        [(); 2].map(|()| python.start("peer_echo.py", stage.domain(), &echo));
+    // A reader that is discovered may not have discovered the writer: both hear before one goes deaf.
+    std::thread::scope(|scope| {
+        let heard = [&mut hears, &mut deaf].map(|it| scope.spawn(|| it.next().is_some()));
+        eventually("two readers that hear", || {
+            numbers.publish(&Float64 { data: -1.0 });
+            operator.rt.next(Duration::from_millis(10));
+            let all = numbers.readers() == 2 && heard.iter().all(|it| it.is_finished());
+            all.then_some(())
+        });
     });
     let deaf_pid = Pid::from_raw(i32::try_from(deaf.id()).unwrap()).unwrap();
     freeze(deaf_pid);
@@ -840,7 +847,9 @@ fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
     });
     // It goes on losing, and is named again: the peer may hear of it only when the first line's lifespan is over.
     eventually("the name of the one that is deaf", || {
-        numbers.publish(&Float64 { data: last });
+        for _ in 0..200 {
+            numbers.publish(&Float64 { data: last });
+        }
         operator.rt.next(Duration::from_millis(10));
         named.is_finished().then_some(())
     });
