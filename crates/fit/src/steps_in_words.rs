@@ -179,13 +179,17 @@ impl<'a> Words<'a> {
         }
     }
 
+    /// What follows a word, if that is next.
+    fn behind(&self, word: &str) -> Option<&'a str> {
+        let rest = self.rest.strip_prefix(word)?;
+        rest.starts_with(char::is_whitespace)
+            .then(|| rest.trim_start())
+    }
+
     /// A word that is expected, if it is there.
     fn word(&mut self, word: &str) -> bool {
-        let rest = self.rest.strip_prefix(word);
-        let rest = rest.filter(|rest| rest.starts_with(char::is_whitespace));
-        if let Some(rest) = rest {
-            self.rest = rest.trim_start();
-        }
+        let rest = self.behind(word);
+        self.rest = rest.unwrap_or(self.rest);
         rest.is_some()
     }
 
@@ -209,10 +213,9 @@ impl<'a> Words<'a> {
         let value = self.number("a value")?;
         let is_apart = self.rest.starts_with(char::is_whitespace);
         self.rest = self.rest.trim_start();
-        let is_keyword = ["to", "from", "at"].iter().any(|word| {
-            let rest = self.rest.strip_prefix(word);
-            rest.is_some_and(|rest| rest.starts_with(char::is_whitespace))
-        });
+        let is_keyword = ["to", "from", "at"]
+            .into_iter()
+            .any(|it| self.behind(it).is_some());
         if is_apart && is_keyword {
             return Ok(value);
         }

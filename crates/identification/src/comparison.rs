@@ -234,14 +234,10 @@ impl GivenModel {
 impl Estimate {
     /// Fits the motion at the beginning of a record; whether there is one that does not grow beyond measure.
     fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> bool {
-        let caused = self.simulate(number, run);
         let unknown = self.layout.structure.unknown(run.past.len());
-        let left: Vec<f64> = (run.outputs.iter().zip(&caused))
-            .skip(unknown)
-            .map(|(y, x)| y - x)
-            .collect();
+        let left = self.simulation_errors(number, run);
         let a = self.layout.denominator(self.theta.as_slice());
-        let motion = free_motion(&left, &a);
+        let motion = free_motion(left.get(unknown..).unwrap_or_default(), &a);
         let found = motion.is_some();
         for (at, m) in self.layout.motion(number).zip(motion.unwrap_or_default()) {
             self.theta[at] = m;

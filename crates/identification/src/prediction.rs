@@ -97,7 +97,7 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
 
 /// The same of a simulation, and what the noise model says of its error from the errors before.
 fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -> Missed {
-    let errors = errors_of_simulation(found, number, run);
+    let errors = found.simulation_errors(number, run);
     let d = &found.noise_denominator;
     let unknown = found.unknown(run);
     Missed::by((unknown + d.len() + ahead - 1..errors.len()).map(|end| {
@@ -119,19 +119,13 @@ pub(crate) fn residuals(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f6
         ),
         Error::Output => {
             let d = monic(&found.noise_denominator);
-            let errors = errors_of_simulation(found, number, run);
+            let errors = found.simulation_errors(number, run);
             let unknown = found.unknown(run);
             (filter(&d, &[1.0], &errors), unknown + d.len() - 1)
         }
     };
     errors.drain(..past.min(errors.len()));
     errors
-}
-
-fn errors_of_simulation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
-    let simulated = found.simulate(number, run);
-    let pairs = run.outputs.iter().zip(&simulated);
-    pairs.map(|(y, x)| y - x).collect()
 }
 
 /// `e` of the difference equation at each sample, 0 before the first row.

@@ -3,11 +3,11 @@
 
 use planesman_linear::polynomial::product;
 
-use crate::estimators::{Estimate, whitening};
+use crate::estimators::{Estimate, whitened, whitening};
 use crate::fit::fit;
 use crate::free_motion::without_free_motion;
 use crate::selection::{innovation_variance, process};
-use crate::structure::{InitialState, Problem, variance};
+use crate::structure::{InitialState, Problem, range, variance};
 use planesman_record::{Record, Run, filter};
 
 /// Samples before a step that tell a trend from noise, and the standard deviations of a slope from which it is one.
@@ -72,16 +72,15 @@ pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Op
 /// The variance of an estimate's errors of simulation, or of slow changes in them where those are larger: `V / D(1)^2`, with
 /// an autoregression `D e` white of variance V. `None` without errors.
 fn slow_variance(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
-    let simulated = found.simulate(number, run);
-    let pairs = run.outputs.iter().zip(&simulated);
-    let errors: Vec<f64> = pairs.map(|(y, x)| y - x).skip(found.unknown(run)).collect();
-    Some(slow_variance_of(&errors, found.theta.len())).filter(|it| *it > 0.0)
+    let errors = found.simulation_errors(number, run);
+    let errors = errors.get(found.unknown(run)..).unwrap_or_default();
+    Some(slow_variance_of(errors, found.theta.len())).filter(|it| *it > 0.0)
 }
 
 /// The same of what so many parameters have left.
 fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
     let d = whitening([left].into_iter());
-    let white = filter(&d, &[1.0], left).split_off((d.len() - 1).min(left.len()));
+    let white = whitened(&d, left);
     let variance = |of: &[f64]| {
         let freedom = of.len().saturating_sub(parameters).max(1);
         of.iter().map(|e| e * e).sum::<f64>() / freedom as f64
@@ -99,14 +98,6 @@ pub(super) fn level_before_step(record: &Record) -> Option<f64> {
     let step = process::first_step(run.inputs)?;
     let level = run.inputs[..step].iter().sum::<f64>() / step as f64;
     let stood = run.past.iter().all(|u| u == run.past.last().unwrap_or(u));
-    let range = |values: &[f64]| {
-        let ends = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
-                (low.min(*y), high.max(*y))
-            });
-        ends.1 - ends.0
-    };
     let before = &run.outputs[..=step];
     let stands = range(before) <= STANDS_STILL * range(run.outputs);
     let is_noise = before.len() >= FEW_SAMPLES && !has_trend(before);

@@ -113,6 +113,9 @@ const METHOD_MAX_DELAY: usize = 3;
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
 const UNINFORMATIVE_FIT: f64 = 10.0;
 
+/// Models of lower order that are shown beside one with such a pole are sought among so many.
+const OTHERS: usize = 8;
+
 /// By how much a fit, %, lies below what the noise leaves where another model is asked for.
 const BELOW_NOISE: f64 = 5.0;
 
@@ -523,7 +526,7 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         estimate = fitted;
     }
     let other_order = match cancels(&estimate) {
-        true => selected[0].lower(&selected).into_iter().find_map(|it| {
+        true => selected[0].lower(&selected).take(OTHERS).find_map(|it| {
             let fitted = it.estimator().fit(&with(&it.structure)).ok()?;
             Some(other(it, &fitted)).filter(|it| !it.cancels)
         }),

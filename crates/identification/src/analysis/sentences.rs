@@ -270,18 +270,11 @@ impl fmt::Display for Reason {
                 }
             }
             Self::GainUndetermined(gain) => {
-                let interval = SIGMAS_95 * gain.real_deviation();
-                let told = with_interval(gain.value.re, interval);
-                match interval > gain.value.re.abs() {
-                    true => write!(
-                        f,
-                        "the steady-state gain, {told}, is not significantly different from 0"
-                    ),
-                    false => write!(
-                        f,
-                        "the steady-state gain, {told}, is known to {:.0} % only",
-                        100.0 * interval / gain.value.re.abs()
-                    ),
+                let share = SIGMAS_95 * gain.real_deviation() / gain.value.re.abs();
+                write!(f, "the steady-state gain, {}, is ", interval(gain))?;
+                match share > 1.0 {
+                    true => f.write_str("not significantly different from 0"),
+                    false => write!(f, "known to {:.0} % only", 100.0 * share),
                 }
             }
             Self::ProcessF(f_statistic, least) => {
@@ -344,11 +337,7 @@ impl fmt::Display for Reason {
                     other.order, other.fit
                 )?;
                 match other.gain {
-                    Some(gain) => write!(
-                        f,
-                        " and a steady-state gain of {}",
-                        with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation())
-                    ),
+                    Some(gain) => write!(f, " and a steady-state gain of {}", interval(&gain)),
                     None => f.write_str(" and no steady-state gain"),
                 }
             }

@@ -291,19 +291,19 @@ impl Analysis {
 
     /// Whether the 95 % interval of the response is small beside the largest response at every frequency.
     pub(super) fn response_is_determined(&self) -> bool {
+        let (reading, largest) = (self.reading(), self.largest_response());
+        self.frequencies().all(|omega| {
+            let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
+            let deviation = reading.response(omega).map(of_both);
+            deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
+        })
+    }
+
+    fn largest_response(&self) -> f64 {
         let reading = self.reading();
-        let responses: Option<Vec<Uncertain>> = self
-            .frequencies()
-            .map(|omega| reading.response(omega))
-            .collect();
-        let Some(responses) = responses else {
-            return false;
-        };
-        let largest = (responses.iter()).fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
-        let widest = (responses.iter()).fold(0.0_f64, |widest, it| {
-            widest.max(it.real_deviation().hypot(it.imaginary_deviation()))
-        });
-        SIGMAS_95 * widest < DETERMINED * largest
+        (self.frequencies())
+            .filter_map(|omega| reading.response(omega))
+            .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
     }
 
     /// What the model is good for; `undetermined` where the record does not determine one.
@@ -364,15 +364,11 @@ impl Analysis {
     /// nor is known to be next to nothing beside the largest response.
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
-        let reading = self.reading();
-        let share = match reading.cancelled_poles().is_empty() {
+        let share = match self.reading().cancelled_poles().is_empty() {
             true => 1.0,
             false => KNOWN,
         };
-        let largest = (self.frequencies())
-            .filter_map(|omega| reading.response(omega))
-            .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
-        interval > share * gain.value.re.abs() && interval > SMALL * largest
+        interval > share * gain.value.re.abs() && interval > SMALL * self.largest_response()
     }
 
     fn is_caused(&self) -> bool {

@@ -51,6 +51,11 @@ pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone) 
     best.1
 }
 
+/// `D e`, without the samples at the beginning that earlier ones are missing for.
+pub(crate) fn whitened(d: &[f64], values: &[f64]) -> Vec<f64> {
+    filter(d, &[1.0], values).split_off((d.len() - 1).min(values.len()))
+}
+
 /// The share of samples that `D e` white, `D = 1 + d1 q^-1 + ...`, are worth where the mean of their squares is compared:
 /// `1 / (1 + 2 sum rho_k^2)` with their autocorrelation `rho` (Bartlett 1946).
 pub(crate) fn independent_share(d: &[f64]) -> f64 {

@@ -199,6 +199,14 @@ impl Estimate {
         output
     }
 
+    /// The outputs of record `run` less the simulated ones.
+    #[must_use]
+    pub fn simulation_errors(&self, run: usize, record: Run<'_>) -> Vec<f64> {
+        let simulated = self.simulate(run, record);
+        let pairs = record.outputs.iter().zip(&simulated);
+        pairs.map(|(y, x)| y - x).collect()
+    }
+
     /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples
     /// `from..` of record `run`, the state at the first of them fitted; `None` when the output did not move or the
     /// simulation overflows.

@@ -47,7 +47,7 @@ mod vehicle_fit;
 
 pub use armax::Armax;
 pub(crate) use coloured::independent_share;
-pub(crate) use coloured::whitening;
+pub(crate) use coloured::{whitened, whitening};
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;

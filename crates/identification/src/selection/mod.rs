@@ -56,8 +56,6 @@ const STANDARD_ERRORS: f64 = 0.5;
 /// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
 /// of the error's root mean square.
 const SLACK: f64 = 0.1;
-/// Models of lower order that are shown beside one with such a pole are sought among so many.
-const OTHERS: usize = 8;
 /// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
 const DEMANDS: f64 = 0.5;
 /// Time constants of an unstable plant over which models of it are compared, and samples at least.
@@ -178,19 +176,15 @@ impl Candidate {
     pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
         let afresh = |it: &Self| it.penalised(&it.afresh);
         let is_as_good = |it: &Self| afresh(it) <= afresh(self) || it.is_within(1.0, 0.0, best);
-        (among.iter())
-            .filter(|it| it.order() < self.order() && it.kind != Kind::Arx && is_as_good(it))
+        (self.lower(among).filter(|it| is_as_good(it)))
             .min_by(|p, q| afresh(p).total_cmp(&afresh(q)))
     }
 
-    /// Those of these of lower order, the best first.
-    pub(crate) fn lower<'a>(&self, among: &'a [Self]) -> Vec<&'a Self> {
-        let mut lower: Vec<&Self> = (among.iter())
-            .filter(|it| it.order() < self.order() && it.kind != Kind::Arx)
-            .collect();
-        lower.sort_by(|p, q| p.score().total_cmp(&q.score()));
-        lower.truncate(OTHERS);
-        lower
+    /// Those of these of lower order that are simulated on from what is before, as they are sorted.
+    pub(crate) fn lower<'a>(&self, among: &'a [Self]) -> impl Iterator<Item = &'a Self> {
+        let order = self.order();
+        let is_lower = move |it: &&Self| it.order() < order && it.kind != Kind::Arx;
+        among.iter().filter(is_lower)
     }
 
     /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.

@@ -9,12 +9,14 @@
 //! fit is cross-validated over short parts of the record, left out a tenth at a time: a model of few parameters passes through.
 
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Begins, Estimate, Estimator, Form, Process, ProcessModel, whitening};
+use crate::estimators::{
+    Begins, Estimate, Estimator, Form, Process, ProcessModel, whitened, whitening,
+};
 use crate::fit::{Spread, fit};
-use crate::structure::{InitialState, Problem};
+use crate::structure::{InitialState, Problem, range};
 use crate::uncertainty::SIGMAS_95;
 use planesman_parallel::on_all_cores;
-use planesman_record::{Run, filter};
+use planesman_record::Run;
 
 /// By how much the criterion must be less for an initial state where the record may begin at rest, for soon after a step the two
 /// look alike; and for another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995, call it
@@ -200,16 +202,11 @@ pub(crate) fn first_step(inputs: &[f64]) -> Option<usize> {
 
 /// Where the steps of an input begin; `None` where it moves in between.
 fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
-    let ends = |values: &[f64]| {
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most - least
-    };
-    let range = ends(inputs);
-    if range == 0.0 {
+    let all = range(inputs);
+    if all == 0.0 {
         return Some(Vec::new());
     }
-    let moves = |k: usize| (inputs[k] - inputs[k - 1]).abs() > STEPS * range;
+    let moves = |k: usize| (inputs[k] - inputs[k - 1]).abs() > STEPS * all;
     let (mut steps, mut stands_from) = (Vec::new(), 0);
     for k in 1..inputs.len() {
         if !moves(k) {
@@ -218,21 +215,20 @@ fn changes(inputs: &[f64]) -> Option<Vec<usize>> {
         // A step may take several samples.
         if k == 1 || !moves(k - 1) {
             steps.push(k);
-            if ends(&inputs[stands_from..k]) > STANDS * range {
+            if range(&inputs[stands_from..k]) > STANDS * all {
                 return None;
             }
         }
         stands_from = k;
     }
-    (ends(&inputs[stands_from..]) <= STANDS * range).then_some(steps)
+    (range(&inputs[stands_from..]) <= STANDS * all).then_some(steps)
 }
 
 /// The errors of an estimate's simulation of each record, without so many at its beginning.
 fn errors(found: &Estimate, runs: &[Run<'_>], lead: &[usize]) -> Vec<Vec<f64>> {
     let of = |((number, run), lead): ((usize, &Run<'_>), &usize)| {
-        let simulated = found.simulate(number, *run);
-        let pairs = run.outputs.iter().zip(&simulated);
-        pairs.map(|(y, x)| y - x).skip(*lead).collect()
+        let errors = found.simulation_errors(number, *run);
+        errors.get(*lead..).unwrap_or_default().to_vec()
     };
     runs.iter().enumerate().zip(lead).map(of).collect()
 }
@@ -241,10 +237,7 @@ fn errors(found: &Estimate, runs: &[Run<'_>], lead: &[usize]) -> Vec<Vec<f64>> {
 fn criterion(errors: &[Vec<f64>], parameters: usize) -> f64 {
     let d = whitening(errors.iter().map(Vec::as_slice));
     let lead = d.len() - 1;
-    let white = errors.iter().flat_map(|it| {
-        let mut white = filter(&d, &[1.0], it);
-        white.split_off(lead.min(it.len()))
-    });
+    let white = errors.iter().flat_map(|it| whitened(&d, it));
     let squares: Vec<f64> = white.map(|e| e * e).collect();
     let variance = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
     let n = errors.iter().map(Vec::len).sum::<usize>().max(1) as f64;

@@ -20,8 +20,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimators::{Estimate, dot, impulse, through_poles, whitening};
-use planesman_record::{LONGEST_PAST, Run};
+use crate::estimators::{Estimate, dot, impulse, through_poles, whitened, whitening};
+use crate::structure::range;
+use planesman_record::{LONGEST_PAST, Run, filter};
 
 /// Samples tested at most, the last of a record.
 const TESTED: usize = 4000;
@@ -188,7 +189,7 @@ impl Tested<'_> {
         // As they are, and through the filter that whitens the error.
         let plain = Left::of(&errors, &linear, &columns);
         let d = whitening([errors.as_slice()].into_iter());
-        let white = |it: &Vec<f64>| weighted(&d, it).split_off(d.len() - 1);
+        let white = |it: &Vec<f64>| whitened(&d, it);
         let all_white = |of: &[Vec<f64>]| of.iter().map(white).collect::<Vec<_>>();
         let left = Left::of(&white(&errors), &all_white(&linear), &all_white(&columns));
         if left.squares() < NOT_LINEAR * left.before {
@@ -280,7 +281,7 @@ impl Tested<'_> {
         let all = curve(&[self.run.past, self.run.inputs].concat());
         let (past, inputs) = all.split_at(self.run.past.len());
         let driving = layout.structure.driving(past, inputs);
-        weighted(b, &self.through_poles(&driving)).split_off(self.first)
+        filter(b, &[1.0], &self.through_poles(&driving)).split_off(self.first)
     }
 
     /// The columns of all terms, and the terms.
@@ -345,7 +346,7 @@ impl Tested<'_> {
         let squared = self.in_front(|u| u.iter().map(square).collect());
         alone(squared, Kind::Other(Cause::Square));
         for i in 1..=WIDTHS {
-            let width = |signal: &[f64]| span(signal) * i as f64 / (WIDTHS + 2) as f64;
+            let width = |signal: &[f64]| range(signal) * i as f64 / (WIDTHS + 2) as f64;
             let (front, behind) = (width(inputs), width(outputs));
             let played = self.in_front(|u| play(u, front));
             alone(played, Kind::Other(Cause::Backlash(front)));
@@ -601,17 +602,6 @@ impl Left {
     }
 }
 
-/// `(w0 + w1 q^-1 + ...) signal`.
-fn weighted(weights: &[f64], signal: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; signal.len()];
-    for (shift, weight) in weights.iter().enumerate() {
-        for (sum, value) in sum.iter_mut().skip(shift).zip(signal) {
-            *sum += weight * value;
-        }
-    }
-    sum
-}
-
 /// What a basis, each of the length 1, leaves of a signal.
 fn without(basis: &[Vec<f64>], signal: &[f64]) -> Vec<f64> {
     let mut left = signal.to_vec();
@@ -640,12 +630,6 @@ fn levels(signal: &[f64]) -> Vec<f64> {
     let mut levels: Vec<f64> = (1..=BENDS).filter_map(at).collect();
     levels.dedup();
     levels
-}
-
-fn span(signal: &[f64]) -> f64 {
-    let most = signal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = signal.iter().copied().fold(f64::INFINITY, f64::min);
-    most - least
 }
 
 /// What follows a signal with a play of that width, from its middle.
