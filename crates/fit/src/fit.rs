@@ -69,6 +69,14 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
         analysis,
         tried,
     };
+    if result.analysis.lines.is_some()
+        && let Some(means) = options.signals.means_of_motion()?
+    {
+        let told = format!(
+            "{means} has the mean over each interval, which needs no guess: --input {means}"
+        );
+        result.analysis.reasons.insert(0, Reason::Data(told));
+    }
     result.judge_clock();
     Ok(result)
 }

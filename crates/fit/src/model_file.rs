@@ -16,7 +16,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
     let model = analysis.model();
     let reading = analysis.reading();
     let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
-    let in_s = continuous(&model).ok();
+    let in_s = continuous(&analysis.estimate.model_of_means(analysis.longest)).ok();
     let covariance = analysis.estimate.coefficient_covariance(analysis.longest);
     Ok(ModelFile {
         format: Format::One,

@@ -2,7 +2,7 @@
 
 use planesman_parallel::Progress;
 use planesman_signals::{
-    Method, Options, Preparation, PreparedRecord, StepName, read_record, unreachable,
+    Method, Options, Preparation, PreparedRecord, Source, StepName, read_record, unreachable,
     without_dynamics,
 };
 
@@ -104,7 +104,27 @@ impl GridOptions {
     }
 }
 
+/// The messages that say how planes move between samples, and the field of the mean.
+const MOTION: (&str, &str) = ("planesman_msgs/msg/PlaneMotion", "dive_planes");
+
 impl SignalOptions {
+    /// The signal of means over each interval that a bag has beside samples of the planes' positions.
+    pub(crate) fn means_of_motion(&self) -> Result<Option<String>, FitError> {
+        if !self.input.contains("planes:") {
+            return Ok(None);
+        }
+        let signals = [self.input.clone(), self.output.clone()];
+        let of = |source: &Source| match source {
+            Source::Bag(bag) => {
+                let mut topics = bag.bag().topics().iter().map(|it| &it.topic);
+                let found = topics.find(|topic| topic.kind.type_name == MOTION.0)?;
+                Some(format!("{}:{}", found.name.rsplit('/').next()?, MOTION.1))
+            }
+            _ => None,
+        };
+        Ok(self.data.each(&signals)?.iter().find_map(of))
+    }
+
     /// The validation data on the grid of the data that was fitted, decimated as that was.
     pub(crate) fn validation(
         &self,

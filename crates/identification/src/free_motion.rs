@@ -7,6 +7,9 @@ use planesman_record::filter;
 
 /// Singular values below this share of the largest count as none.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Samples that a state is fitted to at least, for each pole, and as one part in so many of a record.
+pub(crate) const STATE_SAMPLES: usize = 4;
+pub(crate) const STATE_SHARE: usize = 20;
 /// Growth of a free motion beyond which differences are rounding.
 const LARGEST: f64 = 1e7;
 
@@ -53,6 +56,16 @@ pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>>
     let least = NEGLIGIBLE * svd.singular_values.max();
     let found = svd.solve(&rotated.rows(0, n), least).ok()?;
     Some(found.iter().zip(sizes).map(|(m, size)| m / size).collect())
+}
+
+/// The sum of squares of `left` behind its first `before` samples, without the free motion of the denominator that those have;
+/// `None` where it grows beyond measure.
+pub(crate) fn carried_on(left: &[f64], before: usize, denominator: &[f64]) -> Option<f64> {
+    let mut impulse = free_motion(left.get(..before)?, denominator)?;
+    impulse.resize(left.len(), 0.0);
+    let moving = filter(&[1.0], denominator, &impulse);
+    let pairs = left.iter().zip(&moving).skip(before);
+    Some(pairs.map(|(e, motion)| (e - motion).powi(2)).sum())
 }
 
 /// The free motions of the denominator as columns of length 1, the impulse response and its shifts, and the lengths they

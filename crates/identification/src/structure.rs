@@ -24,6 +24,9 @@ use crate::model::Model;
 /// Samples in which a structure and a first guess are sought when there are more.
 pub const PART: usize = 10_000;
 
+/// What an input on straight lines does between its samples, powers of `q^-1`.
+const LINES: [f64; 2] = [0.5, 0.5];
+
 /// The mean squared distance from the mean.
 pub(crate) fn variance(values: &[f64]) -> f64 {
     let count = values.len().max(1) as f64;
@@ -99,6 +102,49 @@ impl Structure {
         self.known_denominator = product(&self.known_denominator, &[1.0, -1.0]);
         self.poles = self.poles.saturating_sub(1);
         self
+    }
+
+    /// The same for an input that moves on straight lines between its samples: over each interval its mean acts,
+    /// `(1 + q^-1)/2` of the sample at the interval's end.
+    #[must_use]
+    pub fn with_lines(mut self) -> Self {
+        self.known_numerator = product(&self.known_numerator, &LINES);
+        self
+    }
+
+    /// Whether the input moves on straight lines between its samples: nothing else that is known puts a zero at z = -1.
+    #[must_use]
+    pub fn has_lines(&self) -> bool {
+        self.without_lines() != self.known_numerator
+    }
+
+    /// `N` without what the input does between its samples.
+    fn without_lines(&self) -> Vec<f64> {
+        let alternating = self.known_numerator.iter().rev().enumerate();
+        let at_minus_one: f64 = alternating
+            .map(|(k, c)| if k % 2 == 0 { *c } else { -c })
+            .sum();
+        if self.known_numerator.len() < LINES.len() || at_minus_one != 0.0 {
+            return self.known_numerator.clone();
+        }
+        // Division by (1 + q^-1)/2.
+        let mut quotient: Vec<f64> = Vec::new();
+        for c in &self.known_numerator[..self.known_numerator.len() - 1] {
+            quotient.push(c / LINES[0] - quotient.last().copied().unwrap_or_default());
+        }
+        quotient
+    }
+
+    /// The structure from the input's mean over each interval to the output: of an input on straight lines without them, and
+    /// with the interval that the mean is of as delay.
+    #[must_use]
+    pub(crate) fn from_means(&self) -> Self {
+        let known_numerator = self.without_lines();
+        Self {
+            delay: self.delay + usize::from(known_numerator != self.known_numerator),
+            known_numerator,
+            ..self.clone()
+        }
     }
 
     /// The same without an offset.
@@ -416,6 +462,21 @@ mod tests {
         let model = layout.model(&[-0.5, 3.0, 9.9], 0, 0.1);
         assert_eq!(model.a, vec![-1.5, 0.5, 0.0]);
         assert_eq!(model.b, vec![0.0, 3.0, -3.0]);
+    }
+
+    #[test]
+    fn an_input_on_lines_comes_off_again() {
+        let held = Structure::of_order(3).with_zero_at_one();
+        assert!(!held.has_lines());
+        let lines = Structure {
+            delay: 0,
+            ..held.clone()
+        }
+        .with_lines();
+        assert_eq!(lines.known_numerator, vec![0.5, 0.0, -0.5]);
+        assert!(lines.has_lines());
+        assert_eq!(lines.from_means(), held);
+        assert_eq!(held.from_means(), held);
     }
 
     #[test]

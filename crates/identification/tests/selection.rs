@@ -86,7 +86,7 @@ fn the_order_of_the_truth_is_chosen_in_white_and_in_slow_noise() {
 
 #[test]
 fn intervals_hold_the_truth_under_coloured_noise() {
-    const RECORDS: u32 = 60;
+    const RECORDS: u32 = 20;
     let steady = B.iter().sum::<f64>() / A.iter().sum::<f64>();
     // s^2 + 1.5 s + 2.
     let pole = Complex::new(-0.75, 1.4375_f64.sqrt());
@@ -115,9 +115,10 @@ fn intervals_hold_the_truth_under_coloured_noise() {
                 *held += u32::from(off.abs() < SIGMAS_95 * deviation);
             }
         }
-        // Of 60 intervals that hold the truth with 95 %, fewer than 51 do so once in five hundred such tests.
+        // Of 20 intervals that hold the truth with 95 %, fewer than 15 do so once in three thousand such tests; benches/intervals
+        // has more records.
         assert!(
-            held.iter().all(|held| *held >= 51),
+            held.iter().all(|held| *held >= 15),
             "{method:?}: {held:?} of {RECORDS}"
         );
     }

@@ -151,6 +151,8 @@ pub struct Analysis {
     pub candidates: Vec<Candidate>,
     /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
     pub selected: Vec<selection::Candidate>,
+    /// That the input moves between its samples, where it was found to.
+    pub lines: Option<Lines>,
     /// What leaving out a pole that a zero may cancel, or not, would give.
     pub other_order: Option<OtherOrder>,
     /// The forms of process model tried, the best first; empty where none was.
@@ -165,6 +167,8 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, or on the validation data, %.
     pub held_out_fit: Option<f64>,
+    /// The simulated fit on what was held out, with the state fitted to the samples before it alone, %.
+    pub carried_fit: Option<f64>,
     /// The output's standard deviation there, over that of all of the run.
     pub held_out_spread: Option<f64>,
     /// The fit there that the noise leaves to the best of models, %.
@@ -264,7 +268,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
     let (mut fitted, mut lag, mut other_order) = (None, None, None);
-    let (mut processes, mut process_fit) = (Vec::new(), None);
+    let (mut processes, mut process_fit, mut lines) = (Vec::new(), None, None);
     if options.method == Method::Automatic || options.method == Method::Process {
         let whole = second_stage(&problem, &caused);
         let chosen = match options.method {
@@ -282,6 +286,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         lag = chosen.lag;
         selected = chosen.selected;
         other_order = chosen.other_order;
+        lines = chosen.lines;
         (processes, process_fit) = (chosen.processes, chosen.process_fit);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
@@ -336,9 +341,13 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         None => Some((variance(held_out) / variance(run.outputs)).sqrt()),
         Some(_) => None,
     };
-    let (held_out_fit, attainable_fit) = match validation {
-        None => held_out_fits(estimator, &problem, longest),
-        Some(_) => (None, None),
+    let HeldOut {
+        fit: held_out_fit,
+        carried: carried_fit,
+        attainable: attainable_fit,
+    } = match validation {
+        None => HeldOut::of(estimator, &problem, longest),
+        Some(_) => HeldOut::default(),
     };
     let name = |names: &[String], i: usize| names.get(i).cloned();
     let mut found = Analysis {
@@ -348,6 +357,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
         held_out_fit,
+        carried_fit,
         held_out_spread,
         attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
@@ -379,6 +389,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         candidates,
         selected,
         other_order,
+        lines,
         processes,
         process_fit,
         estimate,
@@ -416,8 +427,18 @@ struct Chosen {
     lag: Option<Lag>,
     selected: Vec<selection::Candidate>,
     other_order: Option<OtherOrder>,
+    lines: Option<Lines>,
     processes: Vec<process::Candidate>,
     process_fit: Option<f64>,
+}
+
+/// The input is on straight lines between its samples: parameters and cross-validated fit, %, of both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// On straight lines.
+    pub lines: (usize, f64),
+    /// With the input held.
+    pub held: (usize, f64),
 }
 
 /// A model with or without a pole that a zero may cancel, beside the one that was chosen.
@@ -442,6 +463,7 @@ impl From<process::Chosen> for Chosen {
             lag: None,
             selected: Vec::new(),
             other_order: None,
+            lines: None,
             processes: chosen.candidates,
             process_fit: chosen.fit,
         }
@@ -455,7 +477,7 @@ fn chosen(
     options: &Options,
     stood: bool,
 ) -> Result<Chosen> {
-    let chosen = cross_validated(problem, part, options);
+    let chosen = between_samples(problem, part, options);
     let is_free = options.order.is_none()
         && options.numerator.is_none()
         && options.delay.is_none()
@@ -471,11 +493,46 @@ fn chosen(
     }
 }
 
-/// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
-fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+/// The model that cross-validation chooses, for an input that is held between its samples; where the output seems to answer at
+/// once, or before, for one that moves on straight lines if that is better.
+fn between_samples(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+    let held = cross_validated(problem, part, options, false)?;
+    let early = held.lag.is_some_and(|lag| lag.best <= 0);
+    let answers_at_once = held.structure.delay == 0 || early;
+    let is_asked = options.delay.is_none() && options.order != Some(0);
+    if !is_asked || !answers_at_once {
+        return Ok(held);
+    }
+    let found = cross_validated(problem, part, options, true).ok();
+    let is_better = |lines: &Chosen| {
+        let pair = lines.selected.first().zip(held.selected.first());
+        pair.is_some_and(|(lines, held)| lines.is_stable() && lines.score() < held.score())
+    };
+    let judged = |it: &Chosen| (it.selected[0].parameters(), it.selected[0].fit());
+    Ok(match found.filter(is_better) {
+        Some(lines) => Chosen {
+            lines: Some(Lines {
+                lines: judged(&lines),
+                held: judged(&held),
+            }),
+            ..lines
+        },
+        None => held,
+    })
+}
+
+/// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best; for an input
+/// that is held between its samples, or on straight `lines`.
+fn cross_validated(
+    problem: &Problem<'_>,
+    part: &Problem<'_>,
+    options: &Options,
+    lines: bool,
+) -> Result<Chosen> {
     let orders = options.order.map_or(1..=MAX_ORDER, |order| order..=order);
-    // Planes move a vehicle only later; a model at a speed is one of a vehicle.
-    let least = usize::from(options.speed.is_some());
+    // Planes move a vehicle only later; a model at a speed is one of a vehicle. On lines the input acts in the interval before
+    // its sample.
+    let least = usize::from(options.speed.is_some() && !lines);
     let delays = options
         .delay
         .map_or(least..=MAX_DELAY, |delay| delay..=delay);
@@ -483,10 +540,14 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         let mut structure = structure(options, order);
         structure.delay = delay;
         structure.start = part.structure.start;
-        structure.numerator += usize::from(delay == 0 && order > 0 && options.numerator.is_none());
-        structure
+        let is_instant = delay == 0 && order > 0 && !lines;
+        structure.numerator += usize::from(is_instant && options.numerator.is_none());
+        match lines {
+            true => structure.with_lines(),
+            false => structure,
+        }
     };
-    let mut selected = select(part, orders, delays, &structures);
+    let mut selected = select(part, orders.clone(), delays, &structures);
     let with = |structure: &Structure| Problem {
         structure: Structure {
             start: problem.structure.start,
@@ -532,7 +593,7 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         }),
         false => Some(with_cancelled).filter(|it| it.cancels),
     };
-    let estimator = selected[0].estimator();
+    let mut estimator = selected[0].estimator();
     let mut of = with(&selected[0].structure);
     // The delays that were cross-validated are few.
     let mut lag = lag::lag(&estimate, &of);
@@ -542,10 +603,24 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         && let Ok(best) = usize::try_from(best)
         && best >= least
     {
-        let before = std::mem::replace(&mut of.structure.delay, best);
-        match estimator.fit(&of) {
-            Ok(better) => (estimate, lag) = (better, None),
-            Err(_) => of.structure.delay = before,
+        // At the right delay fewer poles may do.
+        let orders = *orders.start()..=selected[0].structure.poles.max(*orders.start());
+        let again = select(part, orders, best..=best, &structures);
+        let better = again
+            .first()
+            .filter(|it| it.is_stable() && it.score() <= selected[0].score());
+        let fitted =
+            better.and_then(|it| Some((it, it.estimator().fit(&with(&it.structure)).ok()?)));
+        if let Some((it, fitted)) = fitted {
+            (estimator, of, lag) = (it.estimator(), with(&it.structure), None);
+            estimate = fitted;
+            selected.splice(0..0, again);
+        } else {
+            let before = std::mem::replace(&mut of.structure.delay, best);
+            match estimator.fit(&of) {
+                Ok(better) => (estimate, lag) = (better, None),
+                Err(_) => of.structure.delay = before,
+            }
         }
     }
     Ok(Chosen {
@@ -555,6 +630,7 @@ fn cross_validated(problem: &Problem<'_>, part: &Problem<'_>, options: &Options)
         lag,
         selected,
         other_order,
+        lines: None,
         processes: Vec::new(),
         process_fit: None,
     })
@@ -662,25 +738,37 @@ fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a
     second
 }
 
-/// The simulated fit on what is held out of a run when the estimator is given the first part of each, and the fit
-/// that the noise leaves to the best of models there. No fit where the output hardly moves beyond the noise, which can be
-/// simulated neither well nor badly, or where the first part does not determine the model.
-fn held_out_fits(
-    estimator: &dyn Estimator,
-    problem: &Problem<'_>,
-    longest: usize,
-) -> (Option<f64>, Option<f64>) {
-    let part = Problem {
-        runs: problem.runs.iter().map(first_part).collect(),
-        ..problem.clone()
-    };
-    let fitted = part.runs[longest].outputs.len();
-    let run = problem.runs[longest];
-    let attainable = checks::attainable_fit(problem, &run.outputs[fitted..]);
-    let moves = attainable.is_none_or(|fit| fit > UNINFORMATIVE_FIT);
-    let found = moves.then(|| estimator.fit(&part).ok()).flatten();
-    let fit = found.and_then(|found| found.simulated_fit(longest, run, fitted));
-    (fit, attainable)
+/// The fits of what is held out of a run, %, when the estimator is given the first part of each.
+#[derive(Clone, Copy, Debug, Default)]
+struct HeldOut {
+    /// Simulated, with the state fitted there.
+    fit: Option<f64>,
+    /// Simulated on from the samples before.
+    carried: Option<f64>,
+    /// What the noise leaves to the best of models.
+    attainable: Option<f64>,
+}
+
+impl HeldOut {
+    /// No fit where the output hardly moves beyond the noise, which can be simulated neither well nor badly, or where the first part
+    /// does not determine the model.
+    fn of(estimator: &dyn Estimator, problem: &Problem<'_>, longest: usize) -> Self {
+        let part = Problem {
+            runs: problem.runs.iter().map(first_part).collect(),
+            ..problem.clone()
+        };
+        let fitted = part.runs[longest].outputs.len();
+        let run = problem.runs[longest];
+        let attainable = checks::attainable_fit(problem, &run.outputs[fitted..]);
+        let moves = attainable.is_none_or(|fit| fit > UNINFORMATIVE_FIT);
+        let found = moves.then(|| estimator.fit(&part).ok()).flatten();
+        let found = found.as_ref();
+        Self {
+            fit: found.and_then(|it| it.simulated_fit(longest, run, fitted)),
+            carried: found.and_then(|it| it.carried_fit(longest, run, fitted)),
+            attainable,
+        }
+    }
 }
 
 fn structure(options: &Options, order: usize) -> Structure {

@@ -1,6 +1,6 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
-use super::OtherOrder;
+use super::{Lines, OtherOrder};
 use crate::estimators::Form;
 use crate::selection::{Candidate, criteria, process};
 use crate::uncertainty::Uncertain;
@@ -63,6 +63,8 @@ pub enum Reason {
         /// The segment's number from 1, where there are several.
         segment: Option<usize>,
     },
+    /// The simulated fit on held-out data with the state from the samples before it, %.
+    Carried(f64),
     /// The halves of the record do not agree.
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
@@ -77,6 +79,8 @@ pub enum Reason {
     OtherDelay(i64, usize),
     /// The output answers within a sample.
     DirectFeedthrough,
+    /// The input moves on straight lines between its samples.
+    Lines(Lines),
     /// The residuals are rounding.
     NoNoise,
     /// The result of the residual tests, against the reference where that is so.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use planesman_linear::digits::{significant, with_interval};
 
+use super::Lines;
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
 use super::verdict::Verdict;
@@ -251,6 +252,11 @@ impl fmt::Display for Reason {
                     None => Ok(()),
                 }
             }
+            Self::Carried(fit) => write!(
+                f,
+                "with the state from the samples before alone {fit:.1} % of it is simulated: slow modes drift, and a simulation from \
+                 a known state is no better"
+            ),
             Self::Unsteady => f.write_str(
                 "fitted to one half of the record the model does not hold in the other: the system or its level changes \
                  along the record, or the halves excite different dynamics",
@@ -296,6 +302,12 @@ impl fmt::Display for Reason {
             }
             Self::DirectFeedthrough => f.write_str(
                 "the output answers its input within one sample: direct feedthrough, or its stamps are too early",
+            ),
+            Self::Lines(Lines { lines, held }) => write!(
+                f,
+                "the input moves on straight lines between its samples (foh): cross-validated fit {:.2} % with {} parameters; held \
+                 it would be {:.2} % with {}",
+                lines.1, lines.0, held.1, held.0
             ),
             Self::NoNoise => {
                 f.write_str("the residuals are rounding: the data is free of noise")

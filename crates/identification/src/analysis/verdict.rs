@@ -6,7 +6,7 @@ use nalgebra::Matrix2;
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{
-    Analysis, InputPart, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER,
+    Analysis, BELOW_NOISE, InputPart, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER,
     UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
@@ -40,6 +40,8 @@ const BEYOND_DOUBT: f64 = 50.0;
 const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
 const MATTERS: f64 = 0.05;
+/// The fit, %, from which too little is left of the output to bias a model by going round a loop.
+const LEAVES_LITTLE: f64 = 99.0;
 /// Samples for each parameter, below which a fit is partly memory.
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
@@ -118,6 +120,7 @@ impl Analysis {
         reasons.extend(self.two_stages());
         reasons.extend(self.fits());
         reasons.extend(self.input_share());
+        reasons.extend(self.lines.map(Reason::Lines));
         reasons.extend(self.delay());
         reasons.extend(self.beyond(record));
         reasons.extend(self.residual_findings());
@@ -201,8 +204,24 @@ impl Analysis {
             }
             None => Reason::FirstPartUndetermined,
         };
+        let carried = self
+            .drifting_fit()
+            .filter(|_| by_process.is_none())
+            .map(Reason::Carried);
         let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
-        std::iter::once(fit).chain(unsteady).collect()
+        std::iter::once(fit)
+            .chain(carried)
+            .chain(unsteady)
+            .collect()
+    }
+
+    /// The fit on held-out data with the state from before it, %, where it is clearly less than with one fitted there.
+    fn drifting_fit(&self) -> Option<f64> {
+        let fit = self
+            .carried_fit
+            .filter(|_| self.estimate.process.is_none())?;
+        self.held_out_fit.filter(|held| fit < held - BELOW_NOISE)?;
+        Some(fit)
     }
 
     /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
@@ -259,8 +278,9 @@ impl Analysis {
         if lag.is_another {
             return Some(Reason::OtherDelay(lag.best, delay));
         }
-        let is_static = self.estimate.layout.structure.poles == 0;
-        (delay == 0 && lag.interval.1 == 0 && !is_static).then_some(Reason::DirectFeedthrough)
+        let structure = &self.estimate.layout.structure;
+        let is_instant = structure.poles > 0 && !structure.has_lines();
+        (delay == 0 && lag.interval.1 == 0 && is_instant).then_some(Reason::DirectFeedthrough)
     }
 
     /// How much of the output the input accounts for.
@@ -356,6 +376,7 @@ impl Analysis {
                 Verdict::DynamicsMissing
             }
             Some(held) if held < GOOD => Verdict::Usable,
+            Some(_) if self.drifting_fit().is_some_and(|fit| fit < USABLE) => Verdict::Usable,
             Some(_) => Verdict::Good,
         }
     }
@@ -406,7 +427,8 @@ impl Analysis {
         let later = tests.of_later_inputs();
         // One step correlates with itself alone: what is left over anywhere correlates with it.
         let may_tell = self.reference.is_none() && !self.is_step_test;
-        may_tell && !later.passes() && later.largest() > MATTERS
+        let may_bias = self.fit.is_none_or(|fit| fit < LEAVES_LITTLE);
+        may_tell && may_bias && !later.passes() && later.largest() > MATTERS
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.

@@ -7,7 +7,7 @@ use super::physical::Physical;
 use super::process_model::ProcessModel;
 use super::rows::impulse;
 use crate::fit::{Spread, fit};
-use crate::free_motion::without_free_motion;
+use crate::free_motion::{STATE_SAMPLES, STATE_SHARE, carried_on, without_free_motion};
 use crate::model::Model;
 use crate::structure::{InitialState, Layout, Problem, Structure};
 use planesman_record::{Run, filter};
@@ -79,6 +79,17 @@ impl Estimate {
     pub fn model(&self, run: usize) -> Model {
         self.layout
             .model(self.theta.as_slice(), run, self.sample_time)
+    }
+
+    /// The model of a record from the mean of the input over each interval, which a continuous model is of: that of
+    /// [`Self::model`] but for an input that moves on straight lines between its samples.
+    #[must_use]
+    pub fn model_of_means(&self, run: usize) -> Model {
+        let layout = Layout {
+            structure: self.layout.structure.from_means(),
+            runs: self.layout.runs,
+        };
+        layout.model(self.theta.as_slice(), run, self.sample_time)
     }
 
     /// The covariance of `a1 ... an` and the numerator's coefficients ([`Model::numerator`]) of a record's model; what
@@ -212,7 +223,41 @@ impl Estimate {
     /// simulation overflows.
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
-        let structure = &self.layout.structure;
+        let (left, spread) = self.left_from_rest(run, record, from);
+        let free = match self.layout.structure.start {
+            InitialState::Rest if from.max(self.unknown(record)) == 0 => vec![1.0],
+            _ => self.free_motion(),
+        };
+        fit(without_free_motion(&left, &free), spread)
+    }
+
+    /// The same with the state fitted to the samples right before alone, a twentieth of the record or more of a high order: what a
+    /// simulation does that is given no output. `None` where there are fewer.
+    #[must_use]
+    pub fn carried_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+        let free = self.free_motion();
+        let before = (record.outputs.len() / STATE_SHARE).max(STATE_SAMPLES * (free.len() - 1));
+        let begin = from.checked_sub(before)?;
+        if begin < self.unknown(record) {
+            return None;
+        }
+        let (left, _) = self.left_from_rest(run, record, begin);
+        let mut spread = Spread::default();
+        record.outputs[from..]
+            .iter()
+            .for_each(|y| spread.update(*y, 1.0));
+        fit(carried_on(&left, before, &free)?, spread.sum_of_squares())
+    }
+
+    /// The denominator of a free motion.
+    fn free_motion(&self) -> Vec<f64> {
+        let a = self.layout.denominator(self.theta.as_slice());
+        product(&a, &self.layout.structure.known_denominator)
+    }
+
+    /// What a simulation from rest at sample `from` leaves of the outputs of record `run`, and their sum of squares about their
+    /// mean.
+    fn left_from_rest(&self, run: usize, record: Run<'_>, from: usize) -> (Vec<f64>, f64) {
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
         let from = from.max(self.unknown(record));
@@ -241,11 +286,7 @@ impl Estimate {
                 y - x - constant
             })
             .collect();
-        let free = match structure.start {
-            InitialState::Rest if from == 0 => vec![1.0],
-            _ => product(&a, &structure.known_denominator),
-        };
-        fit(without_free_motion(&left, &free), spread.sum_of_squares())
+        (left, spread.sum_of_squares())
     }
 }
 

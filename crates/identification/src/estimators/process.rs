@@ -20,7 +20,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::coloured::whitening;
 use super::estimate::{Error, Estimate};
 use super::estimator::{Estimator, Recursive};
 use super::levenberg_marquardt::{Linearised, minimise};
@@ -597,7 +596,7 @@ impl<'a> Search<'a> {
         let freedom = freedom(here.errors.len(), theta.len())?;
         let variance = here.errors.norm_squared() / freedom;
         let residuals = samples_by_run(problem, here.errors.as_slice());
-        let factor = coloured_factor(&here, &residuals, variance)? * lost(&residuals, theta.len());
+        let factor = coloured_factor(&here, &residuals, variance)?;
         let at = self.delay_at();
         let shape = &theta.as_slice()[1..at];
         let form = match (self.of.is_named, shape) {
@@ -656,24 +655,6 @@ impl<'a> Search<'a> {
         }
         (all, slopes)
     }
-}
-
-/// By how much the standard deviations are larger for the slow part of the noise that the parameters took out of residuals with
-/// colour, from which their covariance is: of the samples that those are worth, `N D(1)^2 var e / V`, as many are lost twice
-/// as there are parameters. 1 for white residuals, whose degrees of freedom are counted already.
-fn lost(residuals: &[Vec<f64>], parameters: usize) -> f64 {
-    let d = whitening(residuals.iter().map(Vec::as_slice));
-    if d.len() == 1 {
-        return 1.0;
-    }
-    let squares = |of: &[f64]| dot(of, of);
-    let white = |of: &Vec<f64>| squares(&filtered(&d, &[1.0], of)[(d.len() - 1).min(of.len())..]);
-    let share = residuals.iter().map(|of| squares(of)).sum::<f64>()
-        / residuals.iter().map(white).sum::<f64>();
-    let count: usize = residuals.iter().map(Vec::len).sum();
-    let worth = count as f64 * (share * d.iter().sum::<f64>().powi(2)).min(1.0);
-    let lost = 2.0 * parameters as f64;
-    (1.0 - lost / worth.max(2.0 * lost)).sqrt().recip()
 }
 
 /// `num(q^-1) / den(q^-1)` from rest, in the transposed form: the sums of one sample do not wait for each other.

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::coloured::whitening;
+use super::coloured::{whitened, whitening};
 use super::estimate::{Error, Estimate};
 use super::levenberg_marquardt::{Linearised, unit_factor};
 use super::normal_equations::Signals;
@@ -107,7 +107,15 @@ impl<'a> Simulator<'a> {
         let freedom = freedom(at.errors.len().saturating_sub(lead), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
         let residuals = samples_by_run(self.problem, at.errors.as_slice());
-        let factor = coloured_factor(at, &residuals, noise_variance)?;
+        let mut factor = coloured_factor(at, &residuals, noise_variance)?;
+        if self.whitening.len() > 1 {
+            // The residual is nearly white, the noise on the output is not.
+            let on_output = residuals
+                .iter()
+                .map(|of| filter(&[1.0], &self.whitening, of));
+            let on_output: Vec<Vec<f64>> = on_output.collect();
+            factor *= lost(&self.whitening, &on_output, theta.len());
+        }
         let (problem, error) = (self.problem, Error::Output);
         Ok(Estimate {
             noise_denominator: self.whitening[1..].to_vec(),
@@ -149,5 +157,19 @@ pub(super) fn coloured_factor(
     }
     let white = white / at.errors.norm_squared() * variance;
     let triangle = (backwards * &unit).qr().r();
-    Ok(unit * triangle.transpose() * white.sqrt())
+    let lost = lost(&colour, residuals, at.slopes.ncols());
+    Ok(unit * triangle.transpose() * (white.sqrt() * lost))
+}
+
+/// By how much the standard deviations are larger for the slow part of the noise that the parameters took out of residuals with
+/// colour, `D e` white, from which their covariance is: of the samples that those are worth, `N D(1)^2 var e / V`, as many are lost
+/// twice as there are parameters. 1 for white residuals, whose degrees of freedom are counted already.
+fn lost(d: &[f64], residuals: &[Vec<f64>], parameters: usize) -> f64 {
+    let squares = |of: &[f64]| of.iter().map(|e| e * e).sum::<f64>();
+    let white: f64 = residuals.iter().map(|of| squares(&whitened(d, of))).sum();
+    let share = residuals.iter().map(|of| squares(of)).sum::<f64>() / white;
+    let count: usize = residuals.iter().map(Vec::len).sum();
+    let worth = count as f64 * (share * d.iter().sum::<f64>().powi(2)).min(1.0);
+    let lost = 2.0 * parameters as f64;
+    (1.0 - lost / worth.max(2.0 * lost)).sqrt().recip()
 }

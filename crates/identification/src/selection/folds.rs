@@ -5,7 +5,7 @@ use std::ops::Range;
 use planesman_linear::polynomial::product;
 
 use crate::estimators::Part;
-use crate::free_motion::{free_motion, without_free_motion};
+use crate::free_motion::{STATE_SAMPLES, STATE_SHARE, carried_on, without_free_motion};
 use crate::structure::{Problem, monic, variance};
 use planesman_record::{Run, filter};
 
@@ -15,11 +15,6 @@ pub(super) const HALVES: usize = 2;
 const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
 /// The blocks, in tenths.
 const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
-
-/// Samples before a block that its state is fitted to at least, for each pole.
-const STATE_SAMPLES: usize = 4;
-/// The share of a record that it is fitted to, at least.
-const STATE_SHARE: usize = 20;
 
 /// The parts of the records and the blocks made of them.
 pub(super) struct Folds {
@@ -142,14 +137,7 @@ impl Folds {
                 }
                 State::Before if begin >= unknown + before => {
                     let errors = left(begin - before..end);
-                    let Some(motion) = free_motion(&errors[..before], &free) else {
-                        return f64::INFINITY;
-                    };
-                    let mut impulse = motion;
-                    impulse.resize(errors.len(), 0.0);
-                    let moving = filter(&[1.0], &free, &impulse);
-                    let pairs = errors.iter().zip(&moving).skip(before);
-                    squares += pairs.map(|(e, motion)| (e - motion).powi(2)).sum::<f64>();
+                    squares += carried_on(&errors, before, &free).unwrap_or(f64::INFINITY);
                     samples += end - begin;
                 }
                 _ => {

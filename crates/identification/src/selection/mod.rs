@@ -56,6 +56,9 @@ const STANDARD_ERRORS: f64 = 0.5;
 /// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
 /// of the error's root mean square.
 const SLACK: f64 = 0.1;
+/// By how much a fit, %, may be less without a pole that a zero may cancel: with hardly any noise the least that is not linear
+/// asks for one.
+const UNSEEN: f64 = 0.1;
 /// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
 const DEMANDS: f64 = 0.5;
 /// Time constants of an unstable plant over which models of it are compared, and samples at least.
@@ -148,7 +151,7 @@ impl Candidate {
 
     /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
     /// criterion counts it for white noise.
-    fn score(&self) -> f64 {
+    pub(crate) fn score(&self) -> f64 {
         self.penalised(&self.errors)
     }
 
@@ -167,15 +170,19 @@ impl Candidate {
     }
 
     /// Whether all poles but the known ones are stable.
-    fn is_stable(&self) -> bool {
+    pub(crate) fn is_stable(&self) -> bool {
         lies_within(&self.poles, 1.0)
     }
 
     /// The best of these of lower order from states fitted anew, if it is better there, or no more than a standard error
-    /// worse than `best` simulated through the records.
+    /// worse than `best` simulated through the records, or by so little that nobody would see it.
     pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
         let afresh = |it: &Self| it.penalised(&it.afresh);
-        let is_as_good = |it: &Self| afresh(it) <= afresh(self) || it.is_within(1.0, 0.0, best);
+        let is_as_good = |it: &Self| {
+            afresh(it) <= afresh(self)
+                || it.is_within(1.0, 0.0, best)
+                || best.fit() - it.fit() <= UNSEEN
+        };
         (self.lower(among).filter(|it| is_as_good(it)))
             .min_by(|p, q| afresh(p).total_cmp(&afresh(q)))
     }
@@ -389,6 +396,12 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
     let demanded = match (least(&stable), least(&unstable)) {
         (Some(calm), Some(wild)) => wild.leaves_less(DEMANDS, calm),
         (calm, _) => calm.is_none(),
+    };
+    // At no delay the equation of a loop may be its controller's.
+    let late = |of: &&Candidate| of.structure.delay > 0;
+    let unstable = match unstable.iter().any(late) {
+        true => unstable.into_iter().filter(late).collect(),
+        false => unstable,
     };
     let among = if demanded { unstable } else { stable };
     let best = least(&among)?;
