@@ -391,3 +391,173 @@ pub fn compare_several(
         prepared,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use planesman_identification::analysis::Verdict;
+    use planesman_identification::{filter, noise, with_noise};
+    use planesman_model_file::ModelFile;
+
+    use super::*;
+    use crate::data::{Columns, DataOptions};
+    use crate::options::{MethodChoice, Validation};
+
+    /// Channels with and without delay, of order 0, 1 and 2: two inputs to two outputs, with their offsets.
+    const CHANNELS: [[(&[f64], &[f64]); 2]; 2] = [
+        [
+            (&[0.0, 0.0, 0.0, 0.2], &[1.0, -0.9]),
+            (&[0.0, -0.05, -0.005], &[1.0, -1.6, 0.71]),
+        ],
+        [(&[0.3, 0.1], &[1.0, -0.8]), (&[0.0, 0.0, 0.7], &[1.0])],
+    ];
+    const OFFSETS: [f64; 2] = [5.0, -2.0];
+
+    fn held(seed: u32, count: usize) -> Vec<f64> {
+        let levels = noise(seed, count);
+        (0..count).map(|k| levels[k - k % 6]).collect()
+    }
+
+    /// The outputs from rest.
+    fn outputs(inputs: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |(row, offset): (&[(&[f64], &[f64]); 2], f64)| {
+            let parts: Vec<Vec<f64>> = (row.iter().zip(inputs))
+                .map(|((num, den), u)| filter(num, den, u))
+                .collect();
+            let sums = (0..inputs[0].len()).map(|k| parts[0][k] + parts[1][k] + offset);
+            sums.collect()
+        };
+        CHANNELS.iter().zip(OFFSETS).map(of).collect()
+    }
+
+    fn columns(seed: u32, size: f64) -> Columns {
+        let inputs = [held(seed, 900), held(seed + 1, 900)];
+        let names = ["u", "v"]
+            .map(str::to_owned)
+            .into_iter()
+            .zip(inputs.clone());
+        let measured = outputs(&inputs).into_iter().enumerate();
+        let measured = measured.map(|(i, y)| {
+            let name = ["y", "z"][i].to_owned();
+            (name, with_noise(&y, seed + 7 + i as u32, size))
+        });
+        names.chain(measured).collect()
+    }
+
+    fn options(data: Columns) -> FitOptions {
+        let mut options = FitOptions::default();
+        options.signals.data = DataOptions::columns(data);
+        options.signals.data.time.sample_time = Some(0.5);
+        options.signals.input = "u".to_owned();
+        options.signals.other_inputs = vec!["v".to_owned()];
+        options.signals.output = "y".to_owned();
+        options.signals.other_outputs = vec!["z".to_owned()];
+        options
+    }
+
+    #[test]
+    fn the_state_space_of_the_file_does_what_the_truth_does() {
+        let found = fit_several(&options(columns(1, 0.01)), &()).unwrap();
+        for it in &found.outputs {
+            assert_eq!(it.verdict, Verdict::Good, "{}", it.text());
+        }
+        let model = found.model_file().unwrap();
+        model.check().unwrap();
+        let StateSpace { a, b, c, d } = &model.state_space;
+        let inputs = [held(50, 300), held(51, 300)];
+        let truth = outputs(&inputs);
+        let row = |row: &[f64], of: &[f64]| -> f64 { row.iter().zip(of).map(|(a, x)| a * x).sum() };
+        let mut x = vec![0.0; a.len()];
+        for k in 0..300 {
+            let u = [inputs[0][k], inputs[1][k]];
+            for (i, truth) in truth.iter().enumerate() {
+                let y = row(&c[i], &x) + row(&d[i], &u) + model.outputs[i].offset;
+                assert!((y - truth[k]).abs() < 0.05, "{i} {k}: {y} {}", truth[k]);
+            }
+            let next = a.iter().zip(b).map(|(a, b)| row(a, &x) + row(b, &u));
+            x = next.collect();
+        }
+    }
+
+    #[test]
+    fn a_file_is_read_again_and_judged_on_other_data() {
+        let found = fit_several(&options(columns(1, 0.05)), &()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        for ending in ["json", "yaml"] {
+            let path = folder.path().join(format!("model.{ending}"));
+            found.model_file().unwrap().write(&path).unwrap();
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(SeveralModelFile::recognises(&path, &text));
+            let read = SeveralModelFile::parse(&path, &text).unwrap();
+            assert_eq!(read, found.model_file().unwrap());
+            let refusal = ModelFile::read(&path).unwrap_err().to_string();
+            assert!(refusal.contains("several inputs"), "{refusal}");
+            let mut of = CompareOptions {
+                data: DataOptions::columns(columns(60, 0.05)),
+                ..CompareOptions::default()
+            };
+            of.data.time.sample_time = Some(0.5);
+            let judged = compare_several(&[(path, read)], &of, &()).unwrap();
+            let outputs: Vec<&str> = judged.models.iter().map(|it| it.output.as_str()).collect();
+            assert_eq!(outputs, ["y", "z"]);
+            for it in &judged.models {
+                assert!(
+                    it.judged.fit.unwrap() > 90.0,
+                    "{} {:?}",
+                    it.output,
+                    it.judged.fit
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn validation_data_judges_and_several_outputs_of_one_input_are_each_fitted() {
+        let mut of = options(columns(1, 0.05));
+        of.validation = Some(Validation::Window(300.0, 450.0));
+        of.signals.other_inputs = Vec::new();
+        let found = fit_several(&of, &()).unwrap();
+        assert_eq!(found.outputs.len(), 2);
+        assert_eq!(found.outputs[0].inputs.len(), 1);
+        let said = found.outputs[0].sentences().concat();
+        assert!(said.contains("judged on the validation data"), "{said}");
+    }
+
+    #[test]
+    fn what_is_of_one_input_is_refused_before_data_is_read() {
+        let refusal = |change: &dyn Fn(&mut FitOptions)| {
+            let mut of = options(Vec::new());
+            of.signals.data = DataOptions::files(["/no/such/table.csv"]);
+            change(&mut of);
+            fit_several(&of, &()).expect_err("refused").to_string()
+        };
+        type Case<'a> = (&'a dyn Fn(&mut FitOptions), &'a str);
+        let cases: [Case<'_>; 5] = [
+            (&|_| (), "/no/such/table.csv"),
+            (
+                &|it| it.signals.other_inputs.push("u".to_owned()),
+                "'u' is named twice",
+            ),
+            (
+                &|it| {
+                    it.method =
+                        MethodChoice::One(planesman_identification::estimators::Method::Armax)
+                },
+                "--method armax is for one input",
+            ),
+            (
+                &|it| it.signals.reference = Some("r".to_owned()),
+                "--reference is for one input",
+            ),
+            (
+                &|it| it.bootstrap = Some(200),
+                "--bootstrap is for one input",
+            ),
+        ];
+        for (change, said) in cases {
+            let refusal = refusal(change);
+            assert!(refusal.contains(said), "{said}: {refusal}");
+        }
+        let single = crate::fit(&options(columns(1, 0.05)), &()).expect_err("refused");
+        assert!(single.to_string().contains("several"), "{single}");
+    }
+}

@@ -34,7 +34,8 @@ fn of_output(found: &SeveralResult, output: usize, analysis: &Analysis) -> Marku
     let column = |name: &String| titles::title(found.prepared.reading.column(name));
     let record = &found.prepared.resampled.record;
     let inputs: Vec<String> = record.inputs.iter().map(column).collect();
-    let plots = plots(found, output, &inputs, &column(&analysis.output));
+    let output_title = column(&analysis.output);
+    let plots = plots(found, output, &inputs, &output_title);
     html! {
         h2 { (titles::name(&analysis.output)) }
         ul.verdict { li { (analysis.verdict_text()) } @for reason in &analysis.reasons { li { (reason) } } }

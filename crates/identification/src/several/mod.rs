@@ -13,7 +13,7 @@
 //! - `estimate`: the model in the signals' units, with its covariance; `delays`: intervals of the delays.
 //! - `excitation`: what of each input is its own.
 //! - `given`: a model of any origin on a record.
-//! - `verdict`: what the model is good for, and why; `text`: the results for the terminal.
+//! - `verdict`: what the model is good for, and why; `finding`: each reason, of which input; `text`: the results for the terminal.
 //!
 //! Source: Ljung, *System Identification*, 2nd ed., 1999, sec. 4.2 and 7.3.
 
@@ -22,6 +22,7 @@ mod delays;
 mod equations;
 mod estimate;
 mod excitation;
+mod finding;
 mod given;
 mod layout;
 mod regressions;
@@ -32,10 +33,10 @@ mod verdict;
 
 pub use analysis::{Analysis, ChannelModel, InputFindings, Options, analyse, analyse_validated};
 pub use excitation::Own;
+pub use finding::Finding;
 pub use given::{Given, Judged};
 pub use layout::Channel;
 pub use selection::{Candidate, Effect};
-pub use verdict::Finding;
 
 #[cfg(test)]
 mod tests;

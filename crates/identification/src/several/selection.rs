@@ -5,8 +5,9 @@
 //! goes downhill twice: by the simulated error, its samples counted as those of a coloured residual, then by the error
 //! whitened by the residual's autoregression. The second way an input is left out, or taken in again, by the Bayesian
 //! criterion, its delay counted as a parameter: an F test. Models on the way and beside its end are cross-validated, output
-//! error and with the noise model, as those of one input are, and chosen by the same rule: of those within half a standard
-//! error of the best the one with the fewest parameters.
+//! error and with the noise model, as those of one input are. That at the end of the way is taken if it is within a standard
+//! error of the best; else, by the rule for one input, of those within half a standard error the one with the fewest
+//! parameters.
 
 use nalgebra::DVector;
 use planesman_linear::polynomial::product;
@@ -575,11 +576,19 @@ impl<'a> Chooser<'a> {
         candidates.iter_mut().for_each(|it| it.samples = samples);
         candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
         let best = candidates.first()?.errors.clone();
+        // Slow noise makes more poles seem worth while: what the whitened error has led to stays, if it is as good.
+        let own = candidates
+            .iter()
+            .find(|it| it.channels == end.model.channels);
+        let own = own.filter(|it| are_within(&it.errors, 1.0, 0.0, &best));
         let is_as_good = |it: &&Candidate| are_within(&it.errors, STANDARD_ERRORS, 0.0, &best);
-        let chosen = candidates.iter().filter(is_as_good).min_by(|p, q| {
-            (p.parameters().cmp(&q.parameters())).then(p.score().total_cmp(&q.score()))
-        });
-        let chosen = chosen?.clone();
+        let fewest = || {
+            let as_good = candidates.iter().filter(is_as_good);
+            as_good.min_by(|p, q| {
+                (p.parameters().cmp(&q.parameters())).then(p.score().total_cmp(&q.score()))
+            })
+        };
+        let chosen = own.or_else(fewest)?.clone();
         let at = candidates.iter().position(|it| *it == chosen)?;
         let chosen = candidates.remove(at);
         candidates.insert(0, chosen);

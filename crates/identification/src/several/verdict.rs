@@ -1,10 +1,9 @@
 //! The verdict on a model of several inputs, by the limits of one input's, and its reasons.
 
-use std::fmt;
-
 use planesman_record::Segment;
 
 use super::analysis::{Analysis, ChannelModel, InputFindings};
+use super::finding::Finding;
 use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
 use crate::analysis::UNINFORMATIVE_FIT;
 use crate::analysis::verdict::{
@@ -19,35 +18,8 @@ use crate::validation::residuals::ResidualTests;
 /// The share of an input's variation that must be its own for the others' effect and its own to be told apart where the
 /// data says little of one of them.
 const OWN: f64 = 0.1;
-/// The same whatever the data seems to say.
-const RIGID: f64 = 1e-6;
-
-/// A finding, of one input where it is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finding {
-    /// The input's name.
-    pub input: Option<String>,
-    /// The finding.
-    pub reason: Reason,
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.input {
-            Some(name) => write!(f, "{name}: {}", self.reason),
-            None => self.reason.fmt(f),
-        }
-    }
-}
-
-impl From<Reason> for Finding {
-    fn from(reason: Reason) -> Self {
-        Self {
-            input: None,
-            reason,
-        }
-    }
-}
+/// The same whatever the data seems to say: with less, the channels' orders alone tell the inputs apart.
+const RIGID: f64 = 1e-3;
 
 impl Analysis {
     /// Whether the output stays within the noise where the model is judged.
