@@ -460,6 +460,34 @@ def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **
     return Model(document, {"time": time, "input": inputs, "measured": measured, "simulated": simulated})
 
 
+def fit_several(
+    data: Data, inputs: Sequence[str], outputs: Sequence[str], *, progress: bool | None = None, **options: Unpack[FitOptions]
+) -> dict[str, Any]:
+    """Identify models from several inputs together to each of several outputs, as `planesman sysid fit -i a -i b -o y -o z` does.
+
+    `data` and `options` are those of `fit`, but for the options of one input. It returns what `--json` prints: under `model` a
+    transfer function of each input to each output, their intervals and verdicts, and a state space of all of them.
+
+    >>> found = fit_several("run.csv", ["u", "u2"], ["y"])
+    >>> space = found["model"]["state_space"]; control.ss(space["a"], space["b"], space["c"], space["d"], found["model"]["sample_time"])
+    """
+    check_names("fit_several", options, ["data", "inputs", "outputs", "progress", *FitOptions.__annotations__])
+    if not inputs or not outputs or isinstance(inputs, str) or isinstance(outputs, str):
+        raise _native.PlanesmanError("inputs and outputs are lists of signals, with one at least: inputs=['u', 'v'], outputs=['y']")
+    named = {"input": text(inputs[0]), "output": text(outputs[0]), **keywords(options)}
+    for name, others in [("other_inputs", inputs[1:]), ("other_outputs", outputs[1:])]:
+        if others:
+            named[name] = [text(it) for it in others]
+    columns, files = None, []
+    if isinstance(data, Mapping) or hasattr(data, "columns"):
+        columns = [(text(name), _column(name, values)) for name, values in _arrays(data, (*inputs, *outputs))]
+    else:
+        files = paths(data)
+    with Progress("fit", wanted=progress) as told:
+        report: dict[str, Any] = json.loads(_native.fit_several(files, named, columns, told))
+    return report
+
+
 def _keywords() -> list[str]:
     """The keywords of `fit`."""
     return ["data", "input", "output", "progress", *FitOptions.__annotations__]

@@ -38,7 +38,9 @@ mod _native {
     #[pymodule_export]
     use crate::listing::{parameter_file, parameters, reproduced};
     #[pymodule_export]
-    use crate::model::{fit, fit_options, read_model, response, transfer_function, write_model};
+    use crate::model::{
+        fit, fit_options, fit_several, read_model, response, transfer_function, write_model,
+    };
     #[pymodule_export]
     use crate::sweep::Sweep;
     #[pymodule_export]

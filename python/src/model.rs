@@ -30,14 +30,9 @@ pub(crate) fn fit<'py>(
     columns: Option<Vec<(String, PyBackedBytes)>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, i64, Vec<Bound<'py, PyAny>>)> {
-    let sources = match columns {
-        None => Sources::Files(data),
-        Some(columns) => {
-            let columns = columns.into_iter();
-            Sources::Columns(columns.map(|(name, it)| (name, numbers(&it))).collect())
-        }
-    };
-    let options = Keywords(options).fit(sources).map_err(raised)?;
+    let options = Keywords(options)
+        .fit(sources(data, columns))
+        .map_err(raised)?;
     let watch = Watch::new(progress);
     let (json, start, run) = watched(py, &watch, || {
         let found = planesman_fit::fit(&options, &())?;
@@ -48,6 +43,37 @@ pub(crate) fn fit<'py>(
     })?;
     let run = run.into_iter().map(|it| array(py, it));
     Ok((json, start, run.collect::<PyResult<_>>()?))
+}
+
+/// The models of several inputs or outputs by the options of `planesman sysid fit`: their JSON.
+#[pyfunction]
+#[pyo3(signature = (data, options, columns=None, progress=None))]
+pub(crate) fn fit_several(
+    py: Python<'_>,
+    data: Vec<PathBuf>,
+    options: HashMap<String, Keyword>,
+    columns: Option<Vec<(String, PyBackedBytes)>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let options = Keywords(options)
+        .fit(sources(data, columns))
+        .map_err(raised)?;
+    let watch = Watch::new(progress);
+    watched(py, &watch, || {
+        let found = planesman_fit::fit_several(&options, &())?;
+        Ok(serde_json::to_string(&found.as_json()?)?)
+    })
+}
+
+/// Files, or columns in memory.
+fn sources(data: Vec<PathBuf>, columns: Option<Vec<(String, PyBackedBytes)>>) -> Sources {
+    match columns {
+        None => Sources::Files(data),
+        Some(columns) => {
+            let columns = columns.into_iter();
+            Sources::Columns(columns.map(|(name, it)| (name, numbers(&it))).collect())
+        }
+    }
 }
 
 /// The options of a fit by their names, with the words that are possible where there are few.

@@ -41,6 +41,7 @@ pub(crate) enum Keyword {
     Number(f64),
     Spans(Vec<Edges>),
     Numbers(Vec<f64>),
+    Texts(Vec<String>),
     Text(String),
 }
 
@@ -62,6 +63,7 @@ impl Keyword {
                 let each = numbers.iter().map(f64::to_string);
                 each.collect::<Vec<_>>().join(",")
             }
+            Self::Texts(texts) => texts.join(","),
             Self::Text(text) => text.clone(),
         }
     }
@@ -158,6 +160,15 @@ impl Keywords {
 
     fn text(&mut self, option: &'static str) -> Option<String> {
         self.0.remove(option).map(|it| it.written())
+    }
+
+    /// Several signals.
+    fn texts(&mut self, option: &'static str) -> Vec<String> {
+        match self.0.remove(option) {
+            None => Vec::new(),
+            Some(Keyword::Texts(texts)) => texts,
+            Some(one) => vec![one.written()],
+        }
     }
 
     fn choice<T: Copy>(
@@ -300,6 +311,8 @@ impl Keywords {
                 data: self.data(sources)?,
                 input: self.text("input").unwrap_or_default(),
                 output: self.text("output").unwrap_or_default(),
+                other_inputs: self.texts("other_inputs"),
+                other_outputs: self.texts("other_outputs"),
                 reference: self.text("reference"),
                 grid: self.grid()?,
                 preparation: self.preparation()?,

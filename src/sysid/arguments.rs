@@ -84,18 +84,25 @@ pub(super) struct SignalArgs {
     #[command(flatten)]
     pub(super) data: DataArgs,
     /// Input signal: TOPIC:FIELD, or a CSV column; one that was not recorded in words, 'VALUE[UNIT] from TIME': '12V from 0.1s',
-    /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'
+    /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'. Given again for each further input: one model has them all
     #[arg(
         long,
         short,
+        required = true,
         value_name = "SIGNAL",
         allow_hyphen_values = true,
         help_heading = "Signals"
     )]
-    input: String,
-    /// Output signal
-    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
-    output: String,
+    input: Vec<String>,
+    /// Output signal; given again for each further output
+    #[arg(
+        long,
+        short,
+        required = true,
+        value_name = "SIGNAL",
+        help_heading = "Signals"
+    )]
+    output: Vec<String>,
     /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     reference: Option<String>,
@@ -126,10 +133,13 @@ pub(super) struct PreparationArgs {
 
 impl From<&SignalArgs> for SignalOptions {
     fn from(args: &SignalArgs) -> Self {
+        let first = |names: &[String]| names.first().cloned().unwrap_or_default();
         Self {
             data: (&args.data).into(),
-            input: args.input.clone(),
-            output: args.output.clone(),
+            input: first(&args.input),
+            output: first(&args.output),
+            other_inputs: args.input.iter().skip(1).cloned().collect(),
+            other_outputs: args.output.iter().skip(1).cloned().collect(),
             reference: args.reference.clone(),
             grid: (&args.grid).into(),
             preparation: (&args.preparation).into(),

@@ -6,13 +6,13 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use planesman_bag::metadata;
 use planesman_console::{Format, print_wrapped};
-use planesman_fit::{CompareOptions, compare, rules};
-use planesman_model_file::ModelFile;
+use planesman_fit::{CompareOptions, compare, compare_several, rules};
+use planesman_model_file::{ModelFile, SeveralModelFile};
 
 use super::arguments::{DataArgs, GridArgs, PreparationArgs, together};
 use crate::arguments::output_file;
 use planesman_flight::sink::write_text;
-use planesman_pages::tables::{numbers, tables};
+use planesman_pages::tables::{numbers, of_several, tables};
 
 /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response.
 ///
@@ -88,6 +88,10 @@ fn is_model(path: &Path) -> bool {
 /// # Errors
 /// A model file that is refused; as [`planesman_fit::compare`]; a page that cannot be written.
 pub fn run(args: &CompareArgs) -> Result<()> {
+    let models = several(args)?;
+    if !models.is_empty() {
+        return run_several(args, &models);
+    }
     let options = CompareOptions::try_from(args)?;
     let found = compare(&options, &*args.data.progress())?;
     match args.format {
@@ -105,4 +109,58 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         planesman_console::err!("{}: the page", path.display());
     }
     Ok(())
+}
+
+/// The model files of several inputs or outputs; none where none is.
+fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
+    let paths = args.data.data.iter().filter(|it| is_model(it));
+    let mut models = Vec::new();
+    let mut single = None;
+    for path in paths {
+        let text = planesman_text::read(path).unwrap_or_default();
+        match SeveralModelFile::recognises(path, &text) {
+            true => models.push((path.clone(), SeveralModelFile::parse(path, &text)?)),
+            false => single = Some(path),
+        }
+    }
+    if let (Some(single), Some((path, _))) = (single, models.first()) {
+        bail!(
+            "{} is of several inputs or outputs, {} of one: compare them apart",
+            path.display(),
+            single.display()
+        );
+    }
+    Ok(models)
+}
+
+/// The comparison of models of several inputs and outputs.
+fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Result<()> {
+    for (option, is_given) in [
+        ("input", args.input.is_some()),
+        ("output", args.output.is_some()),
+        ("html", args.html.is_some()),
+    ] {
+        if is_given {
+            bail!("--{option} is for models of one input and one output; leave it out");
+        }
+    }
+    let data = args.data.data.iter().filter(|it| !is_model(it));
+    let data: Vec<PathBuf> = data.cloned().collect();
+    if data.is_empty() {
+        bail!("data is needed behind the model files: a bag, a .csv file or a PX4 log");
+    }
+    let options = CompareOptions {
+        models: Vec::new(),
+        data: args.data.options(data),
+        grid: (&args.grid).into(),
+        preparation: (&args.preparation).into(),
+        ..CompareOptions::default()
+    };
+    let found = compare_several(models, &options, &*args.data.progress())?;
+    if args.format.is_none() {
+        print_wrapped(found.prepared.description())?;
+        planesman_console::print("\n".to_owned())?;
+    }
+    let format = args.format.unwrap_or(Format::Table);
+    Ok(planesman_console::print(of_several(&found).text(format))?)
 }

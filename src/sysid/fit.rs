@@ -8,7 +8,7 @@ use planesman_console::print_wrapped;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
     FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation, VehicleOptions,
-    compared, fit,
+    compared, fit, fit_several,
 };
 use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::ModelFile;
@@ -210,7 +210,11 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// # Errors
 /// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
-    let found = fit(&args.into(), &*args.signals.data.progress())?;
+    let options = FitOptions::from(args);
+    if options.signals.are_several() {
+        return run_several(args, &options);
+    }
+    let found = fit(&options, &*args.signals.data.progress())?;
     if args.json {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
@@ -243,6 +247,30 @@ pub fn run(args: &FitArgs) -> Result<()> {
             }
         };
         write_text(path, page)?;
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
+/// The same of several inputs or outputs.
+fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
+    let found = fit_several(options, &*args.signals.data.progress())?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
+        planesman_console::print(text)?;
+    } else {
+        print_wrapped(found.prepared.description())?;
+        if let Some(validation) = &found.validation {
+            print_wrapped(format!("validation data\n{}", validation.description()))?;
+        }
+        print_wrapped(format!("\n{}", found.text()))?;
+    }
+    if let Some(path) = &args.model {
+        found.model_file()?.write(path)?;
+        planesman_console::err!("{}: the model", path.display());
+    }
+    if let Some(path) = &args.html {
+        write_text(path, planesman_pages::several::page(&found))?;
         planesman_console::err!("{}: the page", path.display());
     }
     Ok(())

@@ -108,11 +108,12 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
     if let Some(averaged) = options.grid.averaged_where_decimated(&prepared) {
         prepared = read(&averaged)?;
     }
+    let paths: Vec<PathBuf> = models.iter().map(|it| it.0.clone()).collect();
     let judged = |(path, file): &(PathBuf, ModelFile)| {
         let model = model_file::given(file);
         let judgement = model.on(&prepared.resampled.record, &options.ahead);
         Ok(Compared {
-            name: name(path, models),
+            name: name(path, &paths),
             method: file.method.clone(),
             judgement: judgement.map_err(|source| FitError::Judgement {
                 model: path.clone(),
@@ -149,9 +150,9 @@ fn signal(
 }
 
 /// A name as short as it can be: the file's without folder and ending, or its path where two are the same.
-fn name(path: &Path, models: &[(PathBuf, ModelFile)]) -> String {
-    let same = |(it, _): &&(PathBuf, ModelFile)| it.file_stem() == path.file_stem();
-    match models.iter().filter(same).count() {
+pub(crate) fn name(path: &Path, paths: &[PathBuf]) -> String {
+    let same = |it: &&PathBuf| it.file_stem() == path.file_stem();
+    match paths.iter().filter(same).count() {
         1 => path.file_stem().unwrap_or_default().display().to_string(),
         _ => path.display().to_string(),
     }

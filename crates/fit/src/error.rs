@@ -55,6 +55,21 @@ pub enum FitError {
     /// A static gain by a method that has none.
     #[error("--order 0, a static gain, is none of --method {}: name --order 1 or more, or another method", .0.name())]
     NoStatic(Method),
+    /// A signal that is named twice.
+    #[error("'{0}' is named twice; name each signal once")]
+    Twice(String),
+    /// A method of one input and one output.
+    #[error(
+        "--method {0} is for one input and one output; several take automatic, output_error and box_jenkins, which choose order \
+         and delay of each channel"
+    )]
+    MethodOfSeveral(&'static str),
+    /// An option of one input and one output.
+    #[error("--{} is for one input and one output; leave it out, or name one --input and one --output", dashed(.0))]
+    OfOne(&'static str),
+    /// Several signals for a fit of one input and one output.
+    #[error("several inputs or outputs are named: fit_several takes them")]
+    Several,
     /// Options of the recursive methods for another.
     #[error(
         "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \

@@ -10,7 +10,7 @@ use planesman_identification::estimators::Method;
 use planesman_identification::selection::Candidate;
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
-use planesman_signals::PreparedRecord;
+use planesman_signals::{PreparedRecord, Reading};
 use serde_json::{Value, json};
 
 use crate::error::FitError;
@@ -40,6 +40,9 @@ pub struct FitResult {
 pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, FitError> {
     // Refused before anything is read.
     options.check()?;
+    if options.signals.are_several() {
+        return Err(FitError::Several);
+    }
     let of_method = match options.method {
         MethodChoice::One(method) => Some(options.analysis(method)?),
         MethodChoice::All => None,
@@ -83,7 +86,7 @@ pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, F
 
 impl FitOptions {
     /// The record to fit, and the one to judge the model on.
-    fn read(
+    pub(crate) fn read(
         &self,
         progress: &dyn Progress,
     ) -> Result<(PreparedRecord, Option<PreparedRecord>), FitError> {
@@ -141,32 +144,8 @@ impl FitResult {
     fn judge_clock(&mut self) {
         let readings = std::iter::once(&self.prepared).chain(&self.validation);
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
-        // A window for validation is read from the same data, and says the same.
-        let mut told: Vec<Reason> = Vec::new();
-        for sentence in readings
-            .iter()
-            .flat_map(|it| it.clock.iter().chain(&it.mixed))
-        {
-            let reason = Reason::Data(sentence.clone());
-            if !told.contains(&reason) {
-                told.push(reason);
-            }
-        }
-        self.analysis.reasons.splice(0..0, told);
-        let is_doubtful = readings.iter().any(|it| it.is_time_doubtful);
-        let is_none = matches!(
-            self.analysis.verdict,
-            Verdict::NoEffect
-                | Verdict::Undetermined
-                | Verdict::Unusable
-                | Verdict::NotLinear { usable: false }
-        );
-        if is_doubtful && !is_none {
-            self.analysis.verdict = Verdict::TimeDoubtful;
-        }
-        if readings.iter().any(|it| !it.mixed.is_empty()) && !is_none {
-            self.analysis.verdict = Verdict::Mixed;
-        }
+        self.analysis.reasons.splice(0..0, told(&readings));
+        self.analysis.verdict = doubted(&readings, self.analysis.verdict);
     }
 
     /// Everything but the record's numbers, as `--json` prints it.
@@ -263,6 +242,43 @@ impl FitResult {
             &self.analysis,
             &self.prepared.resampled.record,
         )?)
+    }
+}
+
+/// What was found of the clock, and of signals that are two things in turns.
+pub(crate) fn told(readings: &[&Reading]) -> Vec<Reason> {
+    // A window for validation is read from the same data, and says the same.
+    let mut told: Vec<Reason> = Vec::new();
+    for sentence in readings
+        .iter()
+        .flat_map(|it| it.clock.iter().chain(&it.mixed))
+    {
+        let reason = Reason::Data(sentence.clone());
+        if !told.contains(&reason) {
+            told.push(reason);
+        }
+    }
+    told
+}
+
+/// A verdict, in the light of what was found so.
+pub(crate) fn doubted(readings: &[&Reading], verdict: Verdict) -> Verdict {
+    let is_none = matches!(
+        verdict,
+        Verdict::NoEffect
+            | Verdict::Undetermined
+            | Verdict::Inseparable
+            | Verdict::Unusable
+            | Verdict::NotLinear { usable: false }
+    );
+    if is_none {
+        verdict
+    } else if readings.iter().any(|it| !it.mixed.is_empty()) {
+        Verdict::Mixed
+    } else if readings.iter().any(|it| it.is_time_doubtful) {
+        Verdict::TimeDoubtful
+    } else {
+        verdict
     }
 }
 

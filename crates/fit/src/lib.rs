@@ -6,6 +6,7 @@
 //! ```
 //! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
+//! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
 //! - [`rules`]: the values that options take.
 //!
@@ -41,6 +42,7 @@ mod options;
 mod record;
 pub mod rules;
 mod samples;
+mod several;
 mod simulated;
 mod steps_in_words;
 mod suggestion;
@@ -59,6 +61,9 @@ pub use options::{
     StructureOptions, Validation, VehicleOptions, options,
 };
 pub use samples::{SamplesOptions, samples};
+pub use several::{
+    SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,
+};
 pub use simulated::Simulated;
 pub use survey::{FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
 pub use trial::{Trial, compared, order, ranked};

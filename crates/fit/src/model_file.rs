@@ -5,7 +5,8 @@ use planesman_identification::estimators::{Error, Method, Physical, ProcessModel
 use planesman_identification::selection::Kind;
 use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
 use planesman_model_file::{
-    Continuous, Format, Heave, ModelFile, Parameter, Physical as PhysicalFile, Place, Process,
+    ChannelModel, Continuous, Format, Heave, ModelFile, Parameter, Physical as PhysicalFile, Place,
+    Process,
 };
 
 /// The model file: what other programs load.
@@ -93,6 +94,22 @@ pub fn given(file: &ModelFile) -> GivenModel {
     }
 }
 
+/// A channel of a file of several inputs, to be judged on data.
+pub(crate) fn given_channel(channel: &ChannelModel, sample_time: f64) -> GivenModel {
+    GivenModel {
+        sample_time,
+        num: channel.num.clone(),
+        den: channel.den.clone(),
+        covariance: channel.covariance.clone(),
+        offset: 0.0,
+        input_level: 0.0,
+        error: Error::Output,
+        noise_variance: 0.0,
+        noise_model: Vec::new(),
+        noise_denominator: Vec::new(),
+    }
+}
+
 fn process_file(found: &ProcessModel) -> Process {
     let named = found.named();
     Process {
@@ -131,7 +148,7 @@ fn physical_file(analysis: &Analysis, found: &Physical) -> PhysicalFile {
     }
 }
 
-fn place(it: &Uncertain) -> Place {
+pub(crate) fn place(it: &Uncertain) -> Place {
     Place {
         re: it.value.re,
         im: it.value.im,

@@ -8,6 +8,8 @@ use planesman_identification::analysis::Options;
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Form, Knowledge, Method};
+use planesman_identification::selection::Kind;
+use planesman_identification::several;
 use planesman_signals::{
     Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend, Unwrap,
 };
@@ -54,6 +56,10 @@ pub struct SignalOptions {
     pub input: String,
     /// The output.
     pub output: String,
+    /// Further inputs, each recorded: the model is then one of several inputs ([`fit_several`](crate::fit_several)).
+    pub other_inputs: Vec<String>,
+    /// Further outputs.
+    pub other_outputs: Vec<String>,
     /// The reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages.
     pub reference: Option<String>,
     /// The grid.
@@ -359,8 +365,32 @@ impl RecursionOptions {
 }
 
 impl SignalOptions {
+    /// Whether there are several inputs or outputs.
+    #[must_use]
+    pub fn are_several(&self) -> bool {
+        !self.other_inputs.is_empty() || !self.other_outputs.is_empty()
+    }
+
+    /// Every input.
+    pub(crate) fn inputs(&self) -> Vec<String> {
+        let all = std::iter::once(&self.input).chain(&self.other_inputs);
+        all.cloned().collect()
+    }
+
+    /// Every output.
+    pub(crate) fn outputs(&self) -> Vec<String> {
+        let all = std::iter::once(&self.output).chain(&self.other_outputs);
+        all.cloned().collect()
+    }
+
     /// Checks grid and preparation.
     pub(crate) fn check(&self) -> Result<(), FitError> {
+        for names in [self.inputs(), self.outputs()] {
+            let twice = |(at, name): (usize, &String)| names[..at].contains(name);
+            if let Some((_, name)) = names.iter().enumerate().find(|it| twice(*it)) {
+                return Err(FitError::Twice(name.clone()));
+            }
+        }
         let grid = &self.grid;
         number("rate", grid.rate, &RATE)?;
         number("max_gap", grid.max_gap, &MAX_GAP)?;
@@ -491,6 +521,51 @@ impl FitOptions {
             inertia: vehicle.inertia,
             speed: vehicle.speed,
             bootstrap: self.bootstrap,
+        })
+    }
+
+    /// The options of the analysis of several inputs or outputs.
+    pub(crate) fn of_several(&self) -> Result<several::Options, FitError> {
+        let (structure, vehicle) = (&self.structure, &self.vehicle);
+        let kind = match self.method {
+            MethodChoice::One(Method::Automatic) => None,
+            MethodChoice::One(Method::OutputError) => Some(Kind::OutputError),
+            MethodChoice::One(Method::BoxJenkins) => Some(Kind::BoxJenkins),
+            _ => return Err(FitError::MethodOfSeveral(self.method.described().0)),
+        };
+        let recursion = &self.recursion;
+        let of_one = [
+            ("reference", self.signals.reference.is_some()),
+            ("numerator", structure.numerator.is_some()),
+            ("process", structure.process.is_some()),
+            ("zeros_at_one", structure.zeros_at_one > 0),
+            ("integrators", structure.integrators > 0),
+            ("prewindow", structure.prewindow),
+            ("own_numerators", structure.own_numerators),
+            ("heave", vehicle.heave.is_some()),
+            ("vehicle", vehicle.vehicle.is_some()),
+            ("speed", vehicle.speed.is_some()),
+            ("inertia", vehicle.inertia.is_some()),
+            ("noise", vehicle.noise.is_some()),
+            ("bootstrap", self.bootstrap.is_some()),
+            ("forgetting", recursion.forgetting.is_some()),
+            ("initial_covariance", recursion.initial_covariance.is_some()),
+        ];
+        if let Some((option, _)) = of_one.into_iter().find(|it| it.1) {
+            return Err(FitError::OfOne(option));
+        }
+        if structure.order.is_some_and(|order| order > MAX_ORDER) {
+            return Err(FitError::Order(MAX_ORDER));
+        }
+        Ok(several::Options {
+            order: structure.order,
+            delay: structure.delay,
+            kind,
+            offset: !structure.no_offset,
+            start: match self.is_at_rest() {
+                true => InitialState::Rest,
+                false => InitialState::Estimated,
+            },
         })
     }
 

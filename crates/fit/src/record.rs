@@ -167,15 +167,13 @@ impl SignalOptions {
         decimate: bool,
         progress: &dyn Progress,
     ) -> Result<PreparedRecord, FitError> {
-        let inputs: Vec<String> = std::iter::once(&self.input)
-            .chain(&self.reference)
-            .cloned()
-            .collect();
-        let outputs = [self.output.clone()];
+        let mut inputs = self.inputs();
+        inputs.extend(self.reference.clone());
+        let outputs = self.outputs();
         let mut prepared: Option<PreparedRecord> = None;
         let in_words = StepsInWords::read(&self.input);
         let recorded = &inputs[usize::from(in_words.is_some())..];
-        let signals = [recorded, &outputs].concat();
+        let signals = [recorded, &outputs[..]].concat();
         for source in data.each(&signals)? {
             let rate = prepared
                 .as_ref()

@@ -15,7 +15,7 @@ use planesman_record::Record;
 use planesman_record::Run;
 
 /// Sampling intervals that differ by less than this share are the same.
-const SAME_TIME: f64 = 1e-4;
+pub(crate) const SAME_TIME: f64 = 1e-4;
 
 /// A transfer function with its noise, wherever it comes from.
 #[derive(Clone, Debug, PartialEq)]

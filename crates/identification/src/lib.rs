@@ -6,6 +6,7 @@
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
+//! - [`several`]: several inputs to one output, a transfer function of each.
 //! - [`validation`]: residual tests, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
 //! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
@@ -29,6 +30,7 @@ mod readout;
 mod regression;
 mod rls;
 pub mod selection;
+pub mod several;
 mod states;
 mod structure;
 mod uncertainty;

@@ -5,10 +5,15 @@
 //! --- = -------------------------      one number per power of z, the highest first
 //! den   z^n + a1 z^(n-1) + ... + an
 //! ```
-//! `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
+//! [`ModelFile`] has one input and one output, [`SeveralModelFile`] several. `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
 //! finite, `den` beginning with 1, lists of the sizes that belong together.
 
 mod covariance;
+mod several;
+
+pub use several::{
+    ChannelModel, LeftOut, OutputModel, SeveralFormat, SeveralModelFile, StateSpace,
+};
 
 use std::path::Path;
 
@@ -88,6 +93,15 @@ pub enum Refusal {
     /// The covariance has another size; the right one.
     #[error("covariance must have {0} rows of {0}: one for each of den after the 1, and of num")]
     Covariance(usize),
+    /// A channel of an input that the file does not name.
+    #[error("inputs does not name '{0}', which a channel has")]
+    Input(String),
+    /// The matrices of a state space do not fit together.
+    #[error("state_space: a must be n by n, b n by inputs, c outputs by n, d outputs by inputs")]
+    StateSpace,
+    /// The file has several inputs or outputs where one of each is asked for.
+    #[error("it is of several inputs or outputs; sysid compare takes it, alone")]
+    Several,
     /// The continuous transfer function is improper.
     #[error("continuous.num must not be longer than continuous.den")]
     Continuous,
@@ -318,6 +332,9 @@ impl ModelFile {
     /// # Errors
     /// As [`read`](Self::read), but for reading.
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        if SeveralModelFile::recognises(path, text) {
+            return Err(Error::of(path, Refusal::Several));
+        }
         let model: Self = Syntax::of(path)
             .and_then(|syntax| syntax.parse(text))
             .map_err(|reason| Error::of(path, reason))?;
@@ -350,14 +367,7 @@ impl ModelFile {
     /// When it does not pass [`check`](Self::check), or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
         self.check()
-            .and_then(|()| Syntax::of(path)?.text(self))
-            .and_then(|text| match text.len() as u64 > planesman_text::LARGEST {
-                true => Err(Refusal::Size { length: text.len() }),
-                false => Ok(text),
-            })
-            .and_then(|text| {
-                write_text(path, text).map_err(|reason| Refusal::File(reason.to_string()))
-            })
+            .and_then(|()| write_checked(self, path))
             .map_err(|reason| Error::of(path, reason))
     }
 
@@ -396,26 +406,45 @@ impl ModelFile {
         if self.speed.is_some_and(|speed| speed <= 0.0) {
             return Err(Refusal::Speed);
         }
-        if self.den.first() != Some(&1.0) {
-            return Err(Refusal::Denominator);
-        }
-        let n = self.order();
-        let paired = self.num.len() == n || self.has_feedthrough();
-        if n > LARGEST_ORDER || !paired || self.num.is_empty() {
-            let (num, den) = (self.num.len(), self.den.len());
-            return Err(Refusal::Orders { num, den });
-        }
-        let count = n + self.num.len();
-        let square = self.covariance.iter().all(|row| row.len() == count);
-        if self.covariance.len() != count || !square {
-            return Err(Refusal::Covariance(count));
-        }
+        check_coefficients(&self.num, &self.den, &self.covariance)?;
         let continuous = self.continuous.as_ref();
         if continuous.is_some_and(|it| it.num.is_empty() || it.num.len() > it.den.len()) {
             return Err(Refusal::Continuous);
         }
         Ok(())
     }
+}
+
+/// Whether the coefficients of a transfer function and their covariance belong together.
+fn check_coefficients(num: &[f64], den: &[f64], covariance: &[Vec<f64>]) -> Result<(), Refusal> {
+    if den.first() != Some(&1.0) {
+        return Err(Refusal::Denominator);
+    }
+    let n = den.len() - 1;
+    let paired = num.len() == n || num.len() == den.len();
+    if n > LARGEST_ORDER || !paired || num.is_empty() {
+        return Err(Refusal::Orders {
+            num: num.len(),
+            den: den.len(),
+        });
+    }
+    let count = n + num.len();
+    let square = covariance.iter().all(|row| row.len() == count);
+    match covariance.len() == count && square {
+        true => Ok(()),
+        false => Err(Refusal::Covariance(count)),
+    }
+}
+
+/// Writes a model that was checked, whole or not at all.
+fn write_checked<T: Serialize>(model: &T, path: &Path) -> Result<(), Refusal> {
+    let written = Syntax::of(path)?.text(model)?;
+    if written.len() as u64 > planesman_text::LARGEST {
+        return Err(Refusal::Size {
+            length: written.len(),
+        });
+    }
+    write_text(path, written).map_err(|reason| Refusal::File(reason.to_string()))
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
@@ -464,7 +493,7 @@ impl Syntax {
         }
     }
 
-    fn text(self, model: &ModelFile) -> Result<String, Refusal> {
+    fn text<T: Serialize>(self, model: &T) -> Result<String, Refusal> {
         match self {
             Self::Json => serde_json::to_string_pretty(model).map_err(text),
             Self::Yaml => serde_yaml_ng::to_string(model).map_err(text),

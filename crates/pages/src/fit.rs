@@ -2,6 +2,7 @@
 //! tests, poles and zeros with their uncertainty, frequency response with bands, step response, and the parameter
 //! estimates over time.
 
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
 use maud::{Markup, html};
@@ -197,7 +198,11 @@ fn plots<'a>(
     Ok(plots)
 }
 
-fn correlation(title: &'static str, note: &'static str, found: &Correlation) -> Plot<'static> {
+pub(crate) fn correlation(
+    title: impl Into<Cow<'static, str>>,
+    note: &'static str,
+    found: &Correlation,
+) -> Plot<'static> {
     let points: Vec<(f64, f64)> = found
         .values
         .iter()

@@ -3,7 +3,7 @@
 //! Each page is a function of results; it reads and writes no file.
 //!
 //! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
-//! - [`fit`]: a model; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
+//! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
 //! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
@@ -19,6 +19,7 @@ pub mod compare;
 pub mod fit;
 pub mod flights;
 mod poles;
+pub mod several;
 pub mod sweep;
 pub mod tables;
 

@@ -1,9 +1,10 @@
 //! What the commands print of fits and comparisons, as tables.
 
 use planesman_console::{Format, Table};
-use planesman_fit::{Compared, Trial, frequency_responses, ranked};
+use planesman_fit::{Compared, SeveralComparison, Trial, frequency_responses, ranked};
 use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::Estimate;
+use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{SIGMAS_95, Uncertain};
 use planesman_linear::digits::value_and_interval;
 use planesman_text::in_one_line;
@@ -98,6 +99,39 @@ pub fn fits(models: &[Compared]) -> Table {
                 .into_iter()
                 .chain(predicted.map(|(_, fit)| percent(*fit))),
         );
+    }
+    table
+}
+
+/// How well each model of several inputs simulates each of its outputs, and what of the inputs its error still has.
+#[must_use]
+pub fn of_several(found: &SeveralComparison) -> Table {
+    let mut table = Table::new([
+        "model",
+        "output",
+        "inputs",
+        "simulated, %",
+        "free of earlier inputs",
+        "free of later inputs",
+    ]);
+    for it in &found.models {
+        let all = |of: fn(&ResidualTests) -> Correlation| {
+            let tests: Vec<&ResidualTests> = it.judged.residuals.iter().flatten().collect();
+            let passes = tests.iter().all(|it| of(it).passes());
+            match (tests.is_empty(), passes) {
+                (true, _) => "-",
+                (false, true) => "yes",
+                (false, false) => "no",
+            }
+        };
+        table.row([
+            it.name.clone(),
+            it.output.clone(),
+            it.inputs.join(", "),
+            percent(it.judged.fit),
+            all(ResidualTests::of_earlier_inputs).to_owned(),
+            all(ResidualTests::of_later_inputs).to_owned(),
+        ]);
     }
     table
 }

@@ -9,10 +9,10 @@ use crate::structure::Problem;
 use planesman_record::Run;
 
 /// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
-const WITHIN: f64 = 3.841_459;
-const BEYOND_DOUBT: f64 = 10.827_566;
+pub(crate) const WITHIN: f64 = 3.841_459;
+pub(crate) const BEYOND_DOUBT: f64 = 10.827_566;
 /// Samples by which a delay is moved at most, and by which the output may come before its input.
-const FARTHEST: i64 = 20;
+pub(crate) const FARTHEST: i64 = 20;
 const EARLIEST: i64 = -10;
 
 /// What the record says of the delay, samples.

@@ -13,11 +13,11 @@
 
 mod bootstrap;
 mod checks;
-mod lag;
+pub(crate) mod lag;
 mod reason;
 mod sentences;
-mod text;
-mod verdict;
+pub(crate) mod text;
+pub(crate) mod verdict;
 
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
@@ -111,7 +111,7 @@ const METHOD_MAX_ORDER: usize = 4;
 const METHOD_MAX_DELAY: usize = 3;
 
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
-const UNINFORMATIVE_FIT: f64 = 10.0;
+pub(crate) const UNINFORMATIVE_FIT: f64 = 10.0;
 
 /// Models of lower order that are shown beside one with such a pole are sought among so many.
 const OTHERS: usize = 8;

@@ -69,6 +69,10 @@ pub enum Reason {
     Unsteady,
     /// The input's share of the output's variation, 0 to 1, and whether that is too little for a gain.
     InputShare(f64, bool),
+    /// The F statistic of one of several inputs, the one needed, and whether the model has it.
+    InputEffect(f64, f64, bool),
+    /// Another input that explains nearly all of one, and the share of it that is its own.
+    Inseparable(String, f64),
     /// The F statistic of a process model against the noise, and the one from which it is beyond doubt.
     ProcessF(f64, f64),
     /// The steady-state gain, which is hardly known.

@@ -17,7 +17,7 @@ use crate::validation::residuals::Correlation;
 
 impl Verdict {
     /// In a word, and what to do next.
-    const fn words(self) -> (&'static str, &'static str) {
+    pub(crate) const fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::NoEffect => (
                 "no model of what the input does",
@@ -26,6 +26,10 @@ impl Verdict {
             Self::Undetermined => (
                 "the record does not determine a model",
                 "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
+            ),
+            Self::Inseparable => (
+                "the inputs cannot be told apart",
+                "record again with each input moving by itself: one after the other, or by a PRBS of its own",
             ),
             Self::NotValidated => (
                 "not validated",
@@ -283,6 +287,18 @@ impl fmt::Display for Reason {
                     false => write!(f, "known to {:.0} % only", 100.0 * share),
                 }
             }
+            Self::InputEffect(f_statistic, needed, is_in) => {
+                let left_out = if *is_in { "" } else { "; it is left out" };
+                write!(
+                    f,
+                    "F {f_statistic:.1}, {needed:.1} needed: nothing that it does is seen in the output{left_out}"
+                )
+            }
+            Self::Inseparable(other, share) => write!(
+                f,
+                "{:.2} % of its variation is its own, the rest moves with {other}: what each does cannot be told apart",
+                100.0 * share
+            ),
             Self::ProcessF(f_statistic, least) => {
                 let than = match f_statistic < least {
                     true => "the output's own noise and drift explain it as well",

@@ -300,7 +300,7 @@ impl Analysis {
 }
 
 /// A number with its 95 % interval; of a conjugate pair, the upper one.
-pub(super) fn interval(it: &Uncertain) -> String {
+pub(crate) fn interval(it: &Uncertain) -> String {
     let real = with_interval(it.value.re, SIGMAS_95 * it.real_deviation());
     if it.value.im == 0.0 {
         return real;

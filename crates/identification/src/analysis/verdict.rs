@@ -22,15 +22,15 @@ const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
 /// Held-out fits, %, from which a model is called very good, good, and usable.
-const VERY_GOOD: f64 = 90.0;
-const GOOD: f64 = 80.0;
-const USABLE: f64 = 50.0;
+pub(crate) const VERY_GOOD: f64 = 90.0;
+pub(crate) const GOOD: f64 = 80.0;
+pub(crate) const USABLE: f64 = 50.0;
 /// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
-const AS_GOOD: f64 = 3.0;
+pub(crate) const AS_GOOD: f64 = 3.0;
 /// By how much a fit, %, on held-out data is below that on the whole record when the model is called overfitted.
-const OVERFITTED: f64 = 20.0;
+pub(crate) const OVERFITTED: f64 = 20.0;
 /// The share of the output's variation from which a straight line is called drift.
-const DRIFTS: f64 = 0.1;
+pub(crate) const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
 /// The F statistic from which a process model's response is beyond doubt. A random walk, which a step seems to explain in
@@ -39,23 +39,23 @@ const BEYOND_DOUBT: f64 = 50.0;
 /// How many times larger the errors on held-out data may be than those where the model is fitted.
 const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
-const MATTERS: f64 = 0.05;
+pub(crate) const MATTERS: f64 = 0.05;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
 /// Samples for each parameter, below which a fit is partly memory.
-const SAMPLES_PER_PARAMETER: usize = 10;
+pub(crate) const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
-const STEADY: f64 = 4.0;
+pub(crate) const STEADY: f64 = 4.0;
 /// The share of a steady-state gain that its 95 % interval may be where a zero may cancel a pole.
-const KNOWN: f64 = 0.5;
+pub(crate) const KNOWN: f64 = 0.5;
 /// The share of the largest response below which a steady-state gain is next to nothing.
-const SMALL: f64 = 0.05;
+pub(crate) const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
 /// The share of the largest response below which the 95 % interval of the response shows it to be determined.
-const DETERMINED: f64 = 0.25;
+pub(crate) const DETERMINED: f64 = 0.25;
 /// The 95 % interval of a pole in z that is precisely known.
-const PRECISE: f64 = 0.1;
+pub(crate) const PRECISE: f64 = 0.1;
 
 /// What a model is good for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +64,8 @@ pub enum Verdict {
     NoEffect,
     /// The record does not determine a model.
     Undetermined,
+    /// Inputs move together.
+    Inseparable,
     /// There is nothing to judge it on.
     NotValidated,
     /// It has few samples for its parameters.
@@ -492,8 +494,7 @@ impl Analysis {
 
     /// Three decades up to half the sampling rate, rad/s, the highest first.
     fn frequencies(&self) -> impl Iterator<Item = f64> + use<> {
-        let nyquist = PI / self.estimate.sample_time;
-        (0..=FREQUENCIES).map(move |i| nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
+        frequencies(self.estimate.sample_time)
     }
 
     /// The results of the residual tests.
@@ -522,4 +523,10 @@ impl Analysis {
             .chain(feedback.map(Reason::Feedback))
             .collect()
     }
+}
+
+/// Three decades up to half the sampling rate, rad/s, the highest first.
+pub(crate) fn frequencies(sample_time: f64) -> impl Iterator<Item = f64> {
+    let nyquist = PI / sample_time;
+    (0..=FREQUENCIES).map(move |i| nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
 }

@@ -22,7 +22,7 @@ const TRIALS: usize = 25;
 const MIN_COST_DECREASE: f64 = 1e-12;
 
 /// What one damping leads to.
-pub(super) enum Trial<P> {
+pub(crate) enum Trial<P> {
     /// A lower cost at these parameters.
     Lower(DVector<f64>, P),
     /// No lower cost: more damping is needed.
@@ -36,7 +36,7 @@ pub(super) enum Trial<P> {
 ///
 /// # Errors
 /// Those of a trial.
-pub(super) fn descend<P>(
+pub(crate) fn descend<P>(
     (mut theta, mut here): (DVector<f64>, P),
     (steps, trials): (usize, usize),
     trial: impl Fn(&DVector<f64>, &P, f64) -> Result<Trial<P>>,
@@ -72,11 +72,11 @@ pub(super) fn descend<P>(
 
 /// Errors and their slopes at a point.
 #[derive(Clone, Debug)]
-pub(super) struct Linearised {
+pub(crate) struct Linearised {
     /// `e`, output unit.
-    pub(super) errors: DVector<f64>,
+    pub(crate) errors: DVector<f64>,
     /// `psi = -de/dtheta`, one column per parameter.
-    pub(super) slopes: DMatrix<f64>,
+    pub(crate) slopes: DMatrix<f64>,
 }
 
 impl Linearised {
@@ -182,7 +182,7 @@ pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
 }
 
 /// A factor F of that covariance, `F F'`.
-pub(super) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
+pub(crate) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
     let mut scales = lengths(&at.slopes);
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
         *scale = 1.0;

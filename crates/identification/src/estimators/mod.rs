@@ -52,9 +52,13 @@ pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;
 pub use least_squares::LeastSquares;
+pub(crate) use levenberg_marquardt::{Linearised, Trial, descend, unit_factor};
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
-pub(crate) use normal_equations::{NormalEquations, Part, Search, dot, through_poles};
+pub(crate) use normal_equations::{
+    NormalEquations, Part, Search, TRIALS, Total, correlation, damped, dot, information,
+    through_poles,
+};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use process::{Begins, Process};
@@ -62,6 +66,7 @@ pub use process_model::{Form, ProcessModel};
 pub use recursively::Recursively;
 pub use refined::WarmStarted;
 pub(crate) use rows::{impulse, regression};
+pub(crate) use simulator::{coloured, lost};
 pub(crate) use stability::{held_within, lies_within, radius_of_memory};
 pub use step_response::StepResponse;
 pub use two_stages::TwoStages;

@@ -21,7 +21,7 @@ use crate::structure::{Layout, Problem};
 use planesman_record::filter;
 
 /// Dampings tried within one step before the search ends.
-const TRIALS: usize = 12;
+pub(crate) const TRIALS: usize = 12;
 
 /// A part of a record.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -295,7 +295,7 @@ pub(crate) fn through_poles(a: &[f64], signal: &[f64]) -> Vec<f64> {
 }
 
 /// `psi'psi` of signals and their shifts.
-fn information(
+pub(crate) fn information(
     families: &[(&[f64], Range<usize>)],
     count: usize,
     samples: &Range<usize>,
@@ -337,7 +337,7 @@ fn information(
 }
 
 /// `sum f(k-s) g(k-t)` over samples k; nothing is before the first.
-fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>) -> f64 {
+pub(crate) fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>) -> f64 {
     let first = samples.start.max(s).max(t);
     if first >= samples.end {
         return 0.0;
@@ -363,7 +363,7 @@ pub(crate) fn dot(f: &[f64], g: &[f64]) -> f64 {
 }
 
 /// The step `(H + mu diag H)^-1 g`; `None` when H is not positive definite even so.
-fn damped(
+pub(crate) fn damped(
     information: &DMatrix<f64>,
     gradient: &DVector<f64>,
     damping: f64,

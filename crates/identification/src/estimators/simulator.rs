@@ -132,10 +132,19 @@ pub(super) fn coloured_factor(
     residuals: &[Vec<f64>],
     variance: f64,
 ) -> Result<DMatrix<f64>> {
-    let unit = unit_factor(at)?;
+    Ok(coloured(unit_factor(at)?, at, residuals, variance))
+}
+
+/// The same with a factor of `(psi'psi)^-1`.
+pub(crate) fn coloured(
+    unit: DMatrix<f64>,
+    at: &Linearised,
+    residuals: &[Vec<f64>],
+    variance: f64,
+) -> DMatrix<f64> {
     let colour = whitening(residuals.iter().map(Vec::as_slice));
     if colour.len() == 1 {
-        return Ok(unit * variance.sqrt());
+        return unit * variance.sqrt();
     }
     // psi' R psi = variance of the white noise times |1/D, backwards in time, psi|^2.
     let mut backwards = at.slopes.clone();
@@ -158,13 +167,13 @@ pub(super) fn coloured_factor(
     let white = white / at.errors.norm_squared() * variance;
     let triangle = (backwards * &unit).qr().r();
     let lost = lost(&colour, residuals, at.slopes.ncols());
-    Ok(unit * triangle.transpose() * (white.sqrt() * lost))
+    unit * triangle.transpose() * (white.sqrt() * lost)
 }
 
 /// By how much the standard deviations are larger for the slow part of the noise that the parameters took out of residuals with
 /// colour, `D e` white, from which their covariance is: of the samples that those are worth, `N D(1)^2 var e / V`, as many are lost
 /// twice as there are parameters. 1 for white residuals, whose degrees of freedom are counted already.
-fn lost(d: &[f64], residuals: &[Vec<f64>], parameters: usize) -> f64 {
+pub(crate) fn lost(d: &[f64], residuals: &[Vec<f64>], parameters: usize) -> f64 {
     let squares = |of: &[f64]| of.iter().map(|e| e * e).sum::<f64>();
     let white: f64 = residuals.iter().map(|of| squares(&whitened(d, of))).sum();
     let share = residuals.iter().map(|of| squares(of)).sum::<f64>() / white;

@@ -10,14 +10,14 @@ use crate::structure::{Problem, monic, variance};
 use planesman_record::{Run, filter};
 
 /// Blocks of half a record.
-pub(super) const HALVES: usize = 2;
+pub(crate) const HALVES: usize = 2;
 /// Where the parts of a record begin and end, in tenths: halves and fifths are made of them.
 const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
 /// The blocks, in tenths.
 const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
 
 /// The parts of the records and the blocks made of them.
-pub(super) struct Folds {
+pub(crate) struct Folds {
     pub(super) parts: Vec<Part>,
     /// The samples of each record that are divided.
     samples: Vec<Range<usize>>,
@@ -26,7 +26,7 @@ pub(super) struct Folds {
 
 impl Folds {
     /// Of records of which so many outputs at the beginning are driven by inputs that are not known.
-    pub(super) fn of(runs: &[Run<'_>], unknown: &[usize]) -> Self {
+    pub(crate) fn of(runs: &[Run<'_>], unknown: &[usize]) -> Self {
         let counts = runs.iter().map(|run| run.outputs.len());
         let samples = counts
             .zip(unknown)
@@ -48,8 +48,20 @@ impl Folds {
         }
     }
 
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         BLOCKS.len()
+    }
+
+    /// The largest variance of an output.
+    pub(crate) fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// The samples of each record that a block leaves out.
+    pub(crate) fn blocks(&self, fold: usize) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let Range { start, end } = BLOCKS[fold];
+        let samples = self.samples.iter().enumerate();
+        samples.map(move |(run, of)| (run, tenth(of, start)..tenth(of, end)))
     }
 
     /// Whether a part belongs to the block.
@@ -60,7 +72,7 @@ impl Folds {
 
     /// The parts that are kept; those behind the block without their first `lead` samples, whose residual would know
     /// of it.
-    pub(super) fn kept(&self, fold: usize, lead: usize) -> Vec<Part> {
+    pub(crate) fn kept(&self, fold: usize, lead: usize) -> Vec<Part> {
         let parts = self.parts.iter().enumerate();
         parts
             .filter(|(i, _)| !self.is_left_out(fold, *i))

@@ -22,13 +22,13 @@ pub(super) struct Lagged {
 
 /// A difference equation `y = -a1 y(k-1) - ... + b1 u(k-delay) + ... + constant`.
 #[derive(Clone, Debug)]
-pub(super) struct Equation {
-    pub(super) a: Vec<f64>,
-    pub(super) b: Vec<f64>,
-    pub(super) constant: f64,
+pub(crate) struct Equation {
+    pub(crate) a: Vec<f64>,
+    pub(crate) b: Vec<f64>,
+    pub(crate) constant: f64,
     /// The mean squared error.
-    pub(super) variance: f64,
-    pub(super) rows: usize,
+    pub(crate) variance: f64,
+    pub(crate) rows: usize,
 }
 
 impl Lagged {

@@ -19,10 +19,10 @@
 
 pub mod criteria;
 pub(crate) mod dead_time;
-mod folds;
-mod lagged;
+pub(crate) mod folds;
+pub(crate) mod lagged;
 pub mod process;
-mod realisation;
+pub(crate) mod realisation;
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
@@ -43,7 +43,7 @@ const LAGS: usize = 40;
 /// Samples for each of an order's parameters at least.
 const SAMPLES_PER_PARAMETER: usize = 4;
 /// Samples that errors are worth at least.
-const MIN_EFFECTIVE_SAMPLES: f64 = 10.0;
+pub(crate) const MIN_EFFECTIVE_SAMPLES: f64 = 10.0;
 /// Orders tried beyond the best so far.
 const PATIENCE: usize = 4;
 /// By how much the logarithm of an output error may exceed the least so far for its noise to be modelled.
@@ -52,7 +52,7 @@ const NOISE_MODEL_LOG_ERROR: f64 = 0.7;
 const ROUNDS: usize = 2;
 /// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one, beside the
 /// criterion's own penalty, took too low an order on four of eleven public data sets.
-const STANDARD_ERRORS: f64 = 0.5;
+pub(crate) const STANDARD_ERRORS: f64 = 0.5;
 /// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
 /// of the error's root mean square.
 const SLACK: f64 = 0.1;
@@ -219,13 +219,13 @@ fn logarithm(error: f64) -> f64 {
     (error + 1e-12).ln()
 }
 
-fn mean_logarithm(errors: &[f64]) -> f64 {
+pub(crate) fn mean_logarithm(errors: &[f64]) -> f64 {
     errors.iter().copied().map(logarithm).sum::<f64>() / errors.len() as f64
 }
 
 /// Whether the mean logarithm of errors exceeds that of others, block by block, by no more than so many standard errors
 /// of their difference, or than `slack`.
-fn are_within(errors: &[f64], standard_errors: f64, slack: f64, others: &[f64]) -> bool {
+pub(crate) fn are_within(errors: &[f64], standard_errors: f64, slack: f64, others: &[f64]) -> bool {
     let pairs = errors.iter().zip(others);
     let worse: Vec<f64> = pairs
         .map(|(it, other)| logarithm(*it) - logarithm(*other))

@@ -30,7 +30,7 @@ pub(super) fn high_order(lagged: &Lagged, constant: bool) -> Option<Equation> {
 }
 
 /// `a1 ... an` of the orders up to `most`, from the Markov parameters.
-pub(super) fn from_markov_parameters(
+pub(crate) fn from_markov_parameters(
     high: &Equation,
     samples: usize,
     most: usize,

@@ -1,0 +1,32 @@
+//! What speaks for a model of several inputs and against it: findings of one input's, with the input's name.
+
+use std::fmt;
+
+use crate::analysis::Reason;
+
+/// A finding, of one input where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The input's name.
+    pub input: Option<String>,
+    /// The finding.
+    pub reason: Reason,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.input {
+            Some(name) => write!(f, "{name}: {}", self.reason),
+            None => self.reason.fmt(f),
+        }
+    }
+}
+
+impl From<Reason> for Finding {
+    fn from(reason: Reason) -> Self {
+        Self {
+            input: None,
+            reason,
+        }
+    }
+}

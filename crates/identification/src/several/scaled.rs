@@ -1,0 +1,89 @@
+//! Records about their levels and over their scales: one output, all inputs.
+
+use planesman_record::{Record, Segment};
+
+use crate::structure::{InitialState, variance};
+
+/// A signal's level and scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    pub(super) level: f64,
+    pub(super) size: f64,
+}
+
+impl Scale {
+    /// Of lists; the level is 0 where the model knows one.
+    fn of(lists: &[&[f64]], is_centred: bool) -> Self {
+        let all = lists.concat();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let deviation = variance(&all).sqrt();
+        Self {
+            level: if is_centred { mean } else { 0.0 },
+            size: if deviation > 0.0 { deviation } else { 1.0 },
+        }
+    }
+
+    fn taken_off(self, values: &[f64]) -> Vec<f64> {
+        let values = values.iter();
+        values.map(|v| (v - self.level) / self.size).collect()
+    }
+}
+
+/// The segments of a record that are used, with one of its outputs.
+#[derive(Clone, Debug)]
+pub(super) struct Scaled {
+    pub(super) segments: Vec<Segment>,
+    pub(super) inputs: Vec<Scale>,
+    pub(super) output: Scale,
+}
+
+impl Scaled {
+    /// Of some segments and one output; the scales of others, where they are given.
+    pub(super) fn of(
+        segments: &[&Segment],
+        output: usize,
+        (offset, start): (bool, InitialState),
+    ) -> Self {
+        let free = offset && start == InitialState::Estimated;
+        let inputs = segments.first().map_or(0, |it| it.inputs.len());
+        let of_input = |number: usize| {
+            let lists: Vec<&[f64]> = segments.iter().map(|it| &it.inputs[number][..]).collect();
+            Scale::of(&lists, free)
+        };
+        let outputs: Vec<&[f64]> = segments.iter().map(|it| &it.outputs[output][..]).collect();
+        let scales = Self {
+            segments: Vec::new(),
+            inputs: (0..inputs).map(of_input).collect(),
+            output: Scale::of(&outputs, offset),
+        };
+        Self {
+            segments: segments
+                .iter()
+                .map(|it| scales.scaled(it, output))
+                .collect(),
+            ..scales
+        }
+    }
+
+    /// A segment in these scales.
+    pub(super) fn scaled(&self, segment: &Segment, output: usize) -> Segment {
+        let of = |lists: &[Vec<f64>]| {
+            let lists = lists.iter().zip(&self.inputs);
+            lists
+                .map(|(values, scale)| scale.taken_off(values))
+                .collect()
+        };
+        Segment {
+            start: segment.start,
+            past: of(&segment.past),
+            inputs: of(&segment.inputs),
+            outputs: vec![self.output.taken_off(&segment.outputs[output])],
+        }
+    }
+}
+
+/// The segments of a record that are used.
+pub(super) fn used(record: &Record) -> Vec<&Segment> {
+    let numbers = record.used().into_iter();
+    numbers.map(|number| &record.segments[number]).collect()
+}

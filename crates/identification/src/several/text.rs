@@ -1,0 +1,205 @@
+//! The results as text for the terminal.
+
+use std::fmt::Write as _;
+
+use planesman_linear::digits::{significant, with_interval};
+
+use super::analysis::{Analysis, ChannelModel};
+use crate::analysis::UNINFORMATIVE_FIT;
+use crate::analysis::text::interval;
+use crate::uncertainty::SIGMAS_95;
+
+/// Candidates printed, and offsets.
+const SHOWN: usize = 8;
+
+impl Analysis {
+    /// Results, reasons and verdict.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = self.numbers();
+        for sentence in self.sentences() {
+            let _ = writeln!(text, "- {sentence}");
+        }
+        text
+    }
+
+    /// The results in numbers: a table of the channels, then each.
+    #[must_use]
+    pub fn numbers(&self) -> String {
+        let names: Vec<&str> = self.inputs.iter().map(|it| it.name.as_str()).collect();
+        let mut text = format!(
+            "{} -> {}, {}, {} s\n\n",
+            names.join(", "),
+            self.output,
+            self.kind.name(),
+            (self.sample_time * 1e9).round() / 1e9
+        );
+        text += &self.tried();
+        text += &self.table();
+        for (_, input, model) in self.channels() {
+            let _ = writeln!(text, "\n{} -> {}", input.name, self.output);
+            text += &of_channel(model);
+        }
+        let runs = self.segments.iter().enumerate().take(SHOWN);
+        let offsets = runs.map(|(run, number)| {
+            let offset = significant(self.offset(run), 5);
+            match self.segments.len() {
+                1 => offset,
+                _ => format!("{offset} (segment {})", number + 1),
+            }
+        });
+        let offsets: Vec<String> = offsets.collect();
+        let more = match self.segments.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(", {more} more"),
+        };
+        let _ = writeln!(text, "\n{:<12} {}{more}", "offset", offsets.join(", "));
+        let _ = writeln!(
+            text,
+            "{:<12} {}, one standard deviation",
+            "noise",
+            significant(self.noise_variance.sqrt(), 4)
+        );
+        if !self.noise_denominator.is_empty() {
+            let d = self.noise_denominator.iter().map(|d| significant(*d, 5));
+            let d: Vec<String> = d.collect();
+            let _ = writeln!(
+                text,
+                "{:<12} e / (1, {}) in z^-1",
+                "noise model",
+                d.join(", ")
+            );
+        }
+        let _ = writeln!(
+            text,
+            "{:<12} {} simulated, {} on held-out data",
+            "fit",
+            percent(self.fit),
+            percent(self.held_out_fit)
+        );
+        if let Some(most) = self.attainable_fit {
+            let left = match most <= UNINFORMATIVE_FIT {
+                true => "leaves nothing to simulate".to_owned(),
+                false => format!("leaves {most:.2} % to the best of models"),
+            };
+            let _ = writeln!(text, "{:<12} {left} on held-out data", "the noise");
+        }
+        text.push('\n');
+        text
+    }
+
+    fn tried(&self) -> String {
+        let mut text = String::from("cross-validated fit\n");
+        for it in self.candidates.iter().take(SHOWN) {
+            let _ = writeln!(text, "{:>9.2} %  {}", it.fit(), self.in_words(it));
+        }
+        text + "\n"
+    }
+
+    /// A row for each input.
+    #[must_use]
+    pub fn rows(&self) -> Vec<[String; 6]> {
+        let row = |it: &super::InputFindings| {
+            let f = significant(it.effect.f, 3);
+            let Some(model) = &it.model else {
+                let none = "-".to_owned();
+                let nothing = "left out".to_owned();
+                return [
+                    it.name.clone(),
+                    none.clone(),
+                    none.clone(),
+                    nothing,
+                    none,
+                    f,
+                ];
+            };
+            let gain = model.reading().steady_state_gain();
+            let modes = model.reading().modes();
+            [
+                it.name.clone(),
+                model.estimate.layout.structure.poles.to_string(),
+                delay(model),
+                gain.map_or("integrates".to_owned(), |gain| interval(&gain)),
+                match modes.is_empty() {
+                    true => "-".to_owned(),
+                    false => modes.join("; "),
+                },
+                f,
+            ]
+        };
+        self.inputs.iter().map(row).collect()
+    }
+
+    fn table(&self) -> String {
+        let head = ["input", "order", "delay", "steady-state gain", "modes", "F"];
+        let rows = self.rows();
+        let all = || std::iter::once(head.map(str::to_owned)).chain(rows.iter().cloned());
+        let widths = [0, 1, 2, 3, 4, 5].map(|at| {
+            let widths = all().map(|row| row[at].chars().count());
+            widths.max().unwrap_or(0)
+        });
+        let mut text = String::new();
+        for row in all() {
+            let cells = row.iter().zip(widths);
+            let cells: Vec<String> = cells
+                .map(|(cell, width)| format!("{cell:<width$}"))
+                .collect();
+            let _ = writeln!(text, "{}", cells.join("  ").trim_end());
+        }
+        text
+    }
+}
+
+/// The delay with its 95 % interval, samples.
+fn delay(model: &ChannelModel) -> String {
+    let of = |lag: crate::analysis::Lag| match lag.interval {
+        (least, most) if least == most => String::new(),
+        (least, most) => format!(" ({least} to {most})"),
+    };
+    format!("{}{}", model.delay(), model.lag.map_or(String::new(), of))
+}
+
+fn of_channel(model: &ChannelModel) -> String {
+    let list = |values: &[f64]| {
+        let values: Vec<String> = values.iter().map(|v| significant(*v, 9)).collect();
+        values.join("  ")
+    };
+    let reading = model.reading();
+    let of = model.estimate.model(0);
+    let b = of.numerator(model.delay() == 0);
+    let mut text = format!("numerator    {}   (z^{} first)\n", list(&b), b.len() - 1);
+    text += &match of.a.iter().all(|a| *a == 0.0) {
+        true => format!("denominator  z^{}\n", of.a.len()),
+        false => format!("denominator  1  {}\n", list(&of.a)),
+    };
+    for mode in reading.modes() {
+        let _ = writeln!(text, "{:<12} {mode}", "mode");
+    }
+    for (name, places) in [
+        ("z pole", reading.poles()),
+        ("s pole", reading.continuous_poles()),
+        ("z zero", reading.zeros()),
+    ] {
+        let places = places.unwrap_or_default();
+        for it in places.iter().filter(|it| it.value.im >= 0.0) {
+            let _ = writeln!(text, "{name:<12} {}", interval(it));
+        }
+    }
+    if let Some(gain) = reading.steady_state_gain() {
+        let gain = with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation());
+        let _ = writeln!(text, "steady-state gain {gain}");
+    }
+    if let Some(lag) = model.lag {
+        let (least, most) = lag.interval;
+        let _ = writeln!(
+            text,
+            "{:<12} {least} to {most} samples with 95 %, best {}",
+            "delay", lag.best
+        );
+    }
+    text
+}
+
+fn percent(fit: Option<f64>) -> String {
+    fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"))
+}

@@ -1,0 +1,322 @@
+//! The verdict on a model of several inputs, by the limits of one input's, and its reasons.
+
+use planesman_record::Segment;
+
+use super::analysis::{Analysis, ChannelModel, InputFindings};
+use super::finding::Finding;
+use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
+use crate::analysis::UNINFORMATIVE_FIT;
+use crate::analysis::verdict::{
+    AS_GOOD, DETERMINED, DRIFTS, GOOD, KNOWN, MATTERS, OVERFITTED, PRECISE, SAMPLES_PER_PARAMETER,
+    SMALL, STEADY, USABLE, VERY_GOOD, frequencies,
+};
+use crate::analysis::{FitRemark, Reason, ResidualFinding, Verdict};
+use crate::uncertainty::{SIGMAS_95, Uncertain};
+use crate::validation::identifiability::{Doubt, excitation_order};
+use crate::validation::residuals::ResidualTests;
+
+/// The share of an input's variation that must be its own for the others' effect and its own to be told apart where the
+/// data says little of one of them.
+const OWN: f64 = 0.1;
+/// The same whatever the data seems to say: with less, the channels' orders alone tell the inputs apart.
+const RIGID: f64 = 1e-3;
+
+impl Analysis {
+    /// Whether the output stays within the noise where the model is judged.
+    pub(super) fn held_out_is_noise(&self) -> bool {
+        self.attainable_fit
+            .is_some_and(|fit| fit <= UNINFORMATIVE_FIT)
+    }
+
+    /// Takes verdict and reasons.
+    pub(super) fn judge(&mut self, segments: &[&Segment]) {
+        let doubts = self.doubts(segments);
+        self.verdict = self.judged(!doubts.is_empty());
+        self.reasons = self.findings(doubts);
+    }
+
+    /// The reasons, then the verdict.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        let reasons = self.reasons.iter().map(Finding::to_string);
+        reasons.chain([self.verdict_text()]).collect()
+    }
+
+    /// The verdict, and what to do next with several inputs.
+    #[must_use]
+    pub fn verdict_text(&self) -> String {
+        let (word, next) = self.verdict.words();
+        let next = match self.verdict {
+            Verdict::ClosedLoop { .. } => {
+                "record with steps added to each input from outside the loop, or fit one input at a time with --reference"
+            }
+            Verdict::Undetermined => {
+                "record again with every input moving by itself (PRBS, several steps), or ask for a lower order: --order 1"
+            }
+            Verdict::Usable => {
+                "record for longer, every input moving by itself; page: --html model.html"
+            }
+            _ => next,
+        };
+        format!("verdict: {word}. Next: {next}")
+    }
+
+    fn judged(&self, undetermined: bool) -> Verdict {
+        let held = self.held_out_fit;
+        let feedback = self.channels().any(|(_, _, it)| feeds_back(it));
+        let unsteady = self.is_unsteady();
+        let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
+        let gain = self
+            .channels()
+            .any(|(_, _, it)| is_undetermined(it).is_some());
+        match held {
+            _ if self.channels().all(|(_, it, _)| !it.effect.is_there()) => Verdict::NoEffect,
+            _ if self.inputs.iter().any(|it| self.is_inseparable(it)) => Verdict::Inseparable,
+            _ if undetermined => Verdict::Undetermined,
+            None => Verdict::NotValidated,
+            Some(_) if self.few_samples().is_some() => Verdict::FewSamples,
+            Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
+                usable: held >= USABLE,
+            },
+            Some(held) if feedback => Verdict::ClosedLoop {
+                usable: held >= USABLE,
+            },
+            Some(held) if limited && !unsteady && !gain => Verdict::NoiseLimited {
+                good: held >= USABLE,
+            },
+            Some(held) if held < USABLE => Verdict::Unusable,
+            Some(_) if unsteady => Verdict::Unsteady,
+            Some(_) if gain => Verdict::GainUndetermined,
+            Some(held) if held < GOOD => Verdict::Usable,
+            Some(_) => Verdict::Good,
+        }
+    }
+
+    fn findings(&self, doubts: Vec<(String, Doubt)>) -> Vec<Finding> {
+        let of = |name: &str, reason: Reason| Finding {
+            input: Some(name.to_owned()),
+            reason,
+        };
+        let mut found: Vec<Finding> = Vec::new();
+        let (used, all) = (self.segments.len(), self.all_segments);
+        if used < all {
+            let kept: usize = self.residuals.iter().map(Vec::len).sum();
+            let share = 100.0 * kept as f64 / self.samples.max(1) as f64;
+            found.push(Reason::SegmentsLeftOut(used, all, share).into());
+        }
+        let parted = self.searched < self.samples;
+        let parted = parted.then_some(Reason::SearchedInPart(self.searched, self.samples));
+        found.extend(parted.map(Finding::from));
+        found.extend(
+            doubts
+                .into_iter()
+                .map(|(name, it)| of(&name, Reason::Doubt(it))),
+        );
+        for it in &self.inputs {
+            let is_in = it.model.is_some();
+            let effect = Reason::InputEffect(it.effect.f, it.effect.needed, is_in);
+            if self.is_inseparable(it)
+                && let Some(other) = it.own.other.map(|other| self.inputs[other].name.clone())
+            {
+                found.push(of(&it.name, Reason::Inseparable(other, it.own.share)));
+            } else if !is_in || !it.effect.is_there() {
+                found.push(of(&it.name, effect));
+            }
+        }
+        found.extend(self.selection().map(Finding::from));
+        found.extend(self.fits().into_iter().map(Finding::from));
+        for (_, input, model) in self.channels() {
+            let reasons = self.of_channel(model);
+            found.extend(reasons.into_iter().map(|it| of(&input.name, it)));
+        }
+        found.extend(self.few_samples().map(Finding::from));
+        found
+    }
+
+    /// What the inputs do not excite.
+    fn doubts(&self, segments: &[&Segment]) -> Vec<(String, Doubt)> {
+        let of = |(number, input, model): (usize, &InputFindings, &ChannelModel)| {
+            let structure = &model.estimate.layout.structure;
+            let needed = structure.poles + structure.numerator;
+            let inputs = segments.iter().map(|it| &it.inputs[number]);
+            let order = inputs.map(|it| excitation_order(it, needed)).max()?;
+            let is_poor = order < needed && !response_is_determined(model);
+            is_poor.then(|| (input.name.clone(), Doubt::Excitation(order, needed)))
+        };
+        self.channels().filter_map(of).collect()
+    }
+
+    /// Whether what an input does cannot be told from what the others do.
+    fn is_inseparable(&self, input: &InputFindings) -> bool {
+        let says_little = match &input.model {
+            None => true,
+            Some(model) => is_undetermined(model).is_some() || !input.effect.is_there(),
+        };
+        let own = input.own.share;
+        own < RIGID || own < OWN && says_little
+    }
+
+    fn selection(&self) -> Option<Reason> {
+        let chosen = self.candidates.first()?;
+        let best = (self.candidates.iter()).max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
+        let mut text = format!(
+            "of {} models cross-validated: {}, fit {:.1} %",
+            self.candidates.len(),
+            self.in_words(chosen),
+            chosen.fit()
+        );
+        if best.fit() > chosen.fit() + 0.05 {
+            text += &format!(
+                "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
+                best.fit(),
+                self.in_words(best)
+            );
+        }
+        Some(Reason::Data(text))
+    }
+
+    /// A candidate in words.
+    pub(super) fn in_words(&self, of: &Candidate) -> String {
+        let channels = of.channels.iter().map(|it| {
+            let name = &self.inputs[it.input].name;
+            format!("{name} of order {} and delay {}", it.order(), it.delay())
+        });
+        let channels: Vec<String> = channels.collect();
+        format!("{}, {}", of.kind.name(), channels.join(", "))
+    }
+
+    fn fits(&self) -> Vec<Reason> {
+        let fit = match (self.held_out_fit, self.validated) {
+            (held, Some(samples)) => Reason::Data(format!(
+                "judged on the validation data, {samples} samples that were not fitted: simulated fit {}",
+                held.map_or("none".to_owned(), |fit| format!("{fit:.1} %"))
+            )),
+            (Some(held), _) => Reason::HeldOutFit(held, self.fit_remark(held)),
+            (None, _) if self.held_out_is_noise() => Reason::HeldOutIsNoise(None),
+            (None, _) => Reason::FirstPartUndetermined,
+        };
+        let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
+        [fit].into_iter().chain(unsteady).collect()
+    }
+
+    fn fit_remark(&self, held: f64) -> FitRemark {
+        match self.fit {
+            _ if held < 0.0 => FitRemark::WorseThanMean,
+            _ if self.is_limited_by_noise() && held < GOOD => {
+                FitRemark::NoiseLimited(self.attainable_fit.unwrap_or(held))
+            }
+            _ if held >= VERY_GOOD => FitRemark::VeryGood,
+            Some(fit) if held < fit - OVERFITTED => FitRemark::Overfitted(fit),
+            _ => FitRemark::None,
+        }
+    }
+
+    fn of_channel(&self, model: &ChannelModel) -> Vec<Reason> {
+        let structure = &model.estimate.layout.structure;
+        let mut found = Vec::new();
+        if self.options.order.is_none() && structure.poles >= MAX_ORDER {
+            found.push(Reason::LargestOrder(structure.poles));
+        }
+        if self.options.delay.is_none() && structure.delay >= MAX_DELAY {
+            found.push(Reason::LongestDelay(structure.delay));
+        }
+        found.extend(is_undetermined(model).map(Reason::GainUndetermined));
+        if let Some(lag) = model.lag {
+            let at_once = structure.delay == 0 && lag.interval.1 == 0 && structure.poles > 0;
+            if lag.is_another {
+                found.push(Reason::OtherDelay(lag.best, structure.delay));
+            } else if at_once {
+                found.push(Reason::DirectFeedthrough);
+            }
+        }
+        if let Some(tests) = &model.residuals {
+            found.push(Reason::Residuals(self.residual_finding(tests), false));
+            if feeds_back(model) {
+                found.push(Reason::Feedback(tests.of_later_inputs()));
+            }
+        }
+        let reading = model.reading();
+        let poles = reading.poles().unwrap_or_default().into_iter();
+        for pole in poles.filter(|pole| pole.value.im >= 0.0 && pole.value.re < 0.0) {
+            if SIGMAS_95 * pole.magnitude_deviation() > PRECISE {
+                found.push(Reason::NegativePole(pole));
+            }
+        }
+        let cancelled = reading.cancelled_poles().into_iter();
+        found.extend(cancelled.map(Reason::CancelledPole));
+        found
+    }
+
+    fn residual_finding(&self, tests: &ResidualTests) -> ResidualFinding {
+        let earlier = tests.of_earlier_inputs();
+        let explains = self
+            .held_out_fit
+            .or(self.fit)
+            .is_some_and(|fit| fit >= USABLE);
+        match (earlier.passes(), tests.whiteness.passes()) {
+            (true, true) => ResidualFinding::White(explains),
+            (true, false) => ResidualFinding::Coloured(tests.whiteness.clone(), true),
+            (false, _) if earlier.largest() < MATTERS => {
+                ResidualFinding::LittleCorrelation(earlier)
+            }
+            (false, _) => ResidualFinding::Correlated(earlier),
+        }
+    }
+
+    fn few_samples(&self) -> Option<Reason> {
+        let parameters: usize = self
+            .channels()
+            .map(|(.., it)| it.estimate.theta.len())
+            .sum::<usize>()
+            + self.segments.len();
+        let samples: usize = self.residuals.iter().map(Vec::len).sum();
+        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
+            .then_some(Reason::FewSamples(samples, parameters))
+    }
+
+    fn is_unsteady(&self) -> bool {
+        let chosen = self.candidates.first();
+        chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+    }
+
+    fn is_limited_by_noise(&self) -> bool {
+        let pair = self.held_out_fit.zip(self.attainable_fit);
+        pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
+    }
+}
+
+fn largest_response(model: &ChannelModel) -> f64 {
+    let reading = model.reading();
+    frequencies(model.estimate.sample_time)
+        .filter_map(|omega| reading.response(omega))
+        .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
+}
+
+/// The steady-state gain of a channel, where it is hardly known.
+fn is_undetermined(model: &ChannelModel) -> Option<Uncertain> {
+    let reading = model.reading();
+    let gain = reading.steady_state_gain()?;
+    let interval = SIGMAS_95 * gain.real_deviation();
+    let share = match reading.cancelled_poles().is_empty() {
+        true => 1.0,
+        false => KNOWN,
+    };
+    let is = interval > share * gain.value.re.abs() && interval > SMALL * largest_response(model);
+    is.then_some(gain)
+}
+
+/// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+fn response_is_determined(model: &ChannelModel) -> bool {
+    let (reading, largest) = (model.reading(), largest_response(model));
+    frequencies(model.estimate.sample_time).all(|omega| {
+        let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
+        let deviation = reading.response(omega).map(of_both);
+        deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
+    })
+}
+
+/// Whether the residual is seen in later inputs.
+fn feeds_back(model: &ChannelModel) -> bool {
+    let later = model.residuals.as_ref().map(ResidualTests::of_later_inputs);
+    later.is_some_and(|it| !it.passes() && it.largest() > MATTERS)
+}
