@@ -17,7 +17,7 @@ use planesman_record::{Run, Segment};
 use super::equations::Equations;
 use super::layout::{Channel, Layout};
 use super::regressions::{Equation, Regressions};
-use crate::estimators::{Search, independent_share, radius_of_memory, whitened, whitening};
+use crate::estimators::{Search, independent_share, radius_of_memory};
 use crate::free_motion::without_free_motion;
 use crate::selection::folds::{Folds, HALVES};
 use crate::selection::realisation::from_markov_parameters;
@@ -36,8 +36,6 @@ const ROUNDS: usize = 40;
 const STEPS: usize = 20;
 const FIRST_STEPS: usize = 3;
 const ENOUGH: f64 = 1e-5;
-/// Rounds of noise model and model in a test of an input.
-const NOISE_ROUNDS: usize = 2;
 /// Models cross-validated at most.
 const JUDGED: usize = 14;
 /// By how much the criterion of a model that is cross-validated may exceed the least.
@@ -537,15 +535,16 @@ impl<'a> Chooser<'a> {
         let last = way.last()?.clone();
         let (mut by_whitened, mut beside) = self.downhill(last, &By::Whitened);
         let mut end = by_whitened.last()?.clone();
-        let mut effects = self.effects(&end.model);
+        let mut effects = self.effects(&end);
         // The least of those that do nothing goes first: the others may do something without it.
         while end.model.channels.len() > 1
             && let Some(number) = idle(&end.model, &effects)
         {
-            let without = self.likely(&[end.model.without(number)], 0)?;
+            let without = end.model.without(number);
+            let without = self.fitted(&without, &Weight::plain(), STEPS)?;
             (by_whitened, beside) = self.downhill(without, &By::Present);
             end = by_whitened.last()?.clone();
-            effects = self.effects(&end.model);
+            effects = self.effects(&end);
         }
         let colour = self.colour(&end);
         // Which inputs do anything is settled; order and delay are cross-validated.
@@ -599,41 +598,24 @@ impl<'a> Chooser<'a> {
         })
     }
 
-    /// The least error of a model, each sample's through the filter that whitens its own residual.
-    fn likely(&self, starts: &[Model], first: usize) -> Option<Point> {
-        let mut weight = Weight {
-            whitening: vec![1.0],
-            first,
-        };
-        let mut point = self.best_of(starts, &weight)?;
-        for _ in 0..NOISE_ROUNDS {
-            weight.whitening = self.colour(&point);
-            if weight.whitening.len() == 1 {
-                break;
-            }
-            point = self.fitted(&point.model, &weight, STEPS)?;
-        }
-        let counted = self.segments.iter().map(|segment| {
-            let lead = first + weight.whitening.len() - 1;
-            segment.len().saturating_sub(lead)
-        });
-        point.cost /= counted.sum::<usize>().max(1) as f64;
-        Some(point)
-    }
-
-    /// The F test of each input: of those in the model without it, of the others with it; each model with the noise that
-    /// suits it, for slow noise looks like an input's work to a model without.
-    fn effects(&self, model: &Model) -> Vec<Effect> {
+    /// The F test of each input: of those in the model without it, of the others with it. The residual is whitened as that of
+    /// the model is, for slow noise looks like an input's work.
+    fn effects(&self, point: &Point) -> Vec<Effect> {
         let n = self.samples as f64;
+        let model = &point.model;
+        let whitening = self.colour(point);
         let of = |input: usize| {
             let number = model.channels.iter().position(|it| it.input == input);
             let (with, without) = match number {
                 Some(number) => (vec![model.clone()], model.without(number)),
                 None => (self.with_input(model, input), model.clone()),
             };
-            let first = self.first(with.iter().chain([&without]));
-            let with = self.likely(&with, first)?;
-            let without = self.variance(&without, first)?;
+            let weight = Weight {
+                whitening: whitening.clone(),
+                first: self.first(with.iter().chain([&without])),
+            };
+            let with = self.best_of(&with, &weight)?;
+            let without = self.cost(&without, &weight)?;
             let mut channels = with.model.channels.iter();
             let channel = channels.find(|it| it.input == input)?;
             let motions = match self.asked.start {
@@ -656,22 +638,15 @@ impl<'a> Chooser<'a> {
         on_all_cores(&inputs, |input| of(*input).unwrap_or(none))
     }
 
-    /// The variance that a model leaves of the noise, which may have no channel.
-    fn variance(&self, model: &Model, first: usize) -> Option<f64> {
-        if !model.channels.is_empty() {
-            let starts = std::slice::from_ref(model);
-            return self.likely(starts, first).map(|it| it.cost);
+    /// The least error of a model, which may have no channel.
+    fn cost(&self, model: &Model, by: &Weight) -> Option<f64> {
+        if !model.channels.is_empty() || self.asked.offset {
+            return self.fitted(model, by, STEPS).map(|it| it.cost);
         }
-        let lists = self.segments.iter().map(|segment| {
-            let outputs = segment.outputs[0].get(first..).unwrap_or_default();
-            let mean = outputs.iter().sum::<f64>() / outputs.len().max(1) as f64;
-            let level = if self.asked.offset { mean } else { 0.0 };
-            outputs.iter().map(|y| y - level).collect()
-        });
-        let lists: Vec<Vec<f64>> = lists.collect();
-        let d = whitening(lists.iter().map(Vec::as_slice));
-        let white: Vec<f64> = lists.iter().flat_map(|it| whitened(&d, it)).collect();
-        Some(white.iter().map(|e| e * e).sum::<f64>() / white.len().max(1) as f64)
+        let equations = self.equations(&[], by);
+        let none = DVector::zeros(0);
+        let errors = equations.counted_errors(&none).concat();
+        Some(errors.iter().map(|e| e * e).sum())
     }
 
     fn folds(&self) -> Folds {
