@@ -96,12 +96,35 @@ impl Seen {
     /// Stability and margins with a controller.
     #[must_use]
     pub fn margins(&self, controller: &Controller) -> Margins {
+        self.margins_with(controller, &self.on_grid(controller))
+    }
+
+    /// The controller's response on the plant's frequencies, which are the same for plants of the same tick.
+    pub(crate) fn on_grid(&self, controller: &Controller) -> Vec<Complex<f64>> {
+        let points = self.response.iter();
+        points
+            .map(|(w, _)| controller.at(*w, self.plant.tick))
+            .collect()
+    }
+
+    /// The same with the controller's response on the frequencies at hand.
+    pub(crate) fn margins_with(
+        &self,
+        controller: &Controller,
+        on_grid: &[Complex<f64>],
+    ) -> Margins {
         if !self.is_stable(controller) {
             return Margins::UNSTABLE;
         }
         let tick = self.plant.tick;
         let at = |w: f64| self.plant.at(w) * controller.at(w, tick);
-        let response = self.open_loop(controller);
+        let response = match on_grid.len() == self.response.len() {
+            true => {
+                let points = self.response.iter().zip(on_grid);
+                points.map(|((w, p), c)| (*w, p * c)).collect()
+            }
+            false => self.open_loop(controller),
+        };
         let phases = frequency::phase_margins(&response, at);
         let factors = frequency::gain_margins(&response, at);
         // At both ends the loop is real, which no change of sign tells.
@@ -120,18 +143,21 @@ impl Seen {
         }
     }
 
-    /// The same from the frequencies alone, without looking for what lies between them: for searches.
+    /// Whether an open loop times a factor keeps limits at the frequencies that it is known at, for searches; not whether it is stable.
     #[must_use]
-    pub(crate) fn keeps(&self, open: &[(f64, Complex<f64>)], factor: f64, limits: &Limits) -> bool {
-        let mut before: Option<Complex<f64>> = None;
+    pub(crate) fn keeps(open: &[(f64, Complex<f64>)], factor: f64, limits: &Limits) -> bool {
+        let nearest = limits.sensitivity.powi(-2);
+        let mut before: Option<(Complex<f64>, f64)> = None;
         for (_, value) in open {
             let value = value * factor;
-            if (value + 1.0).norm() * limits.sensitivity < 1.0 {
+            let size = value.norm_sqr();
+            // |1 + L|^2
+            if size + 2.0 * value.re + 1.0 < nearest {
                 return false;
             }
-            if let Some(before) = before {
+            if let Some((before, size_before)) = before {
                 // Where |L| passes 1 the phase is taken on the nearer side, where L is real its size.
-                if (before.norm() - 1.0) * (value.norm() - 1.0) <= 0.0 {
+                if (size_before - 1.0) * (size - 1.0) <= 0.0 {
                     let margin = (-before).arg().abs().min((-value).arg().abs());
                     if margin < limits.phase {
                         return false;
@@ -145,7 +171,7 @@ impl Seen {
                     }
                 }
             }
-            before = Some(value);
+            before = Some((value, size));
         }
         true
     }
@@ -275,7 +301,7 @@ mod tests {
             };
             let found = plant.margins(&pi);
             assert_eq!(
-                plant.keeps(&open, 1.0, &limits),
+                Seen::keeps(&open, 1.0, &limits),
                 limits.are_kept(&found),
                 "{limits:?} {found:?}"
             );

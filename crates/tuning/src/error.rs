@@ -3,7 +3,7 @@
 use planesman_identification::IdentificationError;
 
 /// A result of this crate.
-pub type Result<T, E = TuneError> = std::result::Result<T, E>;
+pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 
 /// Why there are no gains. Each sentence ends with what to do next.
 #[derive(Debug, thiserror::Error)]

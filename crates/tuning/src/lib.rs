@@ -21,6 +21,8 @@ pub mod reduction;
 mod response;
 pub mod rules;
 pub mod search;
+#[cfg(test)]
+mod tests;
 mod tune;
 
 pub use causes::{Cause, causes};

@@ -354,21 +354,21 @@ impl UncertainModel {
         Ok(modes)
     }
 
-    /// Whether the sign of the gain is beyond doubt: that of `B(1)`, which does not change where a slow pole passes z = 1.
+    /// Whether the sign of the gain is beyond doubt: of a process model that of K, of another that of `B(1)`, which does not change
+    /// where a slow pole passes z = 1.
     ///
     /// # Errors
     /// [`TuneError::Sign`].
     pub fn check_sign(&self, sampling: &Sampling) -> Result<()> {
         let nominal = self.plant(&self.centre, sampling)?;
-        let size = |plant: &Plant| plant.b.iter().sum::<f64>();
-        let mut variance = 0.0;
-        for direction in 0..self.directions() {
-            let moved = |by: f64| {
-                Ok::<_, TuneError>(size(&self.plant(&self.along(direction, by), sampling)?))
-            };
-            variance += ((moved(NUDGE)? - moved(-NUDGE)?) / (2.0 * NUDGE)).powi(2);
-        }
-        let (value, half) = (size(&nominal), SIGMAS_95 * variance.sqrt());
+        // Linear in the parameters.
+        let size = |parameters: &DVector<f64>| match self.kind {
+            Kind::Process(_) => parameters[0],
+            Kind::Equation { poles } => parameters.iter().skip(poles).sum::<f64>(),
+        };
+        let value = size(&self.centre);
+        let along = (0..self.directions()).map(|it| size(&self.along(it, 1.0)) - value);
+        let half = SIGMAS_95 * along.map(|it| it * it).sum::<f64>().sqrt();
         if half < value.abs() {
             return Ok(());
         }
@@ -475,6 +475,9 @@ fn factor(covariance: &DMatrix<f64>) -> DMatrix<f64> {
         .filter(|i| covariance[(*i, *i)] > 0.0)
         .collect();
     let among = |i: usize, j: usize| covariance[(used[i], used[j])];
+    if used.is_empty() {
+        return DMatrix::zeros(covariance.nrows(), 0);
+    }
     // Scaled, so that a small coefficient is no rounding beside a large one.
     let scale: Vec<f64> = used.iter().map(|i| covariance[(*i, *i)].sqrt()).collect();
     let correlation = DMatrix::from_fn(used.len(), used.len(), |i, j| {

@@ -126,7 +126,7 @@ impl Search<'_> {
             |it| it.factor,
         );
         let keeps = |factor: f64| {
-            self.seen.keeps(&open, factor, self.limits) && self.seen.is_stable(&shape.times(factor))
+            Seen::keeps(&open, factor, self.limits) && self.seen.is_stable(&shape.times(factor))
         };
         let (most, least) = GAINS;
         let count = ((most / least).ln() * GAINS_PER_E) as usize;

@@ -251,9 +251,10 @@ pub struct Robustness {
 
 impl Robustness {
     fn new(controller: &Controller, model: &Seen, draws: &[Seen]) -> Self {
+        let on_grid = model.on_grid(controller);
         Self {
-            model: model.margins(controller),
-            draws: on_all_cores(draws, |it| it.margins(controller)),
+            model: model.margins_with(controller, &on_grid),
+            draws: on_all_cores(draws, |it| it.margins_with(controller, &on_grid)),
         }
     }
 
