@@ -12,6 +12,7 @@
 mod causes;
 mod closed_loop;
 mod controller;
+mod drawn;
 mod dynamics;
 mod error;
 mod json;
@@ -28,6 +29,7 @@ mod tune;
 pub use causes::{Cause, causes};
 pub use closed_loop::{Limits, Margins, Seen};
 pub use controller::{Controller, FILTER_RATIO};
+pub use drawn::drawn;
 pub use dynamics::Dynamics;
 pub use error::TuneError;
 pub use model::{Property, PropertyKind, Sampling, UncertainModel};

@@ -470,7 +470,7 @@ fn equation(parameters: &DVector<f64>, poles: usize) -> (Vec<f64>, &[f64]) {
 }
 
 /// `F` with `F F'` the covariance, a column for each direction that is not rounding.
-fn factor(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn factor(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let used: Vec<usize> = (0..covariance.nrows())
         .filter(|i| covariance[(*i, *i)] > 0.0)
         .collect();

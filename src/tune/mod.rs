@@ -1,4 +1,7 @@
-//! `planesman tune`: PI and PID gains for a model, judged over its uncertainty.
+//! `planesman tune`: PI and PID gains for a model, judged over its uncertainty; of a model of the vehicle's pitch the gains of the dive
+//! loops ([`dive`]).
+
+mod dive;
 
 use std::path::PathBuf;
 
@@ -11,6 +14,7 @@ use planesman_model_file::ModelFile;
 use planesman_pages::tuning;
 use planesman_tuning::{Kind, Method, TuneOptions, tune};
 use planesman_units::Dimension;
+use planesman_vehicle::identified;
 
 use crate::arguments::{choice, output_file, quantity, within};
 use crate::sysid::arguments::SignalArgs;
@@ -42,6 +46,8 @@ pub struct TuneArgs {
     limits: LimitArgs,
     #[command(flatten)]
     trial: TrialArgs,
+    #[command(flatten)]
+    dive: dive::DiveArgs,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -177,10 +183,11 @@ impl TuneArgs {
                     .map_or_else(String::new, |it| it.display().to_string())
             );
         }
-        let options = FitOptions {
+        let mut options = FitOptions {
             signals: (&self.signals).into(),
             ..FitOptions::default()
         };
+        options.vehicle.speed = self.dive.speed;
         let found = fit(&options, &*self.signals.data.progress())?;
         Ok(found.model_file()?)
     }
@@ -189,9 +196,14 @@ impl TuneArgs {
 /// Runs the command: prints the gains, writes the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`] and [`tune()`]; a page that cannot be written.
+/// As [`planesman_fit::fit`], [`tune()`] and [`planesman_design::DiveTask::gains`]; a page that cannot be written.
 pub fn run(args: &TuneArgs) -> Result<()> {
-    let found = tune(&args.model()?, &args.into())?;
+    let model = args.model()?;
+    let asked = args.controller.method.is_some() || args.controller.controller.is_some();
+    if identified::is_of_pitch(&model) && !asked {
+        return dive::run(args, model);
+    }
+    let found = tune(&model, &args.into())?;
     if args.json {
         planesman_console::print(serde_json::to_string_pretty(&found.as_json())? + "\n")?;
     } else {
