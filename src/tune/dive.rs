@@ -17,9 +17,11 @@ use planesman_tuning::{MISSED, Spread, drawn};
 use planesman_vehicle::vehicle_file;
 use serde_json::json;
 
-use super::TuneArgs;
+use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
 use crate::arguments::{output_file, speed, within};
 
+/// The vehicles that are drawn at most.
+const MOST_DRAWS: usize = 100;
 /// The vehicles that are flown.
 const FLOWN: usize = 40;
 /// The longest that a step response and a flight last, s.
@@ -52,44 +54,53 @@ pub(super) struct DiveArgs {
     fly: Option<PathBuf>,
 }
 
-/// Prints the gains, writes what is asked for, flies.
-pub(super) fn run(args: &TuneArgs, model: ModelFile) -> Result<()> {
-    let (limits, controller, dive) = (&args.limits, &args.controller, &args.dive);
-    let mut subject = Subject {
-        actuator: dive.actuator.clone(),
-        computing_delay: controller.computing_delay,
-        ..Subject::default()
-    };
-    if let Some(period) = controller.period {
-        subject.rate = 1.0 / period;
+impl DiveArgs {
+    /// Prints the gains, writes what is asked for, flies.
+    pub(super) fn run(
+        &self,
+        model: ModelFile,
+        controller: &ControllerArgs,
+        limits: &LimitArgs,
+        trial: &TrialArgs,
+        json: bool,
+    ) -> Result<()> {
+        let mut subject = Subject {
+            actuator: self.actuator.clone(),
+            computing_delay: controller.computing_delay,
+            ..Subject::default()
+        };
+        if let Some(period) = controller.period {
+            subject.rate = 1.0 / period;
+        }
+        let task = DiveTask {
+            base: self.base.clone(),
+            subject,
+            phase_margin: limits.phase_margin.to_radians(),
+            gain_margin: 10_f64.powf(limits.gain_margin / 20.0),
+            sensitivity: limits.ms,
+            overshoot: self.overshoot,
+            step: trial.step.abs(),
+            duration: DURATION,
+            draws: drawn(&model, (limits.draws as usize).min(MOST_DRAWS), limits.seed),
+            model,
+        };
+        let found = task.gains()?;
+        if json {
+            planesman_console::print(
+                serde_json::to_string_pretty(&as_json(&task, &found))? + "\n",
+            )?;
+        } else {
+            print_wrapped(text(&task, &found))?;
+        }
+        if let Some(path) = &self.gains {
+            write_text(path, found.parameter_file())?;
+            planesman_console::err!("{}: the gains, for ros2 param load", path.display());
+        }
+        if let Some(folder) = &self.fly {
+            fly(folder, &task, &found)?;
+        }
+        Ok(())
     }
-    let draws = drawn(&model, (limits.draws as usize).min(100), limits.seed);
-    let task = DiveTask {
-        base: dive.base.clone(),
-        subject,
-        phase_margin: limits.phase_margin.to_radians(),
-        gain_margin: 10_f64.powf(limits.gain_margin / 20.0),
-        sensitivity: limits.ms,
-        overshoot: dive.overshoot,
-        step: args.trial.step.abs(),
-        duration: DURATION,
-        draws,
-        model,
-    };
-    let found = task.gains()?;
-    if args.json {
-        planesman_console::print(serde_json::to_string_pretty(&as_json(&task, &found))? + "\n")?;
-    } else {
-        print_wrapped(text(&task, &found))?;
-    }
-    if let Some(path) = &dive.gains {
-        write_text(path, found.parameter_file())?;
-        planesman_console::err!("{}: the gains, for ros2 param load", path.display());
-    }
-    if let Some(folder) = &dive.fly {
-        fly(folder, &task, &found)?;
-    }
-    Ok(())
 }
 
 fn cell(value: f64, decimals: usize) -> String {
