@@ -9,8 +9,9 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Parser;
 use planesman_console::print_wrapped;
-use planesman_fit::{FitOptions, fit};
+use planesman_fit::{FitOptions, MethodChoice, fit};
 use planesman_flight::sink::write_text;
+use planesman_identification::estimators::Method as Estimator;
 use planesman_model_file::ModelFile;
 use planesman_pages::tuning;
 use planesman_tuning::{TuneOptions, tune};
@@ -19,6 +20,9 @@ use planesman_vehicle::identified;
 use self::arguments::{ControllerArgs, LimitArgs, TrialArgs};
 use crate::arguments::output_file;
 use crate::sysid::arguments::SignalArgs;
+
+/// By how much the held-out fit of a process model, %, may lie below that of the default for it to be taken.
+const AS_GOOD: f64 = 1.0;
 
 /// A model file stands for itself; data needs its signals.
 fn of_model_or_data(argument: clap::Arg) -> clap::Arg {
@@ -108,7 +112,19 @@ impl TuneArgs {
         };
         options.vehicle.speed = self.dive.speed;
         let found = fit(&options, &*self.signals.data.progress())?;
-        Ok(found.model_file()?)
+        if found.analysis.estimate.process.is_some() || self.dive.speed.is_some() {
+            return Ok(found.model_file()?);
+        }
+        // Gain, time constants and dead time have intervals of their own, which those of a larger model's modes are not.
+        options.method = MethodChoice::One(Estimator::Process);
+        let process = fit(&options, &());
+        let as_good = process.ok().filter(|it| {
+            let [own, default] =
+                [it, &found].map(|it| it.analysis.held_out_fit.or(it.analysis.fit));
+            own.zip(default)
+                .is_some_and(|(own, default)| own > default - AS_GOOD)
+        });
+        Ok(as_good.as_ref().unwrap_or(&found).model_file()?)
     }
 }
 

@@ -15,6 +15,8 @@ use planesman_identification::SIGMAS_95;
 
 /// Digits of gains and times.
 const DIGITS: usize = 4;
+/// A phase margin that is known better than so, degrees, needs no further experiment.
+const WELL_KNOWN: f64 = 1.0;
 /// Columns of a histogram.
 const COLUMNS: usize = 30;
 /// A Nyquist plot shows what lies within this of 0, and the loops of so many plants.
@@ -141,10 +143,7 @@ fn reduced_text(of: &Tuning) -> Option<String> {
         "{} e^(-{} s) / ({integrators}{}), half rule, with half a sample for the hold",
         number(reduced.gain),
         number(reduced.delay),
-        match lags.is_empty() {
-            true => "1".to_owned(),
-            false => lags.join(" "),
-        }
+        lags.join(" ")
     ))
 }
 
@@ -310,6 +309,12 @@ fn limiting(of: &Tuning) -> String {
         return String::new();
     };
     let half = SIGMAS_95 * first.margin_deviation.to_degrees();
+    if half < WELL_KNOWN {
+        return format!(
+            "what limits: the plant itself. Its model is known well enough, the phase margin to ± {}",
+            with_degrees(half)
+        );
+    }
     format!(
         "what limits: {} makes {:.0} % of the phase margin's variance (the margin is known to ± {}). To know it better: {}. A record of \
          four times the length halves its interval",

@@ -354,29 +354,33 @@ impl UncertainModel {
         Ok(modes)
     }
 
-    /// Whether the sign of the gain is beyond doubt: of a process model that of K, of another that of `B(1)`, which does not change
-    /// where a slow pole passes z = 1.
+    /// Whether the sign of the gain is beyond doubt: the 95 % interval of the gain does not hold 0, or that of `B(1)`, which does not
+    /// change where a slow pole passes z = 1.
     ///
     /// # Errors
     /// [`TuneError::Sign`].
     pub fn check_sign(&self, sampling: &Sampling) -> Result<()> {
         let nominal = self.plant(&self.centre, sampling)?;
-        // Linear in the parameters.
-        let size = |parameters: &DVector<f64>| match self.kind {
-            Kind::Process(_) => parameters[0],
-            Kind::Equation { poles } => parameters.iter().skip(poles).sum::<f64>(),
+        let half_width = |of: &dyn Fn(&Plant) -> f64| {
+            let slope = |direction: usize| {
+                let moved = |by: f64| {
+                    let plant = self.plant(&self.along(direction, by), sampling)?;
+                    Ok::<_, TuneError>(of(&plant))
+                };
+                Ok::<_, TuneError>((moved(NUDGE)? - moved(-NUDGE)?) / (2.0 * NUDGE))
+            };
+            let slopes = (0..self.directions()).map(slope);
+            let slopes = slopes.collect::<Result<Vec<f64>>>()?;
+            let variance: f64 = slopes.iter().map(|it| it * it).sum();
+            Ok::<_, TuneError>(SIGMAS_95 * variance.sqrt())
         };
-        let value = size(&self.centre);
-        let along = (0..self.directions()).map(|it| size(&self.along(it, 1.0)) - value);
-        let half = SIGMAS_95 * along.map(|it| it * it).sum::<f64>().sqrt();
-        if half < value.abs() {
+        let size = |plant: &Plant| plant.b.iter().sum::<f64>();
+        let (value, gain) = (size(&nominal), nominal.gain());
+        let half = half_width(&Plant::gain)?;
+        if half < gain.abs() || half_width(&size)? < value.abs() {
             return Ok(());
         }
-        let per_size = nominal.gain() / value;
-        let interval = match per_size.is_finite() {
-            true => with_interval(value * per_size, (half * per_size).abs()),
-            false => with_interval(value, half),
-        };
+        let interval = with_interval(gain, half);
         let what = match nominal.integrators() {
             0 => "steady-state gain",
             _ => "integrator gain",

@@ -1,6 +1,7 @@
 //! A model as a controller sees it at its ticks.
 
 use nalgebra::Complex;
+use planesman_linear::polynomial::lies_within;
 use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Error, Sampled, TransferFunction};
 
@@ -80,6 +81,12 @@ impl Plant {
     #[must_use]
     pub fn sign(&self) -> f64 {
         self.b.iter().sum::<f64>().signum()
+    }
+
+    /// Whether no pole lies outside the unit circle.
+    #[must_use]
+    pub fn decays(&self) -> bool {
+        lies_within(&self.a, 1.0 + AT_ONE.sqrt())
     }
 
     /// The poles at z = 1.

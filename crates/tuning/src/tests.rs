@@ -239,23 +239,14 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
     );
     let direct = ModelFile::exact("u", "y", 0.1, vec![0.1, 0.0], vec![1.0, -0.9]);
     assert!(refused(&direct).contains("--computing-delay 0.1"));
-    let uncertain = process(
-        "1",
-        &[("K", 2.0, 0.9), ("T1", 4.0, 2.0), ("theta", 1.0, 0.9)],
-        &[],
-    );
-    let options = TuneOptions {
-        draws: 60,
-        ms: 1.1,
-        method: Some(Method::Optimise),
-        ..TuneOptions::default()
-    };
-    let refusal = tune(&uncertain, &options)
-        .map(|it| it.robustness)
-        .unwrap_err()
-        .to_string();
+    // 1 / (s - 0.2) behind 2 s: the bound exp(0.2 2.025) = 1.5 is below 1.6, and no PI controller comes near it.
+    let pole = 0.01_f64.exp();
+    let num = [vec![0.0; 40], vec![(pole - 1.0) / 0.2]].concat();
+    let den = [vec![1.0, -pole], vec![0.0; 40]].concat();
+    let late = ModelFile::exact("u", "y", 0.05, num, den);
+    let refusal = refused(&late);
     assert!(
-        refusal.contains("95 % of the plants") && refusal.contains("--ms"),
+        refusal.contains("95 % of the plants") && refusal.contains("--ms 2.0"),
         "{refusal}"
     );
 }

@@ -10,6 +10,7 @@ use crate::controller::Controller;
 use crate::dynamics::Dynamics;
 use crate::error::{Result, TuneError};
 use crate::model::{Sampling, UncertainModel};
+use crate::plant::Plant;
 use crate::reduction::{Order, Reduced, half_rule};
 use crate::response::{Motion, Trial};
 use crate::rules::{crossover, lambda, placement, simc};
@@ -425,11 +426,8 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     } else {
         model.draws(options.draws, options.seed)
     };
-    let plants: Vec<Seen> = drawn
-        .iter()
-        .filter_map(|it| model.plant(it, &sampling).ok())
-        .map(Seen::new)
-        .collect();
+    let seen_at = |it| model.plant(it, &sampling).ok();
+    let mut plants: Vec<_> = drawn.iter().filter_map(seen_at).collect();
     if plants.len() < drawn.len() {
         notes.push(format!(
             "{} of {} drawn models have no continuous counterpart and are left out",
@@ -437,6 +435,19 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
             drawn.len()
         ));
     }
+    // What decays in the record decays in each plant: a mode that the data hardly shows has draws beyond the unit circle.
+    if seen.plant.decays() {
+        let all = plants.len();
+        plants.retain(Plant::decays);
+        if plants.len() < all {
+            notes.push(format!(
+                "{} of {all} drawn models are unstable, which the model is not, and are left out: the data hardly determines some of its modes; try a \
+                 lower --order, or --method process, in planesman sysid fit",
+                all - plants.len()
+            ));
+        }
+    }
+    let plants: Vec<Seen> = plants.into_iter().map(Seen::new).collect();
     let task = Task {
         options,
         dynamics: model.dynamics(),
@@ -523,9 +534,19 @@ impl Task<'_> {
                 Kind::Pid,
                 format!("{} integrators need a derivative", it.integrators()),
             ),
-            (Ok(_), false) => (
+            (Ok(it), false) => (
                 Kind::Pi,
-                "the model is a lag with dead time, in which a derivative gains little".to_owned(),
+                match it.second() > 0.0 {
+                    true => format!(
+                        "the second time constant, {:.4} s, is shorter than the dead time of {:.4} s: a derivative gains little",
+                        it.second(),
+                        it.delay
+                    ),
+                    false => {
+                        "the model is of first order with dead time: a derivative gains little"
+                            .to_owned()
+                    }
+                },
             ),
             (Err(unfit), _) => (Kind::Pid, format!("the model has {unfit}")),
         };
