@@ -131,19 +131,18 @@ fn method_text(of: &Tuning) -> String {
 fn reduced_text(of: &Tuning) -> Option<String> {
     let reduced = of.reduced.as_ref()?;
     let lags = reduced.time_constants.iter().filter(|tau| tau.is_finite());
-    let lags: Vec<String> = lags
-        .map(|tau| format!("({} s + 1)", number(*tau)))
-        .collect();
     let integrators = match reduced.integrators() {
-        0 => String::new(),
-        1 => "s ".to_owned(),
-        n => format!("s^{n} "),
+        0 => None,
+        1 => Some("s".to_owned()),
+        n => Some(format!("s^{n}")),
     };
+    let lags = lags.map(|tau| format!("({} s + 1)", number(*tau)));
+    let factors: Vec<String> = integrators.into_iter().chain(lags).collect();
     Some(format!(
-        "{} e^(-{} s) / ({integrators}{}), half rule, with half a sample for the hold",
+        "{} e^(-{} s) / [{}], half rule, with half a sample for the hold",
         number(reduced.gain),
         number(reduced.delay),
-        lags.join(" ")
+        factors.join(" ")
     ))
 }
 
