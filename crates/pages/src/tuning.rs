@@ -23,7 +23,7 @@ const COLUMNS: usize = 30;
 const EXTENT: f64 = 3.0;
 const LOOPS: usize = 40;
 /// Bode plots show so far below and above the crossover.
-const AROUND: f64 = 300.0;
+const AROUND: f64 = 30.0;
 /// The plots over the time after a step have one axis.
 const STEP: &str = "step";
 
