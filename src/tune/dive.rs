@@ -27,11 +27,9 @@ const FLOWN: usize = 40;
 /// The longest that a step response and a flight last, s.
 const DURATION: f64 = 120.0;
 
-/// For a model from the dive planes to pitch or pitch rate.
+/// For a model of plane_motion:dive_planes to state:pitch or state:pitch_rate.
 #[derive(Clone, Debug, Args)]
-#[command(
-    next_help_heading = "Depth and pitch gains, for a model of plane_motion:dive_planes to state:pitch or state:pitch_rate"
-)]
+#[command(next_help_heading = "Depth and pitch gains, for a model of the vehicle's pitch")]
 pub(super) struct DiveArgs {
     /// The vehicle's speed in the record (m/s, or with its unit: 1ft/s); a model file has it
     #[arg(long, value_parser = speed(1e-3, 100.0))]

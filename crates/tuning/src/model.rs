@@ -16,9 +16,9 @@ use crate::plant::Plant;
 /// Ticks within this share of each other are one.
 const SAME: f64 = 1e-6;
 /// Directions of the covariance below this share of the largest are rounding.
-const ROUNDING: f64 = 1e-13;
+const ROUNDING: f64 = 1e-15;
 /// Standard deviations over which slopes are taken.
-pub(crate) const NUDGE: f64 = 0.1;
+pub(crate) const NUDGE: f64 = 0.01;
 /// A pole this near to z = 1 integrates.
 const AT_ONE: f64 = 1e-6;
 
