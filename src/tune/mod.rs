@@ -27,7 +27,7 @@ const AS_GOOD: f64 = 1.0;
 /// A model file stands for itself; data needs its signals.
 fn of_model_or_data(argument: clap::Arg) -> clap::Arg {
     match argument.get_id().as_str() {
-        "input" | "output" => argument.required(false).default_value("").hide_default_value(true),
+        "input" | "output" => argument.required(false),
         "data" => argument.help(
             "A model file of planesman sysid fit --model, or the data of a model that is then identified first, as by planesman sysid fit: a bag, tables or logs with -i and -o",
         ),
@@ -98,6 +98,11 @@ impl TuneArgs {
             if ModelFile::takes_name(path).is_ok() {
                 return Ok(ModelFile::read(path)?);
             }
+        }
+        if input.len() > 1 || output.len() > 1 {
+            bail!(
+                "a controller of one input and one output is tuned: name one --input and one --output"
+            );
         }
         if input.is_empty() || output.is_empty() {
             bail!(

@@ -120,13 +120,16 @@ impl UncertainModel {
                 let values: Vec<f64> = file.den[1..].iter().chain(&file.num).copied().collect();
                 let count = values.len();
                 let covariance = DMatrix::from_fn(count, count, |i, j| file.covariance[i][j]);
-                (
-                    Kind::Equation {
-                        poles: file.order(),
-                    },
-                    DVector::from_vec(values),
-                    covariance,
-                )
+                let (values, covariance) = (DVector::from_vec(values), covariance);
+                let (values, covariance) = match is_of_lines(file) {
+                    true => {
+                        let held = of_held_input(file.order(), count);
+                        (&held * values, &held * covariance * held.transpose())
+                    }
+                    false => (values, covariance),
+                };
+                let poles = file.order();
+                (Kind::Equation { poles }, values, covariance)
             }
         };
         let factor = factor(&covariance);
@@ -387,6 +390,36 @@ impl UncertainModel {
         };
         Err(TuneError::Sign { what, interval })
     }
+}
+
+/// Whether a model was identified for an input that moves on straight lines between its samples: its numerator has the factor
+/// `(1 + 1/z)/2`, exactly.
+fn is_of_lines(file: &ModelFile) -> bool {
+    let alternating = file.num.iter().rev().enumerate();
+    let at_minus_one: f64 = alternating
+        .map(|(i, b)| if i % 2 == 0 { *b } else { -b })
+        .sum();
+    let size: f64 = file.num.iter().map(|b| b.abs()).sum();
+    file.method != "exact" && file.num.len() > 1 && at_minus_one.abs() < 1e-9 * size
+}
+
+/// The coefficients of such a model for a held input, as a controller's: the numerator without that factor.
+fn of_held_input(poles: usize, count: usize) -> DMatrix<f64> {
+    let mut held = DMatrix::identity(count, count);
+    for row in poles..count {
+        // b'_j = 2 b_j - b'_(j-1), and none at the end.
+        let before = match row > poles {
+            true => held.row(row - 1).into_owned(),
+            false => held.row(row) * 0.0,
+        };
+        let mut own = -before;
+        own[row] += 2.0;
+        match row + 1 == count {
+            true => held.row_mut(row).fill(0.0),
+            false => held.set_row(row, &own),
+        }
+    }
+    held
 }
 
 /// The form of a file's process model, and its parameters.

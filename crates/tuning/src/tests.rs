@@ -310,3 +310,23 @@ fn another_period_and_a_computing_delay_are_those_of_the_held_model() {
     let limits: Limits = options.limits();
     assert!(limits.are_kept(&Seen::new(one.seen.plant.clone()).margins(&one.controller)));
 }
+
+/// A model of straight lines between samples has the factor (1 + 1/z)/2, which a held input does not see: 0.2 / (z - 0.9) is the plant.
+#[test]
+fn a_model_of_lines_is_tuned_for_a_held_input() {
+    let of = |num: Vec<f64>, den: Vec<f64>| {
+        let mut file = ModelFile::exact("u", "y", TICK, num, den);
+        "output_error".clone_into(&mut file.method);
+        file.covariance[0][0] = 1e-6;
+        file
+    };
+    let lines = of(vec![0.1, 0.1], vec![1.0, -0.9, 0.0]);
+    let held = of(vec![0.2, 0.0], vec![1.0, -0.9, 0.0]);
+    let options = TuneOptions {
+        draws: 60,
+        ..TuneOptions::default()
+    };
+    let [lines, held] = [lines, held].map(|it| tune(&it, &options).unwrap());
+    assert_eq!(lines.seen.plant, held.seen.plant);
+    near(lines.controller.kp, held.controller.kp, 1e-9);
+}
