@@ -116,6 +116,11 @@ enum Command {
         after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o pitch_rate"
     )]
     Sysid(planesman::sysid::Command),
+    /// Find PI or PID gains for a model, with their margins over the model's uncertainty
+    #[command(
+        after_help = "Examples:\n  planesman tune model.yaml --html tune.html\n  planesman tune step.csv -i valve -o temperature --ms 1.4\n  planesman tune model.yaml --controller pid --method optimise --period 50ms"
+    )]
+    Tune(Box<planesman::tune::TuneArgs>),
     /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
     #[command(
         after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
@@ -353,6 +358,7 @@ fn main() -> ExitCode {
         Command::Report(args) => report::run(&args),
         Command::Replay(args) => planesman::sysid::replay::run(&args),
         Command::Sysid(command) => command.run(),
+        Command::Tune(args) => planesman::tune::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),

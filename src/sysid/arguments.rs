@@ -15,7 +15,7 @@ use planesman_units::Dimension;
 use crate::arguments::{choice, quantity};
 
 /// An argument with the others that the library's rules let it be given with.
-pub(super) fn together(argument: Arg) -> Arg {
+pub(crate) fn together(argument: Arg) -> Arg {
     let id = argument.get_id().clone();
     let of = |(option, _): &(&str, &str)| id == *option;
     let needs = NEEDS.into_iter().filter(of);
@@ -27,11 +27,11 @@ pub(super) fn together(argument: Arg) -> Arg {
 /// The data that a command is given.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Data")]
-pub(super) struct DataArgs {
+pub(crate) struct DataArgs {
     /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, one or several tables (.csv), or a
     /// log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog)
     #[arg(required = true, value_name = "DATA", help_heading = None::<&str>)]
-    pub(super) data: Vec<PathBuf>,
+    pub(crate) data: Vec<PathBuf>,
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
     #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
     stamp: Option<Clock>,
@@ -51,7 +51,7 @@ pub(super) struct DataArgs {
 
 impl DataArgs {
     /// Who is told of progress: standard error, unless it is not wanted.
-    pub(super) fn progress(&self) -> Box<dyn Progress> {
+    pub(crate) fn progress(&self) -> Box<dyn Progress> {
         match self.quiet {
             true => Box::new(()),
             false => Box::new(Bars::default()),
@@ -59,7 +59,7 @@ impl DataArgs {
     }
 
     /// The options they stand for, of these paths.
-    pub(super) fn options(&self, paths: Vec<PathBuf>) -> DataOptions {
+    pub(crate) fn options(&self, paths: Vec<PathBuf>) -> DataOptions {
         DataOptions {
             sources: Sources::Files(paths),
             stamp: self.stamp,
@@ -80,9 +80,9 @@ impl From<&DataArgs> for DataOptions {
 
 /// Signals of some data, on one grid.
 #[derive(Clone, Debug, Args)]
-pub(super) struct SignalArgs {
+pub(crate) struct SignalArgs {
     #[command(flatten)]
-    pub(super) data: DataArgs,
+    pub(crate) data: DataArgs,
     /// Input signal: TOPIC:FIELD, or a CSV column; one that was not recorded in words, 'VALUE[UNIT] from TIME': '12V from 0.1s',
     /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'. Given again for each further input: one model has them all
     #[arg(
@@ -93,7 +93,7 @@ pub(super) struct SignalArgs {
         allow_hyphen_values = true,
         help_heading = "Signals"
     )]
-    input: Vec<String>,
+    pub(crate) input: Vec<String>,
     /// Output signal; given again for each further output
     #[arg(
         long,
@@ -102,7 +102,7 @@ pub(super) struct SignalArgs {
         value_name = "SIGNAL",
         help_heading = "Signals"
     )]
-    output: Vec<String>,
+    pub(crate) output: Vec<String>,
     /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     reference: Option<String>,
@@ -115,7 +115,7 @@ pub(super) struct SignalArgs {
 /// How a record is prepared before a model is fitted.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Preparation")]
-pub(super) struct PreparationArgs {
+pub(crate) struct PreparationArgs {
     /// Outliers: samples far from the median of those around them
     #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
     outliers: Outliers,
@@ -161,7 +161,7 @@ impl From<&PreparationArgs> for PreparationOptions {
 /// How samples are put on a grid.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Grid")]
-pub(super) struct GridArgs {
+pub(crate) struct GridArgs {
     /// Sampling rate of the grid [default: that of the slowest output]
     #[arg(long, value_name = "HZ", value_parser = by(rules::RATE), allow_hyphen_values = true)]
     rate: Option<f64>,
@@ -197,7 +197,7 @@ impl From<&GridArgs> for GridOptions {
 }
 
 /// A parser of numbers that a rule lets.
-pub(super) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, RuleError> + Clone {
+pub(crate) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, RuleError> + Clone {
     move |text| rule.parse(text)
 }
 

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Subcommand;
 
-mod arguments;
+pub(crate) mod arguments;
 pub mod compare;
 pub mod fit;
 mod montecarlo;

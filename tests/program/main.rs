@@ -29,4 +29,5 @@ mod sysid_compare;
 mod sysid_data;
 mod sysid_fit;
 mod topics;
+mod tune;
 mod walls;

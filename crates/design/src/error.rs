@@ -29,6 +29,25 @@ pub enum Error {
         /// At most.
         most: f64,
     },
+    /// A model that is no vehicle's.
+    #[error("{0}")]
+    Model(String),
+    /// Limits that no gains keep over a model's uncertainty.
+    #[error(
+        "no gains of the dive loops keep a phase margin of {phase_margin:.0} deg, a gain margin of {gain_margin:.1} dB and a sensitivity peak of \
+         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more, or allow more: --ms {:.1}, --phase-margin {:.0}",
+        1.25 * sensitivity, 0.8 * phase_margin
+    )]
+    OutOfReach {
+        /// Degrees.
+        phase_margin: f64,
+        /// dB
+        gain_margin: f64,
+        /// The largest peak.
+        sensitivity: f64,
+        /// What the last ones do.
+        nearest: String,
+    },
     /// Numbers that overflow.
     #[error(transparent)]
     Linear(#[from] planesman_linear::Error),

@@ -3,6 +3,7 @@
 //! - [`Subject`]: a vehicle behind an actuator, as a sampled loop.
 //! - [`Analysis`]: poles, margins and step response at each speed.
 //! - [`Locus`]: the poles as one gain, or the speed, varies.
+//! - [`DiveTask`], [`DiveGains`]: gains for an identified vehicle, over its model's uncertainty.
 //! - [`DepthSteps`]: depth steps flown with every actuator, feedback and gain source.
 //!
 //! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
@@ -13,6 +14,7 @@ mod error;
 mod locus;
 mod steps;
 mod subject;
+mod uncertain;
 
 pub use analysis::{Analysis, described, heading};
 pub use error::{Error, Result};
@@ -22,3 +24,4 @@ pub use subject::{
     ACTUATOR, Body, Drive, Law, RATE, Sampling, Subject, default_gains, gains_text, law_text,
     speed_text,
 };
+pub use uncertain::{DiveGains, DiveTask};

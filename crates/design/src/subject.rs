@@ -9,6 +9,7 @@ use planesman_hydraulics::{ActuatorParameters, actuator_file};
 use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
+use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
 use planesman_vehicle::pitch::without_heave;
 use planesman_vehicle::vehicle_file;
@@ -32,6 +33,13 @@ pub enum Body {
         name: String,
         /// The base vehicle of an identified model, which gives all but the pitch dynamics.
         base: String,
+    },
+    /// A vehicle at hand.
+    Given {
+        /// Its name in texts.
+        name: String,
+        /// The vehicle.
+        vehicle: Box<Vehicle>,
     },
     /// A damped inertia in pitch alone: it goes where it points, and its planes' moment does not know the speed.
     Pitch {
@@ -113,7 +121,7 @@ impl Body {
 
     fn name(&self) -> &str {
         match self {
-            Self::Vehicle { name, .. } => name,
+            Self::Vehicle { name, .. } | Self::Given { name, .. } => name,
             Self::Pitch { name, .. } => name,
         }
     }
@@ -125,8 +133,8 @@ impl Body {
     pub fn pitch_model(&self, speed: f64) -> Result<PitchModel> {
         match self {
             Self::Pitch { model, .. } => Ok(*model),
-            Self::Vehicle { name, base } => {
-                let vehicle = vehicle_file::load_on(name, base)?;
+            Self::Vehicle { .. } | Self::Given { .. } => {
+                let vehicle = self.loaded()?;
                 let [kappa, damping, restoring] = without_heave(&vehicle.derivatives(speed));
                 Ok(PitchModel {
                     plane: -kappa,
@@ -137,13 +145,21 @@ impl Body {
         }
     }
 
+    /// The vehicle with its coefficients. A body in pitch alone has none: its name is refused, as that of any file that is not there.
+    fn loaded(&self) -> Result<Vehicle> {
+        match self {
+            Self::Vehicle { name, base } => Ok(vehicle_file::load_on(name, base)?),
+            Self::Given { vehicle, .. } => Ok((**vehicle).clone()),
+            Self::Pitch { name, .. } => Ok(vehicle_file::load(name)?),
+        }
+    }
+
     /// About level flight at a speed, m/s.
     fn plant(&self, speed: f64) -> Result<DivePlant> {
-        let (name, base) = match self {
-            Self::Pitch { model, .. } => return Ok(DivePlant::of_pitch(model, speed)?),
-            Self::Vehicle { name, base } => (name, base),
-        };
-        let vehicle = vehicle_file::load_on(name, base)?;
+        if let Self::Pitch { model, .. } = self {
+            return Ok(DivePlant::of_pitch(model, speed)?);
+        }
+        let vehicle = self.loaded()?;
         let StateSpace { a, b, .. } = linearised::state_space(&vehicle, speed)
             .during(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
         // x = (w, q, theta, z); out: q, theta, z, z' = w - U theta.

@@ -128,6 +128,9 @@ fn process_file(found: &ProcessModel) -> Process {
                 deviation,
             })
             .collect(),
+        covariance: (found.covariance.row_iter())
+            .map(|row| row.iter().copied().collect())
+            .collect(),
     }
 }
 

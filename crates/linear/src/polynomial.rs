@@ -127,6 +127,29 @@ pub fn from_roots(roots: &[Complex<f64>]) -> Result<Vec<f64>, Error> {
     Ok(coefficients)
 }
 
+/// Whether all roots of `z^n + a1 z^(n-1) + ... + an` have a magnitude below `radius` (the recursion of
+/// Schur and Cohn).
+#[must_use]
+pub fn lies_within(a: &[f64], radius: f64) -> bool {
+    let mut scale = 1.0;
+    let mut p: Vec<f64> = std::iter::once(1.0)
+        .chain(a.iter().map(|a| {
+            scale /= radius;
+            a * scale
+        }))
+        .collect();
+    while let (Some(last), true) = (p.last().copied(), p.len() > 1) {
+        if last.is_nan() || last.abs() >= 1.0 {
+            return false;
+        }
+        let n = p.len() - 1;
+        p = (0..n)
+            .map(|i| (p[i] - last * p[n - i]) / (1.0 - last * last))
+            .collect();
+    }
+    true
+}
+
 /// Refuses a coefficient list that is empty, not finite, or led by a zero.
 pub(crate) fn check(what: &'static str, coefficients: &[f64]) -> Result<(), Error> {
     finite(what, coefficients)?;
@@ -226,5 +249,19 @@ mod tests {
         assert_eq!(roots(&[1.0, f64::NAN]), Err(Error::NotFinite { what }));
         assert!(roots(&[1e-300, 1e300]).is_err());
         assert!(from_roots(&[Complex::new(f64::INFINITY, 0.0)]).is_err());
+    }
+
+    #[test]
+    fn the_recursion_agrees_with_the_roots() {
+        for (a, radius, within) in [
+            (vec![-0.9], 0.95, true),
+            (vec![-0.9], 0.85, false),
+            (vec![-1.6, 0.8], 0.9, true),
+            (vec![-1.6, 0.8], 0.89, false),
+            (vec![0.0, 0.0, -0.5], 0.8, true),
+            (vec![0.0, 0.0, -0.5], 0.79, false),
+        ] {
+            assert_eq!(lies_within(&a, radius), within, "{a:?} {radius}");
+        }
     }
 }

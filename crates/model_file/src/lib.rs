@@ -102,6 +102,9 @@ pub enum Refusal {
     /// The file has several inputs or outputs where one of each is asked for.
     #[error("it is of several inputs or outputs; sysid compare takes it, alone")]
     Several,
+    /// The covariance of a process model has another size; the right one.
+    #[error("process.covariance must have {0} rows of {0}: one for each of process.parameters")]
+    ProcessCovariance(usize),
     /// The continuous transfer function is improper.
     #[error("continuous.num must not be longer than continuous.den")]
     Continuous,
@@ -197,6 +200,9 @@ pub struct Process {
     pub equation: String,
     /// Gain, time constants, dead time.
     pub parameters: Vec<Parameter>,
+    /// Their covariance, row by row; empty where only the deviations are known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub covariance: Vec<Vec<f64>>,
 }
 
 /// A parameter with its standard deviation.
@@ -407,6 +413,14 @@ impl ModelFile {
             return Err(Refusal::Speed);
         }
         check_coefficients(&self.num, &self.den, &self.covariance)?;
+        if let Some(process) = &self.process {
+            let count = process.parameters.len();
+            let rows = &process.covariance;
+            let square = rows.len() == count && rows.iter().all(|row| row.len() == count);
+            if !rows.is_empty() && !square {
+                return Err(Refusal::ProcessCovariance(count));
+            }
+        }
         let continuous = self.continuous.as_ref();
         if continuous.is_some_and(|it| it.num.is_empty() || it.num.len() > it.den.len()) {
             return Err(Refusal::Continuous);

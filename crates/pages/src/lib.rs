@@ -4,6 +4,7 @@
 //!
 //! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
 //! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
+//! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
@@ -22,6 +23,7 @@ mod poles;
 pub mod several;
 pub mod sweep;
 pub mod tables;
+pub mod tuning;
 
 /// Nothing is loaded from elsewhere, whatever should stand in a text.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";

@@ -53,6 +53,12 @@ pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     Ok(found)
 }
 
+/// Whether a model file is one of the vehicle's pitch: its signals are dive planes and pitch or pitch rate, and it says at what speed.
+#[must_use]
+pub fn is_of_pitch(model: &ModelFile) -> bool {
+    signals(model).is_ok() && model.speed.is_some()
+}
+
 /// The model's output, if its signals are the vehicle's in rad and s.
 fn signals(model: &ModelFile) -> Result<Output, Error> {
     // Where these fields are in rad; on `daq` they are volts.

@@ -1,0 +1,108 @@
+//! A continuous model in gain, time constants and dead time, which the tuning rules are written in.
+
+use nalgebra::Complex;
+use planesman_linear::{TransferFunction, polynomial};
+
+use crate::error::Result;
+
+/// A pole nearer to s = 0 than this share of the fastest is an integrator.
+const AT_ZERO: f64 = 1e-7;
+
+/// `gain prod(s/-z + 1) / (s^n prod(s/-p + 1)) e^(-delay s)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dynamics {
+    /// Output unit per input unit (and s^n).
+    pub gain: f64,
+    /// `n`.
+    pub integrators: usize,
+    /// The other poles, 1/s, the slowest first.
+    pub poles: Vec<Complex<f64>>,
+    /// 1/s
+    pub zeros: Vec<Complex<f64>>,
+    /// s
+    pub delay: f64,
+}
+
+impl Dynamics {
+    /// Of a transfer function in s behind a delay, s.
+    ///
+    /// # Errors
+    /// Roots that cannot be found.
+    pub fn new(transfer: &TransferFunction, delay: f64) -> Result<Self> {
+        let mut poles = transfer.poles()?;
+        let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let all = poles.len();
+        // A model of one integrator alone has no faster pole to compare with.
+        let near = match fastest > 0.0 && all > 1 {
+            true => AT_ZERO * fastest,
+            false => f64::MIN_POSITIVE,
+        };
+        poles.retain(|p| p.norm() > near);
+        poles.sort_by(|p, q| p.norm().total_cmp(&q.norm()));
+        let integrators = all - poles.len();
+        let zeros = transfer.zeros()?;
+        let lead = transfer.monic();
+        let product =
+            |roots: &[Complex<f64>]| roots.iter().map(|r| -r).product::<Complex<f64>>().re;
+        // With a zero at s = 0 the gain that counts is that of s K.
+        let others: Vec<_> = zeros.iter().copied().filter(|z| z.norm() > 0.0).collect();
+        let gain = lead.num[0] * product(&others) / product(&poles);
+        Ok(Self {
+            gain,
+            integrators,
+            poles,
+            zeros,
+            delay,
+        })
+    }
+
+    /// The pole that grows fastest, 1/s; `None` of a model that only decays or integrates.
+    #[must_use]
+    pub fn unstable(&self) -> Option<f64> {
+        let growing = self.poles.iter().map(|p| p.re).filter(|re| *re > 0.0);
+        growing.max_by(f64::total_cmp)
+    }
+
+    /// Of polynomials in s: what the poles without dead time and zeros are, highest power first.
+    ///
+    /// # Errors
+    /// Numbers that overflow.
+    pub fn denominator(&self) -> Result<Vec<f64>> {
+        let monic = polynomial::from_roots(&self.poles)?;
+        let end = monic.last().copied().unwrap_or(1.0);
+        let mut den: Vec<f64> = monic.iter().map(|c| c / end).collect();
+        den.extend(std::iter::repeat_n(0.0, self.integrators));
+        Ok(den)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gain_and_integrators_are_those_of_the_standard_form() {
+        // 3 (2 s + 1) / (s (4 s + 1)) e^(-0.5 s)
+        let transfer = TransferFunction::new(vec![6.0, 3.0], vec![4.0, 1.0, 0.0]).unwrap();
+        let found = Dynamics::new(&transfer, 0.5).unwrap();
+        assert!((found.gain - 3.0).abs() < 1e-12);
+        assert_eq!(
+            (found.integrators, found.poles.len(), found.zeros.len()),
+            (1, 1, 1)
+        );
+        let den = found.denominator().unwrap();
+        assert!((den[0] - 4.0).abs() < 1e-12 && den[2] == 0.0);
+        let integrator = TransferFunction::new(vec![0.2], vec![1.0, 0.0]).unwrap();
+        let found = Dynamics::new(&integrator, 0.0).unwrap();
+        assert_eq!((found.integrators, found.gain), (1, 0.2));
+    }
+
+    #[test]
+    fn an_unstable_lag_has_a_negative_standard_gain() {
+        // 1 / (s - 0.5) = -2 / (-2 s + 1)
+        let transfer = TransferFunction::new(vec![1.0], vec![1.0, -0.5]).unwrap();
+        let found = Dynamics::new(&transfer, 0.0).unwrap();
+        assert!((found.gain + 2.0).abs() < 1e-12);
+        assert_eq!(found.unstable(), Some(0.5));
+    }
+}

@@ -1,0 +1,38 @@
+//! PI and PID gains for identified models, and what they keep over the plants that a model's uncertainty allows.
+//!
+//! ```text
+//! ModelFile -> UncertainModel -> draws -> Plant      the controller's view at its ticks, dead time exact
+//!           -> Dynamics -> Reduced                   gain, time constants and dead time, by the half rule
+//! rules, search -> Controller -> Margins, Motion     of the model and of each draw
+//! ```
+//! - [`tune`], [`TuneOptions`], [`Tuning`]: the whole way, with the choice of the method.
+//! - [`rules`], [`search`]: gains for one model. [`reduction`]: the half rule.
+//! - [`Seen`], [`Margins`], [`Motion`]: a loop judged. [`causes`]: what makes its phase margin uncertain.
+
+mod causes;
+mod closed_loop;
+mod controller;
+mod drawn;
+mod dynamics;
+mod error;
+mod json;
+mod model;
+mod plant;
+pub mod reduction;
+mod response;
+pub mod rules;
+pub mod search;
+#[cfg(test)]
+mod tests;
+mod tune;
+
+pub use causes::{Cause, causes};
+pub use closed_loop::{Limits, Margins, Seen};
+pub use controller::{Controller, FILTER_RATIO};
+pub use drawn::drawn;
+pub use dynamics::Dynamics;
+pub use error::TuneError;
+pub use model::{Property, PropertyKind, Sampling, UncertainModel};
+pub use plant::Plant;
+pub use response::{Motion, Trial};
+pub use tune::{Band, Kind, MISSED, Method, Robustness, Spread, Steps, TuneOptions, Tuning, tune};

@@ -1,0 +1,260 @@
+//! Gains of the depth and pitch loops for an identified vehicle, and flights of the vehicles that its model allows.
+
+use std::fmt::Write as _;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+use planesman_console::{Format, Table, print_wrapped};
+use planesman_design::{ACTUATOR, DiveGains, DiveTask, Subject, described, gains_text, speed_text};
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::write_text;
+use planesman_flight::sweep::Sweep;
+use planesman_flight::sweep::outcomes::Outcomes;
+use planesman_model_file::ModelFile;
+use planesman_tuning::{MISSED, Spread, drawn};
+use planesman_vehicle::vehicle_file;
+use serde_json::json;
+
+use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
+use crate::arguments::{output_file, speed, within};
+
+/// The vehicles that are drawn at most.
+const MOST_DRAWS: usize = 100;
+/// The vehicles that are flown.
+const FLOWN: usize = 40;
+/// The longest that a step response and a flight last, s.
+const DURATION: f64 = 120.0;
+
+/// For a model of plane_motion:dive_planes to state:pitch or state:pitch_rate.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Depth and pitch gains, for a model of the vehicle's pitch")]
+pub(super) struct DiveArgs {
+    /// The vehicle's speed in the record (m/s, or with its unit: 1ft/s); a model file has it
+    #[arg(long, value_parser = speed(1e-3, 100.0))]
+    pub(super) speed: Option<f64>,
+    /// Base vehicle: gives all but the pitch dynamics
+    #[arg(long, value_name = "VEHICLE", default_value = vehicle_file::BRUNNER)]
+    base: String,
+    /// What moves the planes: ideal, first_order, or a built-in actuator or actuator file
+    #[arg(long, default_value = ACTUATOR)]
+    actuator: String,
+    /// Largest overshoot of a depth step (%)
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = within(0.0, 100.0))]
+    overshoot: f64,
+    /// Write the gains as a parameter file of depth_controller, *.yaml
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    gains: Option<PathBuf>,
+    /// Fly a depth step with the gains by every vehicle drawn, 40 at most, by the machinery of planesman sweep: model files, scenario and
+    /// results in this new folder
+    #[arg(long, value_name = "FOLDER")]
+    fly: Option<PathBuf>,
+}
+
+impl DiveArgs {
+    /// Prints the gains, writes what is asked for, flies.
+    pub(super) fn run(
+        &self,
+        model: ModelFile,
+        controller: &ControllerArgs,
+        limits: &LimitArgs,
+        trial: &TrialArgs,
+        json: bool,
+    ) -> Result<()> {
+        let mut subject = Subject {
+            actuator: self.actuator.clone(),
+            computing_delay: controller.computing_delay,
+            ..Subject::default()
+        };
+        if let Some(period) = controller.period {
+            subject.rate = 1.0 / period;
+        }
+        let task = DiveTask {
+            base: self.base.clone(),
+            subject,
+            phase_margin: limits.phase_margin.to_radians(),
+            gain_margin: 10_f64.powf(limits.gain_margin / 20.0),
+            sensitivity: limits.ms,
+            overshoot: self.overshoot,
+            step: trial.step.abs(),
+            duration: DURATION,
+            draws: drawn(&model, (limits.draws as usize).min(MOST_DRAWS), limits.seed),
+            model,
+        };
+        let found = task.gains()?;
+        if json {
+            planesman_console::print(
+                serde_json::to_string_pretty(&as_json(&task, &found))? + "\n",
+            )?;
+        } else {
+            print_wrapped(text(&task, &found))?;
+        }
+        if let Some(path) = &self.gains {
+            write_text(path, found.parameter_file())?;
+            planesman_console::err!("{}: the gains, for ros2 param load", path.display());
+        }
+        if let Some(folder) = &self.fly {
+            fly(folder, &task, &found)?;
+        }
+        Ok(())
+    }
+}
+
+fn cell(value: f64, decimals: usize) -> String {
+    match value.is_finite() {
+        true => format!("{value:.decimals$}"),
+        false => "-".to_owned(),
+    }
+}
+
+/// Each number: its name, its spread, whether the worst is its largest, and its decimals.
+fn rows(found: &DiveGains) -> [(&'static str, Spread, bool, usize); 5] {
+    [
+        ("phase margin, deg", found.phase(), false, 1),
+        ("gain margin, dB", found.gain(), false, 1),
+        ("sensitivity peak Ms", found.sensitivity(), true, 2),
+        ("overshoot, %", found.overshoot(), true, 2),
+        ("settling time (5 %), s", found.settling(), true, 2),
+    ]
+}
+
+fn text(task: &DiveTask, found: &DiveGains) -> String {
+    let model = &task.model;
+    let mut text = format!(
+        "{} to {} on {}, behind {}, {} Hz\nU = {}\n{}\n",
+        model.input,
+        model.output,
+        task.base,
+        task.subject.actuator,
+        task.subject.rate,
+        speed_text(found.speed),
+        gains_text(&found.gains)
+    );
+    text += &described(&found.model);
+    let worst = match found.draws.len() {
+        0 => "the model has no covariance: taken as exact".to_owned(),
+        n => format!("{n} vehicles drawn from the model's covariance, all margins kept by 95 %:"),
+    };
+    let _ = writeln!(text, "\n{worst}");
+    if let Some((reason, count)) = &found.left_out {
+        let _ = writeln!(text, "{count} more are no vehicles and left out ({reason})");
+    }
+    let mut table = Table::of(["", "model", "worst of 95 %", "median"]);
+    for (name, spread, is_peak, decimals) in rows(found) {
+        let share = if is_peak { 1.0 - MISSED } else { MISSED };
+        table.row([
+            name.to_owned(),
+            cell(spread.model, decimals),
+            cell(spread.quantile(share), decimals),
+            cell(spread.quantile(0.5), decimals),
+        ]);
+    }
+    text += &table.text(Format::Table);
+    let set = found
+        .parameters()
+        .map(|(name, value)| format!("--set depth_controller.{name}={value:.4}"));
+    text + "\nNext: planesman sim dive "
+        + &set.join(" ")
+        + ", or --gains gains.yaml, or --fly FOLDER\n"
+}
+
+fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
+    let spread = |of: &Spread| {
+        let finite = |value: f64| Some(value).filter(|it| it.is_finite());
+        json!({
+            "model": finite(of.model),
+            "q05": finite(of.quantile(MISSED)),
+            "q50": finite(of.quantile(0.5)),
+            "q95": finite(of.quantile(1.0 - MISSED)),
+        })
+    };
+    let gains = found
+        .parameters()
+        .map(|(name, value)| (name.to_owned(), json!(value)));
+    json!({
+        "input": task.model.input,
+        "output": task.model.output,
+        "speed": found.speed,
+        "depth_controller": serde_json::Map::from_iter(gains),
+        "draws": found.draws.len(),
+        "left_out": found.left_out.as_ref().map_or(0, |it| it.1),
+        "phase_margin": spread(&found.phase()),
+        "gain_margin": spread(&found.gain()),
+        "ms": spread(&found.sensitivity()),
+        "overshoot": spread(&found.overshoot()),
+        "settling_time": spread(&found.settling()),
+    })
+}
+
+/// Flies a depth step by the model's vehicle and by drawn ones, each a model file in the folder.
+fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
+    std::fs::create_dir(folder).with_context(|| format!("'{}'", folder.display()))?;
+    let own = std::iter::once(&task.model);
+    let mut vehicles = Vec::new();
+    for (number, file) in own.chain(task.draws.iter().take(FLOWN)).enumerate() {
+        // A drawn model that is no vehicle's was left out of the margins too.
+        let base = vehicle_file::load(&task.base)?;
+        if planesman_vehicle::identified::vehicle(&base, file).is_err() {
+            continue;
+        }
+        let path = folder.join(format!("model_{number:03}.yaml"));
+        file.write(&path)?;
+        vehicles.push(path.canonicalize()?.display().to_string());
+    }
+    let scenario = scenario(task, found, &vehicles[0]);
+    write_text(&folder.join("scenario.yaml"), &scenario)?;
+    let vary = format!("plant_sim.vehicle={}", vehicles.join(","));
+    let sweep = Sweep::new(Scenario::parse(&scenario)?, &[vary], None, 1)?;
+    let results = folder.join("sweep");
+    sweep.define(&results, None)?;
+    let jobs = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let flown = sweep.fly(&results, None, jobs, &())?;
+    let outcomes = Outcomes::read(&results, None, sweep.space())?;
+    let each = || outcomes.combinations.values();
+    let settled: Vec<f64> = each().filter_map(|it| it.settling.value()).collect();
+    let travel: Vec<f64> = each().filter_map(|it| it.travel.value()).collect();
+    let settling = Spread::new(
+        settled.first().copied().unwrap_or(f64::INFINITY),
+        settled.iter().copied(),
+    );
+    let travel = Spread::new(
+        travel.first().copied().unwrap_or(f64::INFINITY),
+        travel.iter().map(|it| it.to_degrees()),
+    );
+    let unsettled: u32 = each().map(|it| it.unsettled).sum();
+    planesman_console::err!(
+        "{}: {} vehicles flown, {} broke off, {unsettled} did not settle; settling time (5 %) {} s at the median, {} s at 95 %; planes moved {} deg at the \
+         median, {} deg at 95 %",
+        flown.file.display(),
+        outcomes.cases,
+        outcomes.failed,
+        cell(settling.quantile(0.5), 2),
+        cell(settling.quantile(1.0 - MISSED), 2),
+        cell(travel.quantile(0.5), 1),
+        cell(travel.quantile(1.0 - MISSED), 1)
+    );
+    Ok(())
+}
+
+/// A depth step with the gains, without a test signal.
+fn scenario(task: &DiveTask, found: &DiveGains, vehicle: &str) -> String {
+    let gains: String = found
+        .parameters()
+        .iter()
+        .map(|(name, value)| format!("    {name}: {value:?}\n"))
+        .collect();
+    let model = match task.subject.actuator.as_str() {
+        "ideal" | "first_order" => format!("    model: {}\n", task.subject.actuator),
+        name => format!("    actuator: {name:?}\n"),
+    };
+    format!(
+        "description: A depth step with the gains of planesman tune\nduration: {DURATION:?}\ntick: {:?}\nparameters:\n  plant_sim:\n    vehicle: {vehicle:?}\n    \
+         vehicle_base: {:?}\n    speed: {:?}\n  depth_controller:\n    mode: depth\n    depth_setpoint: {:?}\n{gains}    identification:\n      signal: none\n  \
+         dha_actuator:\n{model}",
+        1.0 / task.subject.rate,
+        task.base,
+        found.speed,
+        task.step
+    )
+}
