@@ -34,6 +34,7 @@ Method = Literal[
     "least_squares",
     "n4sid",
     "process",
+    "frf",
     "fir",
     "recursive_least_squares",
     "extended_least_squares",
@@ -52,7 +53,7 @@ class FitOptions(TypedDict, total=False):
     """The options of `fit` and `fit_all`: those of `planesman sysid fit`, whose `--help` and docs/sysid.md say more."""
 
     reference: str
-    """Setpoint of the control loop, for closed-loop data: the model is then fitted in two stages."""
+    """Setpoint of the control loop, for closed-loop data: the model is then fitted in two stages, or by the response to it."""
     stamp: Literal["header", "log"]
     """Time stamps: of the message headers, or of the recorder."""
     time: str
@@ -89,6 +90,8 @@ class FitOptions(TypedDict, total=False):
     """Order of the denominator; searched without."""
     process: Literal["1", "2", "2u", "i", "1i"]
     """Form of a process model, for method "process"; chosen by a criterion without."""
+    coherence: float
+    """For method "frf": the least coherence in the band that the model is fitted in, 0 to 1; 0.6 without."""
     numerator: int
     """Coefficients of the numerator."""
     delay: int
@@ -260,7 +263,7 @@ class Model:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """K, T1 and so on of a process model; the vehicle's own, K/J and so on, from a method that seeks them."""
+        """K, T1 and so on of a process model, b0, a0 and so on of one in s; the vehicle's own, K/J and so on, from a method that seeks them."""
         return {found["name"]: found["value"] for found in self.report.get("parameters", [])}
 
     @property

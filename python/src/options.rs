@@ -266,6 +266,7 @@ impl Keywords {
         Ok(StructureOptions {
             order: self.count("order", rules::ORDER)?,
             process: self.choice("process", &Form::ALL, Form::described, |_| &[])?,
+            coherence: self.number("coherence", rules::COHERENCE)?,
             numerator: self.count("numerator", rules::NUMERATOR)?,
             delay: self.count("delay", rules::DELAY)?,
             zeros_at_one: at_one(self, "zeros_at_one")?.unwrap_or_default(),

@@ -69,6 +69,9 @@ pub struct FitArgs {
     /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
     #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(rules::BOOTSTRAP), help_heading = "Model")]
     bootstrap: Option<u32>,
+    /// Write the frequency response of --method frf: *.csv
+    #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
+    response: Option<PathBuf>,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -91,6 +94,9 @@ struct StructureArgs {
     /// Form of a process model, for --method process [default: chosen by the Bayesian criterion]
     #[arg(long, value_name = "FORM", value_parser = choice(&Form::ALL, Form::described))]
     process: Option<Form>,
+    /// For --method frf: the least coherence of input and output in the band that the model is fitted in [default: 0.6]
+    #[arg(long, value_name = "SHARE", value_parser = by(rules::COHERENCE))]
+    coherence: Option<f64>,
     /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(rules::NUMERATOR))]
     numerator: Option<u8>,
@@ -171,6 +177,7 @@ impl From<&FitArgs> for FitOptions {
             structure: StructureOptions {
                 order: structure.order.map(usize::from),
                 process: structure.process,
+                coherence: structure.coherence,
                 numerator: structure.numerator.map(usize::from),
                 delay: structure.delay.map(usize::from),
                 zeros_at_one: usize::from(structure.zeros_at_one),
@@ -233,6 +240,10 @@ pub fn run(args: &FitArgs) -> Result<()> {
         found.model_file()?.write(path)?;
         planesman_console::err!("{}: the model", path.display());
     }
+    if let Some(path) = &args.response {
+        write_text(path, found.response()?)?;
+        planesman_console::err!("{}: the frequency response", path.display());
+    }
     if let Some(path) = &args.html {
         let page = match &found.tried[..] {
             [] => {
@@ -287,7 +298,7 @@ mod tests {
     #[test]
     fn the_command_line_has_the_options_of_the_library() {
         let command = FitArgs::command();
-        let own = ["json", "model", "html", "quiet", "help"];
+        let own = ["json", "model", "response", "html", "quiet", "help"];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
             .filter_map(|it| {
                 let values = it.get_possible_values();

@@ -111,8 +111,9 @@ fn follow(page: &str) {
     }
 }
 
-const TUTORIALS: [&str; 4] = [
+const TUTORIALS: [&str; 5] = [
     "tutorial_design.md",
+    "tutorial_frequency.md",
     "tutorial_identify.md",
     "tutorial_reproduce.md",
     "tutorial_ros2.md",

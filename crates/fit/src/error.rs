@@ -43,6 +43,12 @@ pub enum FitError {
     /// A form of process model for another method.
     #[error("--process is for --method process; {} takes --order and --delay", .0.name())]
     NotProcess(Method),
+    /// A coherence for another method.
+    #[error("--coherence is for --method frf; {} takes all frequencies", .0.name())]
+    NotFrequency(Method),
+    /// Numerators of their own for the method that has one response.
+    #[error("--own-numerators: --method frf has one response of all segments; fit them one by one with --window")]
+    OneResponse,
     /// Coefficients of a vehicle for a method that has no use for them.
     #[error("--heave and --vehicle are for --method vehicle and kalman")]
     NoVehicle,
@@ -119,6 +125,9 @@ pub enum FitError {
     /// All methods were tried.
     #[error("no method finds a model")]
     NoMethod,
+    /// A frequency response of a model that was fitted otherwise.
+    #[error("--response writes what --method frf measures: ask for that")]
+    NoResponse,
     /// Nothing to compare.
     #[error("a model file is needed, *.json or *.yaml, as sysid fit --model writes it")]
     NoModel,

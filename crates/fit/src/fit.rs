@@ -17,6 +17,7 @@ use crate::error::FitError;
 use crate::model_file;
 use crate::options::{FitOptions, MethodChoice, Validation};
 use crate::record::Expected;
+use crate::response;
 use crate::simulated::Simulated;
 use crate::trial::{Trial, ranked};
 
@@ -179,7 +180,13 @@ impl FitResult {
         let of_process = process.into_iter().flat_map(|it| it.named());
         let of_process =
             of_process.map(|(name, _, value, deviation)| named((name, value, deviation)));
-        let parameters: Vec<Value> = physical.into_iter().chain(of_process).collect();
+        let of_frequency = analysis.estimate.frequency.iter();
+        let of_frequency = of_frequency.flat_map(|it| {
+            let named = it.named();
+            named.map(|(name, value, deviation)| json!({"name": name, "value": value, "deviation": deviation}))
+        });
+        let parameters = physical.into_iter().chain(of_process).chain(of_frequency);
+        let parameters: Vec<Value> = parameters.collect();
         let processes = analysis.processes.iter().map(|it| {
             json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
         });
@@ -188,6 +195,7 @@ impl FitResult {
             "parameters": parameters,
             "processes": processes.collect::<Vec<_>>(),
             "process_fit": analysis.process_fit,
+            "frequency": analysis.estimate.frequency.as_ref().map(|it| response::as_json(it, record.sample_time)),
             "candidates": analysis.candidates,
             "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.attainable_fit,
@@ -231,6 +239,16 @@ impl FitResult {
                 .collect(),
             ..model_file::from_analysis(&self.analysis)?
         })
+    }
+
+    /// The frequency response as a table of comma-separated values, of the method that has one.
+    ///
+    /// # Errors
+    /// [`FitError::NoResponse`]: another method.
+    pub fn response(&self) -> Result<String, FitError> {
+        let fit = self.analysis.estimate.frequency.as_ref();
+        let fit = fit.ok_or(FitError::NoResponse)?;
+        Ok(response::table(fit, self.analysis.estimate.sample_time))
     }
 
     /// The longest run, measured and simulated.

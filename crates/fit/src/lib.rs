@@ -40,6 +40,7 @@ mod fit;
 pub mod model_file;
 mod options;
 mod record;
+mod response;
 pub mod rules;
 mod samples;
 mod several;

@@ -34,12 +34,17 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
             .row_iter()
             .map(|row| row.iter().copied().collect())
             .collect(),
-        continuous: match &analysis.estimate.process {
-            Some(process) => {
+        continuous: match (&analysis.estimate.process, &analysis.estimate.frequency) {
+            (Some(process), _) => {
                 let (num, den, delay) = process.transfer();
                 Some(Continuous { num, den, delay })
             }
-            None => in_s.map(|it| Continuous {
+            (None, Some(fit)) => Some(Continuous {
+                num: fit.transfer.transfer_function.num.clone(),
+                den: fit.transfer.transfer_function.den.clone(),
+                delay: fit.transfer.delay,
+            }),
+            (None, None) => in_s.map(|it| Continuous {
                 num: it.transfer.num.clone(),
                 den: it.transfer.den.clone(),
                 delay: it.delay,

@@ -18,7 +18,7 @@ use planesman_vehicle::{pitch, vehicle_file};
 use crate::data::DataOptions;
 use crate::error::FitError;
 use crate::rules::{
-    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
+    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, COHERENCE, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
     NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
 };
 use crate::steps_in_words::StepsInWords;
@@ -189,6 +189,7 @@ impl MethodChoice {
             Method::BoxJenkins => &["bj"],
             Method::LeastSquares => &["arx"],
             Method::N4sid => &["subspace"],
+            Method::Frf => &["spa", "frequency"],
             Method::RecursiveLeastSquares => &["rls", "rarx"],
             Method::ExtendedLeastSquares => &["els"],
             Method::RecursivePredictionError => &["rpem", "rml"],
@@ -201,7 +202,7 @@ impl MethodChoice {
 /// Every option of a fit by its name, with its words where it takes one of several.
 #[must_use]
 pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
-    const OTHERS: [&str; 31] = [
+    const OTHERS: [&str; 32] = [
         "input",
         "output",
         "reference",
@@ -214,6 +215,7 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
         "unwrap",
         "validation",
         "order",
+        "coherence",
         "numerator",
         "delay",
         "zeros_at_one",
@@ -271,6 +273,8 @@ pub struct StructureOptions {
     pub order: Option<usize>,
     /// The form of a process model; `None` for a criterion to choose.
     pub process: Option<Form>,
+    /// For the frequency domain, the least coherence that a transfer function is fitted by, 0 to 1; `None` for 0.6.
+    pub coherence: Option<f64>,
     /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
     pub numerator: Option<usize>,
     /// Samples from the input to its first effect; `None` to search it.
@@ -428,6 +432,7 @@ impl FitOptions {
             ("noise", vehicle.noise, ABOVE_ZERO),
             ("bias_drift", Some(vehicle.bias_drift), NOT_NEGATIVE),
             ("disturbance", Some(vehicle.disturbance), NOT_NEGATIVE),
+            ("coherence", structure.coherence, COHERENCE),
             ("forgetting", self.recursion.forgetting, FORGETTING),
             ("initial_covariance", covariance, ABOVE_ZERO),
         ] {
@@ -476,11 +481,17 @@ impl FitOptions {
         if method != Method::Process && structure.process.is_some() && is_alone {
             return Err(FitError::NotProcess(method));
         }
+        if method != Method::Frf && structure.coherence.is_some() && is_alone {
+            return Err(FitError::NotFrequency(method));
+        }
+        if method == Method::Frf && structure.own_numerators && is_alone {
+            return Err(FitError::OneResponse);
+        }
         let is_fir = method == Method::Fir;
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
         }
-        let has_none = matches!(method, Method::Fir | Method::N4sid);
+        let has_none = matches!(method, Method::Fir | Method::N4sid | Method::Frf);
         if structure.order == Some(0) && has_none && is_alone {
             return Err(FitError::NoStatic(method));
         }
@@ -502,6 +513,7 @@ impl FitOptions {
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
                 process: structure.process,
+                coherence: structure.coherence,
                 // Beside other methods the criterion chooses: an order is none of coefficients.
                 length: structure.order.filter(|_| is_fir && is_alone),
                 recursion: self.recursion.options(self.method)?,

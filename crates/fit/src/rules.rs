@@ -66,6 +66,8 @@ pub const SAMPLE_TIME: Rule =
 pub const MAX_GAP: Rule = Rule::new(LEAST, 1e9, "expected a time between 0 and 1e9 s");
 /// Forgetting factors per sample.
 pub const FORGETTING: Rule = Rule::new(1e-3, 1.0, "a number from 0.001 to 1 is expected");
+/// Coherences.
+pub const COHERENCE: Rule = Rule::new(0.05, 0.999, "a coherence from 0.05 to 0.999 is expected");
 /// A vehicle's speed, m/s.
 pub const SPEED: Rule = Rule::new(1e-3, 100.0, "a number from 0.001 to 100 m/s is expected");
 /// Periods of an angle or a counter.

@@ -227,6 +227,7 @@ impl GivenModel {
             residuals: Vec::new(),
             physical: None,
             process: None,
+            frequency: None,
         })
     }
 }

@@ -31,6 +31,9 @@ pub enum IdentificationError {
     /// The records do not determine the unknowns, in another way.
     #[error("{0}")]
     Undetermined(&'static str),
+    /// The coherence holds in no band of frequencies.
+    #[error("{0}")]
+    NoBand(String),
     /// A search or a filter that settles nowhere.
     #[error("{0}")]
     Search(&'static str),

@@ -3,6 +3,7 @@
 //! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
 //! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages
 //!   in a closed loop: behind one trait.
+//! - [`frequency`]: frequency responses with coherence and errors, of several inputs and in closed loops.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
@@ -24,6 +25,7 @@ mod error;
 pub mod estimators;
 mod fit;
 mod free_motion;
+pub mod frequency;
 mod model;
 mod prediction;
 mod readout;

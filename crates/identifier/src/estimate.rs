@@ -33,5 +33,6 @@ pub fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
         residuals: Vec::new(),
         physical: None,
         process: None,
+        frequency: None,
     })
 }

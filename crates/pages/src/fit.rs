@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use maud::{Markup, html};
 use planesman_fit::{Response, Simulated, frequency_response};
 use planesman_identification::analysis::Analysis;
-use planesman_identification::estimators::{Estimate, StepResponse};
+use planesman_identification::estimators::{Estimate, Row, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{
     IdentificationError, Problem, Reading, Record, SIGMAS_95, Structure, Uncertain,
@@ -86,6 +86,12 @@ fn in_words(analysis: &Analysis) -> Markup {
                 tr { td { "process" } td { (process.form.equation()) } }
                 @for (name, unit, value, deviation) in process.named() {
                     tr { td { (name) } td { (with_interval(value, SIGMAS_95 * deviation)) " " (unit) } }
+                }
+            }
+            @if let Some(fit) = &analysis.estimate.frequency {
+                tr { td { "in s" } td { (fit.equation()) } }
+                @for (name, value, deviation) in fit.named() {
+                    tr { td { (name) } td { (with_interval(value, SIGMAS_95 * deviation)) (if name == "theta" { " s" } else { "" }) } }
                 }
             }
             tr { td { "delay" } td {
@@ -342,7 +348,7 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     )
 }
 
-fn bode(analysis: &Analysis) -> [Plot<'static>; 2] {
+fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
     let responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
     let banded = |title, axes, of: &dyn Fn(&Response, f64) -> f64| {
         let band = |it: &Response| (it.omega, of(it, -SIGMAS_95), of(it, SIGMAS_95));
@@ -358,11 +364,63 @@ fn bode(analysis: &Analysis) -> [Plot<'static>; 2] {
     let phase = |it: &Response, sigmas: f64| {
         it.phase + sigmas * it.value.phase_deviation().min(PI).to_degrees()
     };
-    [
+    let mut plots = vec![
         banded("Magnitude", MAGNITUDE, &Response::magnitude)
             .note("Of the frequency response, with the 95 % band at each frequency, up to half the sampling rate."),
         banded("Phase", PHASE, &phase).note("The same for the phase."),
-    ]
+    ];
+    if let Some(fit) = &analysis.estimate.frequency {
+        plots = measured(plots, &fit.rows(analysis.estimate.sample_time), &responses, fit.coherence);
+    }
+    plots
+}
+
+/// The plots of the model's response with what was measured over them, and the coherence.
+fn measured(
+    plots: Vec<Plot<'static>>,
+    rows: &[Row],
+    responses: &[Response],
+    least: f64,
+) -> Vec<Plot<'static>> {
+    // The model's phases begin at the lowest frequency of the plot; those of the rows, at their own.
+    let turns = rows.first().zip(rows.first().and_then(|it| it.model));
+    let turns = turns.map_or(0.0, |(row, model)| {
+        let near = responses.iter().min_by(|p, q| {
+            let away = |it: &Response| (it.omega / row.omega).ln().abs();
+            away(p).total_cmp(&away(q))
+        });
+        near.map_or(0.0, |it| ((it.phase - model.1) / 360.0).round() * 360.0)
+    });
+    let used: Vec<&Row> = rows.iter().filter(|it| it.is_used).collect();
+    let size = |it: &Row| (it.decibels, it.decibel_deviation);
+    let phase = move |it: &Row| (it.phase + turns, it.phase_deviation);
+    let columns: [&dyn Fn(&Row) -> (f64, f64); 2] = [&size, &phase];
+    let mut plots: Vec<_> = (plots.into_iter().zip(columns))
+        .map(|(plot, of)| {
+            let band = used.iter().map(|it| {
+                let (value, deviation) = of(it);
+                let half = it.sigmas_95 * deviation;
+                (it.omega, value - half, value + half)
+            });
+            plot.with_all([Series::band("95 %, data", band)]).with(
+                Style::Dots,
+                "data",
+                used.iter().map(|it| (it.omega, of(it).0)),
+            )
+        })
+        .collect();
+    let coherence = rows.iter().map(|it| (it.omega, it.coherence));
+    let (low, high) = (rows.first(), rows.last());
+    let ends = low.zip(high).map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
+    plots.push(
+        Plot::new("Coherence", ["frequency [rad/s]", "coherence"])
+            .note("The share of the output that follows the input at each frequency: 1 without noise. The model is fitted where it is above the bound.")
+            .log_x()
+            .linked(FREQUENCY)
+            .line("coherence", coherence)
+            .with_all(ends.map(|ends| bound("least used", ends))),
+    );
+    plots
 }
 
 #[cfg(test)]

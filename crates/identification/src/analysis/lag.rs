@@ -28,7 +28,8 @@ pub struct Lag {
 
 /// The lag of a model of the output error, from the longest record it was fitted to.
 pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
-    if found.error != Error::Output || found.physical.is_some() || found.process.is_some() {
+    let has_dead_time = found.process.is_some() || found.frequency.is_some();
+    if found.error != Error::Output || found.physical.is_some() || has_dead_time {
         return None;
     }
     let one = Problem {

@@ -32,7 +32,8 @@ use crate::comparison::GivenModel;
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages, WarmStarted,
+    Error, Estimate, Estimator, FrequencyDomain, Given, Knowledge, LeastSquares, Method, Physical,
+    TwoStages, WarmStarted,
 };
 use crate::model::Model;
 use crate::prediction;
@@ -269,6 +270,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let part = whole.part().unwrap_or(whole);
     let (mut fitted, mut lag, mut other_order) = (None, None, None);
     let (mut processes, mut process_fit, mut lines) = (Vec::new(), None, None);
+    // By the reference, without a first stage.
+    let mut joint: Option<FrequencyDomain> = None;
     if options.method == Method::Automatic || options.method == Method::Process {
         let whole = second_stage(&problem, &caused);
         let chosen = match options.method {
@@ -288,6 +291,17 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         other_order = chosen.other_order;
         lines = chosen.lines;
         (processes, process_fit) = (chosen.processes, chosen.process_fit);
+    } else if options.method == Method::Frf {
+        let search = in_frequency(options, record.sample_time, &references);
+        let found = search.fit(&problem)?;
+        let again = search.of_found(&found);
+        method = Box::new(FrequencyDomain {
+            references: Vec::new(),
+            ..again.clone()
+        });
+        problem.structure = found.layout.structure.clone();
+        joint = Some(again);
+        fitted = Some(found);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
@@ -316,7 +330,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         second: method.as_ref(),
         references,
     };
-    let estimator: &dyn Estimator = if in_a_loop { &staged } else { method.as_ref() };
+    let estimator: &dyn Estimator = match &joint {
+        Some(joint) => joint,
+        None if in_a_loop => &staged,
+        None => method.as_ref(),
+    };
     let estimate = match fitted {
         Some(fitted) => fitted,
         None => estimator.fit(&problem)?,
@@ -400,11 +418,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
     found.finding = found.beyond_linear(data);
-    let mut doubts = match (&found.estimate.process, options.method.is_of_the_vehicle()) {
-        // One step determines it, as its intervals say.
-        (Some(_), _) => Vec::new(),
-        (None, true) => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
-        (None, false) => identifiability::doubts(&problem),
+    let mut doubts = match options.method.is_of_the_vehicle() {
+        // One step determines the one, the coherence tells where the other is: as their intervals say.
+        _ if found.estimate.process.is_some() || found.estimate.frequency.is_some() => Vec::new(),
+        true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
+        false => identifiability::doubts(&problem),
     };
     // An input that hardly excites some direction determines it where there is little noise.
     if found.response_is_determined() {
@@ -416,6 +434,25 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         .chain(found.reasons(doubts, record))
         .collect();
     Ok(found)
+}
+
+/// The search in the frequency domain.
+fn in_frequency(options: &Options, sample_time: f64, references: &[&[f64]]) -> FrequencyDomain {
+    FrequencyDomain {
+        given: Given {
+            poles: options.order,
+            zeros: options.numerator.map(|count| count.saturating_sub(1)),
+            // The first effect of a held input is seen a sample later.
+            delay: options
+                .delay
+                .map(|delay| delay.saturating_sub(1) as f64 * sample_time),
+            integrators: options.integrators,
+            differentiators: options.zeros_at_one,
+        },
+        coherence: options.knowledge.coherence,
+        references: references.iter().map(|it| it.to_vec()).collect(),
+        ..FrequencyDomain::default()
+    }
 }
 
 /// The choice of the default method, or of a process model.

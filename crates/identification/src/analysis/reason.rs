@@ -54,6 +54,17 @@ pub enum Reason {
     HeldOutIsNoise(Option<f64>),
     /// Not validated: the first part alone does not determine the model.
     FirstPartUndetermined,
+    /// The first part alone does not excite the band: the simulated fit on all of the record, %.
+    WholeRecord(Option<f64>),
+    /// The band in which the coherence holds.
+    Band {
+        /// The lowest and the highest frequency, rad/s.
+        band: (f64, f64),
+        /// The least coherence.
+        coherence: f64,
+        /// J of the transfer function there.
+        cost: f64,
+    },
     /// Another model than a linear, steady one explains the error.
     NotLinear {
         /// What the error points to.

@@ -1,5 +1,6 @@
 //! Verdict and reasons in words.
 
+use std::f64::consts::TAU;
 use std::fmt;
 
 use planesman_linear::digits::{significant, with_interval};
@@ -14,6 +15,9 @@ use crate::uncertainty::SIGMAS_95;
 use crate::validation::identifiability::Doubt;
 use crate::validation::nonlinearity::{Cause, Curve};
 use crate::validation::residuals::Correlation;
+
+/// The cost J up to which a transfer function is called good (Tischler and Remple 2012, ch. 11).
+const ACCEPTED: f64 = 100.0;
 
 impl Verdict {
     /// In a word, and what to do next.
@@ -191,7 +195,7 @@ impl fmt::Display for Reason {
                 let (staged, direct) = (size(staged), size(direct));
                 write!(
                     f,
-                    "magnitude of the response at {frequency:.3} rad/s: {staged} in two stages from {reference}, {direct} \
+                    "magnitude of the response at {frequency:.3} rad/s: {staged} by the reference {reference}, {direct} \
                      by a direct fit; "
                 )?;
                 match apart {
@@ -238,6 +242,32 @@ impl fmt::Display for Reason {
             Self::FirstPartUndetermined => f.write_str(
                 "not validated: the first seven tenths alone do not determine the model",
             ),
+            Self::WholeRecord(fit) => {
+                let fit = fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
+                write!(
+                    f,
+                    "the first seven tenths alone do not excite the band: judged by the simulated fit on all of the record, {fit}; \
+                     --validation judges it on other data"
+                )
+            }
+            Self::Band {
+                band,
+                coherence,
+                cost,
+            } => {
+                let [low, high] = [band.0, band.1].map(|it| significant(it, 3));
+                let [low_hz, high_hz] = [band.0, band.1].map(|it| significant(it / TAU, 3));
+                let is_near = match *cost <= ACCEPTED {
+                    true => "the transfer function follows the response",
+                    false => "the transfer function is not near the response: another order, or not linear",
+                };
+                write!(
+                    f,
+                    "the coherence is {coherence} or more from {low} to {high} rad/s ({low_hz} to {high_hz} Hz), and the model is of this \
+                     band; cost J {}, {ACCEPTED:.0} at most is good: {is_near}",
+                    significant(*cost, 3)
+                )
+            }
             Self::NotLinear {
                 finding,
                 sample_time,

@@ -45,10 +45,15 @@ impl Analysis {
             to_a_nanosecond(self.estimate.sample_time)
         );
         if let Some(reference) = &self.reference {
-            let _ = writeln!(text, "in two stages, from {reference}");
+            let how = match self.estimate.frequency {
+                Some(_) => "by the response to the reference, S_ry / S_ru",
+                None => "in two stages, from",
+            };
+            let _ = writeln!(text, "{how} {reference}");
         }
         text += &self.tried();
         text += &self.process();
+        text += &self.frequency();
         text += &self.coefficients();
         for mode in self.modes() {
             let _ = writeln!(text, "{:<12} {mode}", "mode");
@@ -137,6 +142,17 @@ impl Analysis {
                 let begins = if c.is_at_rest { "at rest" } else { "in motion" };
                 let (form, sought) = (c.form.name(), c.parameters);
                 let _ = writeln!(text, "{form:<13} {begins:<10} {sought:<7} {:.1}", c.bic);
+            }
+            return text + "\n";
+        }
+        if let Some(fit) = &self.estimate.frequency
+            && fit.candidates.len() > 1
+        {
+            let mut text = String::from("\npoles  zeros  dead time    cost J     BIC\n");
+            for c in fit.candidates.iter().take(SHOWN) {
+                let (delay, cost) = (significant(c.delay, 4), significant(c.cost, 4));
+                let (poles, zeros) = (c.orders.poles, c.orders.zeros);
+                let _ = writeln!(text, "{poles:<6} {zeros:<6} {delay:<12} {cost:<10} {:.1}", c.bic);
             }
             return text + "\n";
         }
@@ -279,6 +295,45 @@ impl Analysis {
         for (name, unit, value, deviation) in model.named() {
             let value = with_interval(value, SIGMAS_95 * deviation);
             let _ = writeln!(text, "{}", format!("{name:<12} {value} {unit}").trim_end());
+        }
+        text
+    }
+
+    /// The frequency response in short, and the transfer function of it.
+    fn frequency(&self) -> String {
+        let Some(fit) = &self.estimate.frequency else {
+            return String::new();
+        };
+        let windows = fit.windows.iter().map(|it| {
+            let seconds = *it as f64 * self.estimate.sample_time;
+            significant(seconds, 3)
+        });
+        let windows: Vec<String> = windows.collect();
+        let mut rows = fit.rows(self.estimate.sample_time);
+        rows.retain(|it| it.is_used);
+        let step = rows.len().div_ceil(SHOWN).max(1);
+        let mut text = format!(
+            "{:<12} at {} frequencies, by windows of {} s; --response writes it\n\nrad/s     Hz        dB, 95 %           deg, 95 %          coherence\n",
+            "response",
+            fit.points.len(),
+            windows.join(", ")
+        );
+        for it in rows.iter().step_by(step) {
+            let _ = writeln!(
+                text,
+                "{:<9} {:<9} {:<18} {:<18} {:.3}",
+                significant(it.omega, 4),
+                significant(it.omega / std::f64::consts::TAU, 4),
+                with_interval(it.decibels, it.sigmas_95 * it.decibel_deviation),
+                with_interval(it.phase, it.sigmas_95 * it.phase_deviation),
+                it.coherence
+            );
+        }
+        let _ = writeln!(text, "\n{:<12} {}", "in s", fit.equation());
+        for (name, value, deviation) in fit.named() {
+            let value = with_interval(value, SIGMAS_95 * deviation);
+            let unit = if name == "theta" { " s" } else { "" };
+            let _ = writeln!(text, "{name:<12} {value}{unit}");
         }
         text
     }

@@ -118,6 +118,7 @@ impl Analysis {
         reasons.extend(self.selection());
         reasons.extend(self.order());
         reasons.extend(self.processes());
+        reasons.extend(self.band());
         reasons.extend(self.limits_of_search());
         reasons.extend(self.two_stages());
         reasons.extend(self.fits());
@@ -164,6 +165,16 @@ impl Analysis {
         Some(Reason::Process(chosen.clone(), next))
     }
 
+    /// The band that a transfer function was fitted in.
+    fn band(&self) -> Option<Reason> {
+        let fit = self.estimate.frequency.as_ref()?;
+        Some(Reason::Band {
+            band: fit.band,
+            coherence: fit.coherence,
+            cost: fit.cost,
+        })
+    }
+
     /// A choice at the end of what was searched.
     fn limits_of_search(&self) -> Vec<Reason> {
         let s = &self.estimate.layout.structure;
@@ -198,6 +209,7 @@ impl Analysis {
         let fit = match self.held_out_fit {
             _ if by_process.is_some() => Reason::HeldOutIsNoise(by_process),
             Some(held_out) => Reason::HeldOutFit(held_out, self.fit_remark(held_out)),
+            None if self.estimate.frequency.is_some() => Reason::WholeRecord(self.fit),
             None if self
                 .attainable_fit
                 .is_some_and(|fit| fit <= UNINFORMATIVE_FIT) =>
@@ -229,6 +241,10 @@ impl Analysis {
     /// The cross-validated fit, %, of a model whose output has settled in the held-out data, as after a step, and which
     /// simulates all of the data well; of a process model, where its errors there are the noise.
     fn cross_validated(&self) -> Option<f64> {
+        if self.estimate.frequency.is_some() {
+            // A chirp excites the band over all of its time.
+            return self.fit.filter(|_| self.held_out_fit.is_none());
+        }
         if self.estimate.process.is_some() {
             // The errors there, and over all of the run.
             let spread = self.held_out_spread?;

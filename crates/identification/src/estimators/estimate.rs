@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
+use super::frequency_fit::FrequencyFit;
 use super::physical::Physical;
 use super::process_model::ProcessModel;
 use super::rows::impulse;
@@ -45,6 +46,8 @@ pub struct Estimate {
     pub physical: Option<Physical>,
     /// The process model, where one was sought.
     pub process: Option<ProcessModel>,
+    /// The frequency response and the transfer function of it, where those were sought.
+    pub frequency: Option<FrequencyFit>,
 }
 
 impl Estimate {
@@ -71,6 +74,7 @@ impl Estimate {
             residuals,
             physical: None,
             process: None,
+            frequency: None,
         }
     }
 

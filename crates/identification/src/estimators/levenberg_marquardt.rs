@@ -100,6 +100,18 @@ pub(super) fn minimise(
     start: DVector<f64>,
     linearise: impl Fn(&DVector<f64>) -> Linearised,
 ) -> Result<(DVector<f64>, Linearised)> {
+    lowered(start, (STEPS, 0.0), linearise)
+}
+
+/// The same in so many steps at most, the last of which lowers the cost by less than a share of it.
+///
+/// # Errors
+/// As [`minimise`].
+pub(super) fn lowered(
+    start: DVector<f64>,
+    (steps, share): (usize, f64),
+    linearise: impl Fn(&DVector<f64>) -> Linearised,
+) -> Result<(DVector<f64>, Linearised)> {
     let here = linearise(&start);
     if here.cost().is_infinite() {
         return Err(IdentificationError::Search(
@@ -122,9 +134,10 @@ pub(super) fn minimise(
             false => Trial::NotLower,
         })
     };
-    let found = descend((start, (here, valley)), (STEPS, TRIALS), trial, |_, _| {
-        false
-    })?;
+    let is_last = |here: &(Linearised, _), there: &(Linearised, _)| {
+        there.0.cost() > (1.0 - share) * here.0.cost()
+    };
+    let found = descend((start, (here, valley)), (steps, TRIALS), trial, is_last)?;
     Ok((found.0, found.1.0))
 }
 

@@ -3,6 +3,7 @@
 use super::armax::Armax;
 use super::estimator::Estimator;
 use super::fir::Fir;
+use super::frequency_domain::FrequencyDomain;
 use super::least_squares::LeastSquares;
 use super::n4sid::N4sid;
 use super::output_error::OutputError;
@@ -34,6 +35,8 @@ pub enum Method {
     Fir,
     /// Gain, time constants and dead time.
     Process,
+    /// A transfer function with dead time, by the frequency response.
+    Frf,
     /// Least squares, a sample at a time.
     RecursiveLeastSquares,
     /// ARMAX by pseudo-linear regression, a sample at a time.
@@ -63,13 +66,15 @@ pub struct Knowledge {
     pub length: Option<usize>,
     /// The form of a process model; `None` for a criterion to choose.
     pub process: Option<Form>,
+    /// The least coherence that a transfer function is fitted by; `None` for 0.6.
+    pub coherence: Option<f64>,
     /// How the recursive methods learn.
     pub recursion: Options,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Automatic,
         Self::OutputError,
         Self::BoxJenkins,
@@ -78,6 +83,7 @@ impl Method {
         Self::N4sid,
         Self::Fir,
         Self::Process,
+        Self::Frf,
         Self::RecursiveLeastSquares,
         Self::ExtendedLeastSquares,
         Self::RecursivePredictionError,
@@ -121,6 +127,10 @@ impl Method {
             Self::Process => (
                 "process",
                 "Gain, one or two time constants and dead time, in continuous time; for step tests",
+            ),
+            Self::Frf => (
+                "frf",
+                "Frequency response with coherence, and a transfer function with dead time fitted to it; for chirps",
             ),
             Self::RecursiveLeastSquares => {
                 ("recursive_least_squares", "Least squares, recursively")
@@ -188,6 +198,10 @@ impl Method {
                 length: knowledge.length,
             }),
             Self::Process => Box::new(Process::of(knowledge.process.unwrap_or(Form::First))),
+            Self::Frf => Box::new(FrequencyDomain {
+                coherence: knowledge.coherence,
+                ..FrequencyDomain::default()
+            }),
             Self::RecursiveLeastSquares => recursive(Kind::LeastSquares),
             Self::ExtendedLeastSquares => recursive(Kind::ExtendedLeastSquares),
             Self::RecursivePredictionError => recursive(Kind::PredictionError),

@@ -10,6 +10,7 @@
 //! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
 //! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything the input does not cause |
+//! | [`FrequencyDomain`] | the error of a transfer function with dead time against the frequency response, in dB and phase | anything the input, or the reference, does not cause |
 //! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
 //! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
 //! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything the reference does not cause |
@@ -19,10 +20,13 @@
 
 mod armax;
 mod coloured;
+mod delayed_transfer;
 mod equation;
 mod estimate;
 mod estimator;
 mod fir;
+mod frequency_domain;
+mod frequency_fit;
 pub mod kalman;
 mod least_squares;
 mod levenberg_marquardt;
@@ -48,9 +52,12 @@ mod vehicle_fit;
 pub use armax::Armax;
 pub(crate) use coloured::independent_share;
 pub(crate) use coloured::{whitened, whitening};
+pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;
+pub use frequency_domain::{COHERENCE, FrequencyDomain, Given};
+pub use frequency_fit::{Candidate, FrequencyFit, Row};
 pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, Trial, descend, unit_factor};
 pub use method::{Knowledge, Method};

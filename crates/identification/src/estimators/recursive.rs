@@ -332,6 +332,7 @@ impl Recursion {
             theta: theta.rows(0, plain).into_owned(),
             physical: None,
             process: None,
+            frequency: None,
         })
     }
 

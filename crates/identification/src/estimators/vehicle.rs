@@ -347,6 +347,7 @@ impl Vehicle {
             input_level: 0.0,
             residuals: solution.residuals,
             process: None,
+            frequency: None,
             physical: Some(Physical {
                 values: solution.coefficients.rows(0, unknowns).into_owned(),
                 covariance: solution

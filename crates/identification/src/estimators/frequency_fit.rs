@@ -1,0 +1,160 @@
+//! A frequency response and the transfer function with a dead time that was fitted to it.
+
+use nalgebra::{DMatrix, DVector};
+use planesman_linear::{Complex, DelayedLoop};
+
+use super::delayed_transfer::{Held, Orders};
+use crate::frequency::{DECIBEL, Point};
+
+/// Orders that were tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The orders.
+    pub orders: Orders,
+    /// The dead time, s.
+    pub delay: f64,
+    /// J.
+    pub cost: f64,
+    /// The criterion.
+    pub bic: f64,
+}
+
+/// A frequency response and the transfer function of it.
+#[derive(Clone, Debug)]
+pub struct FrequencyFit {
+    /// The response, at rising frequencies.
+    pub points: Vec<Point>,
+    /// Lengths of the windows, samples.
+    pub windows: Vec<usize>,
+    /// The least coherence used.
+    pub coherence: f64,
+    /// The lowest and the highest frequency used, rad/s.
+    pub band: (f64, f64),
+    /// Whether each point was used.
+    pub used: Vec<bool>,
+    /// Whether the response is `S_ry / S_ru`.
+    pub by_reference: bool,
+    /// What was sought.
+    pub orders: Orders,
+    /// The transfer function and its dead time.
+    pub transfer: DelayedLoop,
+    /// The unknowns, by [`Orders::names`].
+    pub values: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// J.
+    pub cost: f64,
+    /// The orders tried, the best first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// The response at one frequency, as a table has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// The frequency, rad/s.
+    pub omega: f64,
+    /// The magnitude, dB.
+    pub decibels: f64,
+    /// Its standard deviation, dB.
+    pub decibel_deviation: f64,
+    /// The phase, deg, within half a turn of the model's.
+    pub phase: f64,
+    /// Its standard deviation, deg.
+    pub phase_deviation: f64,
+    /// Standard deviations of the 95 % intervals of both.
+    pub sigmas_95: f64,
+    /// The coherence.
+    pub coherence: f64,
+    /// Independent averages.
+    pub averages: f64,
+    /// Whether the transfer function was fitted to it.
+    pub is_used: bool,
+    /// The model's magnitude, dB, and phase, deg; none at a pole.
+    pub model: Option<(f64, f64)>,
+}
+
+impl FrequencyFit {
+    /// Name, value and standard deviation of each unknown.
+    pub fn named(&self) -> impl Iterator<Item = (String, f64, f64)> {
+        let each = self.orders.names().into_iter().zip(&self.values);
+        each.enumerate().map(|(i, (name, value))| {
+            let deviation = self.covariance[(i, i)].max(0.0).sqrt();
+            (name, *value, deviation)
+        })
+    }
+
+    /// The transfer function in letters.
+    #[must_use]
+    pub fn equation(&self) -> String {
+        let orders = &self.orders;
+        let power = |power: usize| match power {
+            0 => String::new(),
+            1 => " s".to_owned(),
+            power => format!(" s^{power}"),
+        };
+        let known = |power: usize| match power {
+            0 => String::new(),
+            1 => "s ".to_owned(),
+            power => format!("s^{power} "),
+        };
+        let terms = |letter: char, highest: usize| -> Vec<String> {
+            let powers = (0..=highest).rev();
+            powers.map(|it| format!("{letter}{it}{}", power(it))).collect()
+        };
+        let num = match orders.zeros {
+            0 => "b0".to_owned(),
+            zeros => format!("({})", terms('b', zeros).join(" + ")),
+        };
+        let num = known(orders.differentiators) + &num;
+        let mut den = vec![power(orders.poles).trim_start().to_owned()];
+        if let Some(highest) = orders.poles.checked_sub(1) {
+            den.extend(terms('a', highest));
+        }
+        let den = known(orders.integrators) + &format!("({})", den.join(" + "));
+        let delay = match orders.delay {
+            Some(0.0) => "",
+            _ => " e^(-theta s)",
+        };
+        format!("{num}{delay} / ({den})").replace("/ ((", "/ (").replace("))", ")")
+    }
+
+    /// The response and the model's at each frequency, for a table or a plot.
+    #[must_use]
+    pub fn rows(&self, sample_time: f64) -> Vec<Row> {
+        let held = Held::new(&self.transfer, sample_time).ok();
+        let models = self.points.iter().map(|it| held.as_ref()?.at(it.omega));
+        let models: Vec<Option<Complex<f64>>> = models.collect();
+        let mut phase_before = None;
+        let each = self.points.iter().zip(&self.used).zip(models);
+        each.map(|((point, is_used), model)| {
+            let near = |phase: f64, other: f64| phase + 360.0 * ((other - phase) / 360.0).round();
+            let model = model.map(|it| {
+                let phase = it.arg().to_degrees();
+                let phase = phase_before.map_or(phase, |before| near(phase, before));
+                phase_before = Some(phase);
+                (DECIBEL * it.norm().ln(), phase)
+            });
+            let phase = point.values[0].arg().to_degrees();
+            let (decibels, decibel_deviation) = point.decibels(0);
+            Row {
+                omega: point.omega,
+                decibels,
+                decibel_deviation,
+                phase: model.map_or(phase, |model| near(phase, model.1)),
+                phase_deviation: point.phase_deviation(0).to_degrees(),
+                sigmas_95: point.sigmas_95(),
+                coherence: point.coherence,
+                averages: point.averages,
+                is_used: *is_used,
+                model,
+            }
+        })
+        .collect()
+    }
+
+    /// The response of the model to samples of a held input at a frequency, rad/s.
+    #[must_use]
+    pub fn model_at(&self, omega: f64, sample_time: f64) -> Option<Complex<f64>> {
+        Held::new(&self.transfer, sample_time).ok()?.at(omega)
+    }
+}
