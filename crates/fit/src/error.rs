@@ -47,7 +47,9 @@ pub enum FitError {
     #[error("--coherence is for --method frf; {} takes all frequencies", .0.name())]
     NotFrequency(Method),
     /// Numerators of their own for the method that has one response.
-    #[error("--own-numerators: --method frf has one response of all segments; fit them one by one with --window")]
+    #[error(
+        "--own-numerators: --method frf has one response of all segments; fit them one by one with --window"
+    )]
     OneResponse,
     /// Coefficients of a vehicle for a method that has no use for them.
     #[error("--heave and --vehicle are for --method vehicle and kalman")]

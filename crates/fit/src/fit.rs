@@ -395,6 +395,50 @@ mod tests {
         assert_eq!(columns, table);
     }
 
+    #[test]
+    fn a_frequency_response_is_fitted_written_and_refused_without_a_band() {
+        // y = 0.9 y before + 0.2 u before: 2.107/(s + 1.054) behind a hold.
+        let u: Vec<f64> = (0..1500)
+            .map(|k| (0.3 * (f64::from(k) * 0.003).exp() / 0.03).sin())
+            .collect();
+        let hum = |k: usize| 0.02 * (0.7 * (k * k) as f64).sin();
+        let mut y = vec![0.0];
+        for k in 1..u.len() {
+            y.push(0.9 * y[k - 1] + 0.2 * u[k - 1]);
+        }
+        let y: Vec<f64> = y.iter().enumerate().map(|(k, y)| y + hum(k)).collect();
+        let of = |y: Vec<f64>| {
+            let columns = vec![("u".to_owned(), u.clone()), ("y".to_owned(), y)];
+            let mut options = options(DataOptions::columns(columns));
+            options.method = MethodChoice::One(Method::Frf);
+            options.structure.order = None;
+            fit(&options, &())
+        };
+        let found = of(y).unwrap();
+        let table = found.response().unwrap();
+        let rows = table.lines().count() - 1;
+        assert!(table.starts_with("omega_rad_s,frequency_hz,magnitude_db"));
+        let json = found.as_json().unwrap();
+        assert_eq!(json["frequency"]["omega"].as_array().unwrap().len(), rows);
+        let file = found.model_file().unwrap();
+        assert_eq!(file.method, "frf");
+        let continuous = file.continuous.unwrap();
+        assert_eq!(continuous.den.len(), 2, "{continuous:?}");
+        assert!((continuous.den[1] - 1.0536).abs() < 0.05, "{continuous:?}");
+        assert!(
+            (continuous.num.last().unwrap() - 2.1072).abs() < 0.1,
+            "{continuous:?}"
+        );
+        assert!(continuous.delay < 0.02, "{continuous:?}");
+        let text = found.analysis.text();
+        assert!(text.contains("the coherence is 0.6 or more from"), "{text}");
+        let alone = (0..u.len()).map(hum).collect();
+        let refusal = of(alone).unwrap_err().to_string();
+        assert!(refusal.contains("--coherence 0.4"), "{refusal}");
+        let other = fit(&options(DataOptions::columns(columns())), &()).unwrap();
+        assert!(matches!(other.response(), Err(FitError::NoResponse)));
+    }
+
     #[derive(Default)]
     struct Told(Mutex<Vec<String>>);
 

@@ -18,8 +18,8 @@ use planesman_vehicle::{pitch, vehicle_file};
 use crate::data::DataOptions;
 use crate::error::FitError;
 use crate::rules::{
-    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, COHERENCE, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
-    NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
+    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, COHERENCE, DELAY, FINITE, FORGETTING, MAX_GAP,
+    NOT_NEGATIVE, NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
 };
 use crate::steps_in_words::StepsInWords;
 

@@ -29,6 +29,8 @@ const ELLIPSE: usize = 60;
 pub(crate) const DRAWN_WITHIN: f64 = 4.0;
 /// Samples of a step response: at least, and at most.
 pub(crate) const STEP: (usize, usize) = (20, 2000);
+/// How far beyond its band a model of the frequency domain is drawn.
+const BESIDE_BAND: f64 = 3.0;
 /// The share of its range that a step response may still be off where it counts as settled.
 const SETTLED: f64 = 0.02;
 
@@ -349,7 +351,13 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
 }
 
 fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
-    let responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
+    let mut responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
+    let mut reach = "up to half the sampling rate";
+    if let Some(fit) = &analysis.estimate.frequency {
+        let (low, high) = fit.band;
+        responses.retain(|it| (low / BESIDE_BAND..=high * BESIDE_BAND).contains(&it.omega));
+        reach = "about the band that was measured";
+    }
     let banded = |title, axes, of: &dyn Fn(&Response, f64) -> f64| {
         let band = |it: &Response| (it.omega, of(it, -SIGMAS_95), of(it, SIGMAS_95));
         Plot::new(title, axes)
@@ -366,11 +374,16 @@ fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
     };
     let mut plots = vec![
         banded("Magnitude", MAGNITUDE, &Response::magnitude)
-            .note("Of the frequency response, with the 95 % band at each frequency, up to half the sampling rate."),
+            .note(format!("Of the frequency response, with the 95 % band at each frequency, {reach}.")),
         banded("Phase", PHASE, &phase).note("The same for the phase."),
     ];
     if let Some(fit) = &analysis.estimate.frequency {
-        plots = measured(plots, &fit.rows(analysis.estimate.sample_time), &responses, fit.coherence);
+        plots = measured(
+            plots,
+            &fit.rows(analysis.estimate.sample_time),
+            &responses,
+            fit.coherence,
+        );
     }
     plots
 }
@@ -411,7 +424,9 @@ fn measured(
         .collect();
     let coherence = rows.iter().map(|it| (it.omega, it.coherence));
     let (low, high) = (rows.first(), rows.last());
-    let ends = low.zip(high).map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
+    let ends = low
+        .zip(high)
+        .map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
     plots.push(
         Plot::new("Coherence", ["frequency [rad/s]", "coherence"])
             .note("The share of the output that follows the input at each frequency: 1 without noise. The model is fitted where it is above the bound.")
@@ -454,6 +469,25 @@ mod tests {
             };
             assert!(page.contains(learnt), "{method:?}");
         }
+    }
+
+    #[test]
+    fn a_measured_response_is_drawn_with_its_coherence_and_the_model() {
+        let chirp = |k: u32| (0.3 * (f64::from(k) * 0.003).exp() / 0.03).sin();
+        let u: Vec<f64> = (0..1500).map(chirp).collect();
+        let y = planesman_identification::filter(&[0.0, 0.2], &[1.0, -0.9], &u);
+        let y = planesman_identification::with_noise(&y, 1, 0.01);
+        let record = Record::of_run(0.1, vec![("u", u)], vec![("y", y)]).unwrap();
+        let options = Options {
+            method: Method::Frf,
+            ..Options::default()
+        };
+        let analysis = analyse(&record, &options).unwrap();
+        let page = page(&analysis, &record, ["u", "y"]).unwrap();
+        for words in ["Coherence", "95 %, data", "least used", "in s"] {
+            assert!(page.contains(words), "{words}");
+        }
+        assert!(!content(&page).contains("NaN"));
     }
 
     fn stands_alone(page: &str) {

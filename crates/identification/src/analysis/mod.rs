@@ -255,7 +255,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let mut method = options.method.estimator(&options.knowledge);
     let in_a_loop = !references.is_empty();
     // Orders and trajectories are of the second stage.
-    let caused = if in_a_loop {
+    let caused = if in_a_loop && options.method != Method::Frf {
         let staged = TwoStages {
             second: method.as_ref(),
             references: references.clone(),
@@ -867,7 +867,11 @@ fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
 impl Analysis {
     /// Takes the fits of a record for validation.
     fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<Reason> {
-        let validation = &*caused_by_reference(validation)?;
+        let validation = &*match self.estimate.frequency {
+            // Its model was not fitted to what the reference causes.
+            Some(_) => Cow::Borrowed(validation),
+            None => caused_by_reference(validation)?,
+        };
         let judgement = GivenModel::new(&self.estimate, self.longest).on(validation, &[AHEAD])?;
         let outputs = validation.segments[judgement.segments[judgement.longest]]
             .outputs

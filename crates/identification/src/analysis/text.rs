@@ -152,7 +152,11 @@ impl Analysis {
             for c in fit.candidates.iter().take(SHOWN) {
                 let (delay, cost) = (significant(c.delay, 4), significant(c.cost, 4));
                 let (poles, zeros) = (c.orders.poles, c.orders.zeros);
-                let _ = writeln!(text, "{poles:<6} {zeros:<6} {delay:<12} {cost:<10} {:.1}", c.bic);
+                let _ = writeln!(
+                    text,
+                    "{poles:<6} {zeros:<6} {delay:<12} {cost:<10} {:.1}",
+                    c.bic
+                );
             }
             return text + "\n";
         }

@@ -151,7 +151,10 @@ impl Held {
         let (sin, cos) = (omega * self.sample_time).sin_cos();
         // cos - 1 without its rounding.
         let half = (0.5 * omega * self.sample_time).sin();
-        let (z, d) = (Complex::new(cos, sin), Complex::new(-2.0 * half * half, sin));
+        let (z, d) = (
+            Complex::new(cos, sin),
+            Complex::new(-2.0 * half * half, sin),
+        );
         let late = omega * self.sample_time * self.whole as f64;
         let num = evaluate(&self.now, d) + evaluate(&self.before, d) / z;
         let value = num / evaluate(&self.den, d) * Complex::from_polar(1.0, -late);

@@ -41,8 +41,8 @@ const SCALE: f64 = 20.0;
 /// Poles tried.
 const MOST_POLES: usize = 4;
 /// Dead times that a search begins at, and searches from the best of them.
-const DEAD_TIMES: usize = 8;
-const SEARCHES: usize = 2;
+const DEAD_TIMES: usize = 16;
+const SEARCHES: usize = 3;
 /// Steps of a search, and the share of the cost below which a step is the last.
 const STEPS: usize = 25;
 const SHARE: f64 = 1e-2;
@@ -183,7 +183,10 @@ impl Fitted<'_> {
     /// The longest dead time, s: what the phase allows at the top of the band, and a turn.
     fn longest(&self) -> f64 {
         let phases = unwrapped_phases(self.points.iter().map(|it| it.2));
-        let lag = phases.first().zip(phases.last()).map_or(0.0, |(p, q)| p - q);
+        let lag = phases
+            .first()
+            .zip(phases.last())
+            .map_or(0.0, |(p, q)| p - q);
         let top = self.points.last().map_or(1.0, |it| it.1);
         (lag.max(0.0) + std::f64::consts::TAU) / top
     }
@@ -215,7 +218,8 @@ impl Fitted<'_> {
                 let s = unit * (omega / self.middle);
                 let angle = Complex::new(0.0, -omega * self.sample_time);
                 let hold = (angle.exp() - 1.0) / angle;
-                let known = (unit * omega).powi(orders.integrators as i32 - orders.differentiators as i32);
+                let known =
+                    (unit * omega).powi(orders.integrators as i32 - orders.differentiators as i32);
                 let late = (unit * (omega * delay)).exp();
                 let behind = measured * late * known / hold;
                 let of_before = before.as_ref().map_or(Complex::new(1.0, 0.0), |theta| {
@@ -336,10 +340,14 @@ impl Fitted<'_> {
     /// V: the mean square of the errors over their random errors.
     fn misfit(&self, transfer: &DelayedLoop) -> Option<f64> {
         let held = Held::new(transfer, self.sample_time).ok()?;
-        let squares = self.points.iter().zip(&self.precisions).map(|(point, precision)| {
-            let ratio = (point.2 / held.at(point.1)?).ln();
-            Some(precision * ratio.norm_sqr())
-        });
+        let squares = self
+            .points
+            .iter()
+            .zip(&self.precisions)
+            .map(|(point, precision)| {
+                let ratio = (point.2 / held.at(point.1)?).ln();
+                Some(precision * ratio.norm_sqr())
+            });
         let sum = squares.sum::<Option<f64>>()?;
         Some((sum / (2.0 * self.told_apart)).max(f64::MIN_POSITIVE))
     }
@@ -368,7 +376,9 @@ fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
         }
     }
     if width(&best) < OCTAVE || best.len() < FEWEST {
-        let most = points.iter().max_by(|p, q| p.coherence.total_cmp(&q.coherence));
+        let most = points
+            .iter()
+            .max_by(|p, q| p.coherence.total_cmp(&q.coherence));
         let (most, at) = most.map_or((0.0, 0.0), |it| (it.coherence, it.omega));
         return Err(IdentificationError::NoBand(format!(
             "the coherence holds in no band: {least} or more, and more than chance, is needed over an octave; the most is {most:.2}, at \
@@ -417,8 +427,9 @@ impl FrequencyDomain {
 
 impl Estimator for FrequencyDomain {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
-        const NONE: IdentificationError =
-            IdentificationError::Undetermined("the frequency response determines no transfer function");
+        const NONE: IdentificationError = IdentificationError::Undetermined(
+            "the frequency response determines no transfer function",
+        );
         let choices = match self.orders {
             Some(orders) => vec![orders],
             None => self.given.choices(),
@@ -455,7 +466,9 @@ impl Estimator for FrequencyDomain {
             (step / (BANDWIDTH * std::f64::consts::TAU / window)).min(1.0)
         });
         let shares: Vec<f64> = shares.collect();
-        let errors = numbers.iter().map(|at| spectra.points[*at].phase_deviation(0));
+        let errors = numbers
+            .iter()
+            .map(|at| spectra.points[*at].phase_deviation(0));
         let errors: Vec<f64> = errors.collect();
         let mut sorted = errors.clone();
         sorted.sort_by(f64::total_cmp);
@@ -500,7 +513,8 @@ impl Estimator for FrequencyDomain {
             }
         }
         let (candidate, theta) = tried.first().ok_or(NONE)?;
-        let noise = noise.unwrap_or_else(|| numbers.iter().map(|at| spectra.points[*at].noise).collect());
+        let noise =
+            noise.unwrap_or_else(|| numbers.iter().map(|at| spectra.points[*at].noise).collect());
         let orders = candidate.orders;
         let covariance = fitted.covariance(&orders, theta, &noise)?;
         let scales = orders.scales(fitted.middle);
@@ -569,7 +583,12 @@ impl Fitted<'_> {
     }
 
     /// The covariance of the search's parameters, for noise of such a spectrum at each point.
-    fn covariance(&self, orders: &Orders, theta: &DVector<f64>, noise: &[f64]) -> Result<DMatrix<f64>> {
+    fn covariance(
+        &self,
+        orders: &Orders,
+        theta: &DVector<f64>,
+        noise: &[f64],
+    ) -> Result<DMatrix<f64>> {
         let here = self.linearised(orders, theta);
         let factor = unit_factor(&here)?;
         // What each weighted error moves the parameters by.
@@ -629,7 +648,10 @@ fn spectrum(errors: &[Vec<f64>], omegas: &[f64], sample_time: f64) -> Vec<f64> {
     let variance = squares / count.max(1) as f64;
     let at = |omega: &f64| {
         let back = Complex::from_polar(1.0, -omega * sample_time);
-        let d = d.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * back + c);
+        let d = d
+            .iter()
+            .rev()
+            .fold(Complex::new(0.0, 0.0), |sum, c| sum * back + c);
         variance / d.norm_sqr()
     };
     omegas.iter().map(at).collect()
@@ -798,7 +820,9 @@ fn sampled(
 
 /// A factor of a covariance, whose least eigenvalues may be rounding.
 fn root_of(covariance: &DMatrix<f64>) -> DMatrix<f64> {
-    let sizes = DVector::from_fn(covariance.nrows(), |i, _| covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt());
+    let sizes = DVector::from_fn(covariance.nrows(), |i, _| {
+        covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt()
+    });
     let scaled = DMatrix::from_fn(sizes.len(), sizes.len(), |i, j| {
         covariance[(i, j)] / (sizes[i] * sizes[j])
     });
@@ -881,9 +905,17 @@ mod tests {
         let y = with_noise(&plant(&u), 7, 0.05);
         let found = fitted(&FrequencyDomain::default(), &u, &y).unwrap();
         let fit = found.frequency.as_ref().unwrap();
-        assert_eq!((fit.orders.poles, fit.orders.zeros), (2, 1), "{:?}", fit.candidates);
+        assert_eq!(
+            (fit.orders.poles, fit.orders.zeros),
+            (2, 1),
+            "{:?}",
+            fit.candidates
+        );
         for ((name, value, deviation), truth) in fit.named().zip(TRUTH) {
-            assert!((value - truth).abs() < 4.0 * deviation, "{name} {value} {deviation}");
+            assert!(
+                (value - truth).abs() < 4.0 * deviation,
+                "{name} {value} {deviation}"
+            );
             assert!(deviation < 0.1 * truth, "{name} {deviation}");
         }
         // The sampled plant in closed form, z-transforms of the two lags.
@@ -910,7 +942,20 @@ mod tests {
             let off = reading.response(omega).unwrap().value - fit.model_at(omega, DT).unwrap();
             assert!(off.norm() < 1e-6, "{omega}");
         }
-        assert!(found.simulated_fit(0, Run { inputs: &u, outputs: &y, ..Run::default() }, 0).unwrap() > 90.0);
+        assert!(
+            found
+                .simulated_fit(
+                    0,
+                    Run {
+                        inputs: &u,
+                        outputs: &y,
+                        ..Run::default()
+                    },
+                    0
+                )
+                .unwrap()
+                > 90.0
+        );
     }
 
     #[test]
@@ -939,7 +984,11 @@ mod tests {
         let r = chirp();
         let through = (-DT).exp();
         let (mut x, mut u, mut y) = (0.0, Vec::new(), Vec::new());
-        let noise = filter(&[1.0], &[1.0, -0.95], &with_noise(&vec![0.0; COUNT], 3, 0.06));
+        let noise = filter(
+            &[1.0],
+            &[1.0, -0.95],
+            &with_noise(&vec![0.0; COUNT], 3, 0.06),
+        );
         for (r, v) in r.iter().zip(noise) {
             y.push(x + v);
             u.push(r - 2.0 * (x + v));

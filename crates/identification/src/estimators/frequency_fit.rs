@@ -99,7 +99,9 @@ impl FrequencyFit {
         };
         let terms = |letter: char, highest: usize| -> Vec<String> {
             let powers = (0..=highest).rev();
-            powers.map(|it| format!("{letter}{it}{}", power(it))).collect()
+            powers
+                .map(|it| format!("{letter}{it}{}", power(it)))
+                .collect()
         };
         let num = match orders.zeros {
             0 => "b0".to_owned(),
@@ -115,7 +117,9 @@ impl FrequencyFit {
             Some(0.0) => "",
             _ => " e^(-theta s)",
         };
-        format!("{num}{delay} / ({den})").replace("/ ((", "/ (").replace("))", ")")
+        format!("{num}{delay} / ({den})")
+            .replace("/ ((", "/ (")
+            .replace("))", ")")
     }
 
     /// The response and the model's at each frequency, for a table or a plot.

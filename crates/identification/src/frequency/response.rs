@@ -99,7 +99,11 @@ impl Point {
         let freedom = 2.0 * self.freedom();
         let odd = |coefficients: [f64; 4]| {
             let powers = [x, x.powi(3), x.powi(5), x.powi(7)];
-            powers.iter().zip(coefficients).map(|(p, c)| p * c).sum::<f64>()
+            powers
+                .iter()
+                .zip(coefficients)
+                .map(|(p, c)| p * c)
+                .sum::<f64>()
         };
         x + odd([1.0, 1.0, 0.0, 0.0]) / (4.0 * freedom)
             + odd([3.0, 16.0, 5.0, 0.0]) / (96.0 * freedom.powi(2))
@@ -308,7 +312,10 @@ impl<'a> Spectra<'a> {
         let sums = Matrices::of(inputs, weighted());
         let inverse = sums.zx.clone().try_inverse()?;
         let values = &inverse * &sums.zy;
-        if values.iter().any(|it| !(it.re.is_finite() && it.im.is_finite())) {
+        if values
+            .iter()
+            .any(|it| !(it.re.is_finite() && it.im.is_finite()))
+        {
             return None;
         }
         let left = weighted().map(|(weight, of)| {
@@ -338,7 +345,11 @@ impl<'a> Spectra<'a> {
         };
         let gram = DMatrix::from_fn(inputs, inputs, gram);
         // tr(S_zz^-1 S_zx G S_zx*), which in open loop is tr(G S_xx).
-        let taken = sums.zz.clone().lu().solve(&(&sums.zx * &gram * sums.zx.adjoint()))?;
+        let taken = sums
+            .zz
+            .clone()
+            .lu()
+            .solve(&(&sums.zx * &gram * sums.zx.adjoint()))?;
         let taken = taken.trace().re.clamp(f64::MIN_POSITIVE, 0.99);
         let noise = left / (1.0 - taken);
         let in_loop = !self.records[0].references.is_empty();
@@ -350,9 +361,8 @@ impl<'a> Spectra<'a> {
             }
             true => {
                 let to_output = sums.told(None);
-                let to_input = |i: usize| {
-                    share(sums.zz.clone(), &sums.zx.column(i).into_owned(), sums.xx[i])
-                };
+                let to_input =
+                    |i: usize| share(sums.zz.clone(), &sums.zx.column(i).into_owned(), sums.xx[i]);
                 let each: Vec<f64> = (0..inputs).map(|i| to_output.min(to_input(i))).collect();
                 let least = each.iter().copied().fold(1.0, f64::min);
                 (each, least)
@@ -399,7 +409,8 @@ impl<'a> Spectra<'a> {
     /// What the response to the first input at point `at` takes of each sample of the output, by record.
     #[must_use]
     pub fn kernel(&self, at: usize) -> Vec<Vec<Complex<f64>>> {
-        self.kernels(&self.composites[at], self.points[at].omega).swap_remove(0)
+        self.kernels(&self.composites[at], self.points[at].omega)
+            .swap_remove(0)
     }
 
     /// The response of other outputs to the first input at point `at`, by the same windows.
@@ -462,8 +473,16 @@ mod tests {
         let expected = [
             (0.36799258898267817, -0.9064955360662572, 0.9891767689462285),
             (-0.0275914265804191, -0.4170044330066791, 0.9821173956896054),
-            (-0.08731074246170355, -0.20390484946391865, 0.9969636114320237),
-            (-0.12495158968292899, -0.06597875661584614, 0.527992854019801),
+            (
+                -0.08731074246170355,
+                -0.20390484946391865,
+                0.9969636114320237,
+            ),
+            (
+                -0.12495158968292899,
+                -0.06597875661584614,
+                0.527992854019801,
+            ),
         ];
         let [u, _, y] = &signals();
         let points = at_bins(Columns {
@@ -488,10 +507,26 @@ mod tests {
     fn two_inputs_are_conditioned_on_each_other() {
         // The same spectra of scipy; H by numpy.linalg.solve, partial coherences by conditioned spectra (Bendat and Piersol, ch. 7).
         let expected = [
-            ([0.36824539048598487, 0.49182753353677217], 0.9905872165696962, [0.9888719005466328, 0.9430609014841512]),
-            ([-0.030899318630861428, 0.46774300407560465], 0.9869205911922464, [0.9753742749263956, 0.962169043067762]),
-            ([-0.0867252954731603, 0.27725266839415724], 0.9987547368245009, [0.9956755498956935, 0.9982941216554612]),
-            ([-0.15542747248762445, -1.2252603104054927], 0.6343247180932035, [0.18614790368617573, 0.26539823950421637]),
+            (
+                [0.36824539048598487, 0.49182753353677217],
+                0.9905872165696962,
+                [0.9888719005466328, 0.9430609014841512],
+            ),
+            (
+                [-0.030899318630861428, 0.46774300407560465],
+                0.9869205911922464,
+                [0.9753742749263956, 0.962169043067762],
+            ),
+            (
+                [-0.0867252954731603, 0.27725266839415724],
+                0.9987547368245009,
+                [0.9956755498956935, 0.9982941216554612],
+            ),
+            (
+                [-0.15542747248762445, -1.2252603104054927],
+                0.6343247180932035,
+                [0.18614790368617573, 0.26539823950421637],
+            ),
         ];
         let [u, second, y] = &signals();
         let late = std::iter::once(0.0).chain(second.iter().map(|u| 0.5 * u));

@@ -83,7 +83,13 @@ impl Windows {
 
     /// Those that hold a frequency, at `angle` rad per sample.
     pub(super) fn holding(&self, angle: f64) -> impl Iterator<Item = usize> {
-        let cycles = |place: usize| if place == 0 { CYCLES } else { CYCLES_OF_SHORTER };
+        let cycles = |place: usize| {
+            if place == 0 {
+                CYCLES
+            } else {
+                CYCLES_OF_SHORTER
+            }
+        };
         let each = self.0.iter().enumerate();
         let holds = move |(place, length): &(usize, &usize)| {
             angle * **length as f64 >= cycles(*place) * TAU * (1.0 - 1e-9)
@@ -155,7 +161,10 @@ mod tests {
     fn the_longest_window_has_five_segments_and_each_next_is_half_as_long() {
         let windows = Windows::of(&[3000], 1).unwrap();
         assert_eq!(windows.0, vec![1000, 500, 250, 124]);
-        assert_eq!(starts(3000, 1000).collect::<Vec<_>>(), [0, 500, 1000, 1500, 2000]);
+        assert_eq!(
+            starts(3000, 1000).collect::<Vec<_>>(),
+            [0, 500, 1000, 1500, 2000]
+        );
         // Two records of which neither has five.
         assert_eq!(Windows::of(&[1500, 1500], 1).unwrap().0[0], 750);
         assert!(Windows::of(&[40], 1).is_err());
