@@ -373,8 +373,9 @@ fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
         it.phase + sigmas * it.value.phase_deviation().min(PI).to_degrees()
     };
     let mut plots = vec![
-        banded("Magnitude", MAGNITUDE, &Response::magnitude)
-            .note(format!("Of the frequency response, with the 95 % band at each frequency, {reach}.")),
+        banded("Magnitude", MAGNITUDE, &Response::magnitude).note(format!(
+            "Of the frequency response, with the 95 % band at each frequency, {reach}."
+        )),
         banded("Phase", PHASE, &phase).note("The same for the phase."),
     ];
     if let Some(fit) = &analysis.estimate.frequency {
