@@ -164,6 +164,7 @@ impl InUnits {
                 residuals: Vec::new(),
                 physical: None,
                 process: None,
+                frequency: None,
             };
             (channel.clone(), estimate)
         });
