@@ -61,9 +61,9 @@ fn plots<'a>(
     let (low, high) = range(measured);
     let timed = |values: &[f64]| timed(values, record.sample_time);
     let near = |values: &[f64], (low, high): (f64, f64)| {
-        let mut points = timed(values);
-        points.retain(|(_, it)| is_near(*it, low, high));
-        points
+        // What unknown inputs act on is not simulated.
+        let points = timed(values).into_iter().skip(analysis.unknown);
+        points.filter(|(_, it)| is_near(*it, low, high)).collect()
     };
     let spread = high - low;
     let errors: Vec<f64> = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();

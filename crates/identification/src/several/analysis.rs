@@ -108,6 +108,8 @@ pub struct Analysis {
     pub noise_variance: f64,
     /// `d1 ... dk` of the noise `e/D` on the output; empty for white noise.
     pub noise_denominator: Vec<f64>,
+    /// Of the longest run, the first samples, which inputs act on that are not known: they count for nothing.
+    pub unknown: usize,
     /// The residuals of each run, output unit.
     pub residuals: Vec<Vec<f64>>,
     /// Of the longest run.
@@ -248,7 +250,8 @@ fn judged_on(
     let lag = lags(&fitted, &scaled.segments[longest], radius);
     let tests_against = |input: usize| {
         let inputs = &segments[longest].inputs[input];
-        ResidualTests::new(&in_units.residuals[longest], inputs)
+        let lead = unknown + fitted.whitening.len() - 1;
+        ResidualTests::new(in_units.residuals[longest].get(lead..)?, &inputs[lead..])
     };
     let own = own(&scaled.segments);
     let mut models: Vec<Option<ChannelModel>> = vec![None; record.inputs.len()];
@@ -278,6 +281,7 @@ fn judged_on(
         residual_tests: tests_against(0),
         residuals: in_units.residuals,
         simulated,
+        unknown,
         fit: of_fit(squares, &measured[unknown..]),
         held_out_fit: None,
         attainable_fit: None,
