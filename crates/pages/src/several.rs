@@ -63,7 +63,9 @@ fn plots<'a>(
     let near = |values: &[f64], (low, high): (f64, f64)| {
         // What unknown inputs act on is not simulated.
         let points = timed(values).into_iter().skip(analysis.unknown);
-        points.filter(|(_, it)| is_near(*it, low, high)).collect()
+        points
+            .filter(|(_, it)| is_near(*it, low, high))
+            .collect::<Vec<_>>()
     };
     let spread = high - low;
     let errors: Vec<f64> = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
