@@ -47,7 +47,7 @@ def fly(to_mixer: float, to_setpoint: float, seed: int):
         mixer = P * error + I * integral + to_mixer * excitation
         yield t, to_mixer * excitation, setpoint, mixer, gyro
         pipe.append(mixer)
-        turbulence = 0.99 * turbulence + 0.003 * noise.gauss(0.0, 1.0)
+        turbulence = 0.99 * turbulence + 0.0008 * noise.gauss(0.0, 1.0)
         driven = pipe.pop(0) + turbulence
         for i, pole in enumerate(POLES):
             lags[i] = through[i] * lags[i] + (1.0 - through[i]) * RESIDUE / pole * driven
