@@ -94,10 +94,10 @@ impl TuneArgs {
     fn model(&self) -> Result<ModelFile> {
         let data = &self.signals.data.data;
         let (input, output) = (&self.signals.input, &self.signals.output);
-        if let ([path], true) = (&data[..], input.is_empty() && output.is_empty()) {
-            if ModelFile::takes_name(path).is_ok() {
-                return Ok(ModelFile::read(path)?);
-            }
+        if let ([path], true) = (&data[..], input.is_empty() && output.is_empty())
+            && ModelFile::takes_name(path).is_ok()
+        {
+            return Ok(ModelFile::read(path)?);
         }
         if input.len() > 1 || output.len() > 1 {
             bail!(

@@ -402,8 +402,11 @@ mod tests {
     use crate::data::{Columns, DataOptions};
     use crate::options::{MethodChoice, Validation};
 
+    /// Numerator and denominator in powers of `q^-1`.
+    type Channel = (&'static [f64], &'static [f64]);
+
     /// Channels with and without delay, of order 0, 1 and 2: two inputs to two outputs, with their offsets.
-    const CHANNELS: [[(&[f64], &[f64]); 2]; 2] = [
+    const CHANNELS: [[Channel; 2]; 2] = [
         [
             (&[0.0, 0.0, 0.0, 0.2], &[1.0, -0.9]),
             (&[0.0, -0.05, -0.005], &[1.0, -1.6, 0.71]),
@@ -419,7 +422,7 @@ mod tests {
 
     /// The outputs from rest.
     fn outputs(inputs: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let of = |(row, offset): (&[(&[f64], &[f64]); 2], f64)| {
+        let of = |(row, offset): (&[Channel; 2], f64)| {
             let parts: Vec<Vec<f64>> = (row.iter().zip(inputs))
                 .map(|((num, den), u)| filter(num, den, u))
                 .collect();

@@ -138,7 +138,7 @@ impl Structure {
     /// The structure from the input's mean over each interval to the output: of an input on straight lines without them, and
     /// with the interval that the mean is of as delay.
     #[must_use]
-    pub(crate) fn from_means(&self) -> Self {
+    pub(crate) fn of_means(&self) -> Self {
         let known_numerator = self.without_lines();
         Self {
             delay: self.delay + usize::from(known_numerator != self.known_numerator),
@@ -475,8 +475,8 @@ mod tests {
         .with_lines();
         assert_eq!(lines.known_numerator, vec![0.5, 0.0, -0.5]);
         assert!(lines.has_lines());
-        assert_eq!(lines.from_means(), held);
-        assert_eq!(held.from_means(), held);
+        assert_eq!(lines.of_means(), held);
+        assert_eq!(held.of_means(), held);
     }
 
     #[test]

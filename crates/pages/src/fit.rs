@@ -406,21 +406,22 @@ fn measured(
         near.map_or(0.0, |it| ((it.phase - model.1) / 360.0).round() * 360.0)
     });
     let used: Vec<&Row> = rows.iter().filter(|it| it.is_used).collect();
-    let size = |it: &Row| (it.decibels, it.decibel_deviation);
-    let phase = move |it: &Row| (it.phase + turns, it.phase_deviation);
-    let columns: [&dyn Fn(&Row) -> (f64, f64); 2] = [&size, &phase];
-    let mut plots: Vec<_> = (plots.into_iter().zip(columns))
-        .map(|(plot, of)| {
-            let band = used.iter().map(|it| {
-                let (value, deviation) = of(it);
+    let sizes: Vec<(f64, f64)> = (used.iter())
+        .map(|it| (it.decibels, it.decibel_deviation))
+        .collect();
+    let phases = used.iter().map(|it| (it.phase + turns, it.phase_deviation));
+    let mut plots: Vec<_> = (plots.into_iter().zip([sizes, phases.collect()]))
+        .map(|(plot, values)| {
+            let band = used.iter().zip(&values).map(|(it, (value, deviation))| {
                 let half = it.sigmas_95 * deviation;
                 (it.omega, value - half, value + half)
             });
-            plot.with_all([Series::band("95 %, data", band)]).with(
-                Style::Dots,
-                "data",
-                used.iter().map(|it| (it.omega, of(it).0)),
-            )
+            let points = used
+                .iter()
+                .zip(&values)
+                .map(|(it, (value, _))| (it.omega, *value));
+            plot.with_all([Series::band("95 %, data", band)])
+                .with(Style::Dots, "data", points)
         })
         .collect();
     let coherence = rows.iter().map(|it| (it.omega, it.coherence));

@@ -90,7 +90,7 @@ impl Estimate {
     #[must_use]
     pub fn model_of_means(&self, run: usize) -> Model {
         let layout = Layout {
-            structure: self.layout.structure.from_means(),
+            structure: self.layout.structure.of_means(),
             runs: self.layout.runs,
         };
         layout.model(self.theta.as_slice(), run, self.sample_time)
