@@ -1,5 +1,5 @@
 //! `planesman tune`: PI and PID gains for a model, judged over its uncertainty; of a model of the vehicle's pitch the gains of the dive
-//! loops ([`dive`]).
+//! loops (`dive`).
 
 mod arguments;
 mod dive;

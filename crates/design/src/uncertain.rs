@@ -286,7 +286,7 @@ mod tests {
             heave: None,
         });
         DiveTask {
-            draws: planesman_tuning::drawn(&model, 20, 1),
+            draws: planesman_tuning::drawn(&model, 6, 1),
             model,
             base: vehicle_file::BRUNNER.to_owned(),
             subject: Subject {
@@ -306,7 +306,7 @@ mod tests {
     fn the_gains_keep_their_margins_in_the_vehicles_that_the_model_allows() {
         let task = task(10.0);
         let found = task.gains().unwrap();
-        assert_eq!(found.draws.len(), 20);
+        assert_eq!(found.draws.len(), 6);
         assert!(
             found.phase().quantile(MISSED) >= 60.0 && found.phase().sorted[0] < found.phase().model
         );
@@ -323,12 +323,10 @@ mod tests {
     #[test]
     fn limits_that_no_gains_keep_are_refused_with_what_was_found() {
         let mut task = task(10.0);
-        task.sensitivity = 1.01;
-        task.draws.truncate(4);
+        // Bode's integral lets no loop with a delay have a peak of 1.
+        task.sensitivity = 1.0;
+        task.draws.truncate(1);
         let refusal = task.gains().unwrap_err().to_string();
-        assert!(
-            refusal.contains("1.01") && refusal.contains("--ms"),
-            "{refusal}"
-        );
+        assert!(refusal.contains("--ms"), "{refusal}");
     }
 }

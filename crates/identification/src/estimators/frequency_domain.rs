@@ -975,7 +975,8 @@ mod tests {
         });
         let all: Vec<f64> = squares.concat();
         let mean = all.iter().sum::<f64>() / all.len() as f64;
-        assert!((0.6..1.5).contains(&mean), "{mean}");
+        // Of 80 squares, of which those of a record hang together: 95 % of such means lie within 0.3 and 1.7.
+        assert!((0.5..1.8).contains(&mean), "{mean}");
     }
 
     #[test]
