@@ -186,8 +186,12 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
         (String::new(), "missing field"),
         ("[1, 2".to_owned(), "sequence"),
         (
-            good.replace("planesman model 1", "planesman model 2"),
+            good.replace("planesman model 1", "planesman model 3"),
             "planesman model 1",
+        ),
+        (
+            good.replace("planesman model 1", "planesman model 2"),
+            "several inputs",
         ),
         (good.replace("offset:", "ofset:"), "ofset"),
         (

@@ -2,7 +2,7 @@
 
 use planesman_record::filter;
 
-use super::normal_equations::dot;
+use super::sums::dot;
 
 /// Largest order tried.
 const ORDERS: usize = 20;
@@ -16,8 +16,12 @@ const SAMPLES: usize = 10;
 /// backwards are least together. The covariances that Levinson's recursion takes end with the record, which hides all but the slowest
 /// pole of slow noise.
 pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
-    let mut errors: Vec<(Vec<f64>, Vec<f64>)> =
-        residuals.map(|of| (of.to_vec(), of.to_vec())).collect();
+    // A constant belongs to the offset: as noise it would have a pole at z = 1.
+    let centred = residuals.map(|of| {
+        let mean = of.iter().sum::<f64>() / of.len().max(1) as f64;
+        of.iter().map(|e| e - mean).collect::<Vec<f64>>()
+    });
+    let mut errors: Vec<(Vec<f64>, Vec<f64>)> = centred.map(|of| (of.clone(), of)).collect();
     let samples: usize = errors.iter().map(|(of, _)| of.len()).sum();
     let most = ORDERS.min(samples / SAMPLES);
     let squares = |of: &[f64]| dot(of, of);

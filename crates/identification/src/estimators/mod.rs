@@ -45,6 +45,7 @@ mod simulator;
 mod stability;
 mod starts;
 mod step_response;
+mod sums;
 mod two_stages;
 pub mod vehicle;
 mod vehicle_fit;
@@ -63,8 +64,7 @@ pub(crate) use levenberg_marquardt::{Linearised, Trial, descend, unit_factor};
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
 pub(crate) use normal_equations::{
-    NormalEquations, Part, Search, TRIALS, Total, correlation, damped, dot, information,
-    through_poles,
+    NormalEquations, Part, Search, TRIALS, Total, correlation, damped, information, through_poles,
 };
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
@@ -76,6 +76,7 @@ pub(crate) use rows::{impulse, regression};
 pub(crate) use simulator::{coloured, lost};
 pub(crate) use stability::{held_within, lies_within, radius_of_memory};
 pub use step_response::StepResponse;
+pub(crate) use sums::dot;
 pub use two_stages::TwoStages;
 pub use vehicle_fit::{Guess, VehicleFilter, VehicleSearch};
 

@@ -17,6 +17,7 @@ use super::coloured::whitening;
 use super::levenberg_marquardt::{Trial, descend};
 use super::rows::impulse;
 use super::stability::held_within;
+use super::sums::dot;
 use crate::structure::{Layout, Problem};
 use planesman_record::filter;
 
@@ -346,20 +347,6 @@ pub(crate) fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Ra
         &f[first - s..samples.end - s],
         &g[first - t..samples.end - t],
     )
-}
-
-/// The scalar product, in eight sums side by side.
-pub(crate) fn dot(f: &[f64], g: &[f64]) -> f64 {
-    let (f, g) = (f.chunks_exact(8), g.chunks_exact(8));
-    let rest = (f.remainder().iter().zip(g.remainder())).map(|(f, g)| f * g);
-    let rest: f64 = rest.sum();
-    let mut sums = [0.0; 8];
-    for (f, g) in f.zip(g) {
-        for i in 0..8 {
-            sums[i] += f[i] * g[i];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// The step `(H + mu diag H)^-1 g`; `None` when H is not positive definite even so.
