@@ -24,6 +24,9 @@ use crate::model::Model;
 /// Samples in which a structure and a first guess are sought when there are more.
 pub const PART: usize = 10_000;
 
+/// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
+pub const SIGMAS_95: f64 = 1.959_964;
+
 /// What an input on straight lines does between its samples, powers of `q^-1`.
 const LINES: [f64; 2] = [0.5, 0.5];
 

@@ -21,8 +21,7 @@ use crate::error::Result;
 use crate::estimators::Estimate;
 use planesman_record::filter;
 
-/// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
-pub const SIGMAS_95: f64 = 1.959_964;
+pub use crate::structure::SIGMAS_95;
 /// The same for 99 %.
 pub const SIGMAS_99: f64 = 2.575_829;
 

@@ -95,7 +95,7 @@ impl Point {
     /// averages beyond the inputs, from which the noise is known (Abramowitz and Stegun, eq. 26.7.5).
     #[must_use]
     pub fn sigmas_95(&self) -> f64 {
-        let x = crate::uncertainty::SIGMAS_95;
+        let x = crate::structure::SIGMAS_95;
         let freedom = 2.0 * self.freedom();
         let odd = |coefficients: [f64; 4]| {
             let powers = [x, x.powi(3), x.powi(5), x.powi(7)];
