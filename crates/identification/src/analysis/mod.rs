@@ -534,8 +534,10 @@ fn chosen(
 /// once, or before, for one that moves on straight lines if that is better.
 fn between_samples(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
     let held = cross_validated(problem, part, options, false)?;
-    let early = held.lag.is_some_and(|lag| lag.best <= 0);
-    let answers_at_once = held.structure.delay == 0 || early;
+    let answers_at_once = match held.lag {
+        Some(lag) => lag.interval.1 <= 0,
+        None => held.structure.delay == 0,
+    };
     let is_asked = options.delay.is_none() && options.order != Some(0);
     if !is_asked || !answers_at_once {
         return Ok(held);
