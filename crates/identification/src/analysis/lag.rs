@@ -9,8 +9,8 @@ use crate::structure::Problem;
 use planesman_record::Run;
 
 /// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
-pub(crate) const WITHIN: f64 = 3.841_459;
-pub(crate) const BEYOND_DOUBT: f64 = 10.827_566;
+const WITHIN: f64 = 3.841_459;
+const BEYOND_DOUBT: f64 = 10.827_566;
 /// Samples by which a delay is moved at most, and by which the output may come before its input.
 pub(crate) const FARTHEST: i64 = 20;
 const EARLIEST: i64 = -10;
@@ -49,6 +49,9 @@ pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
         .len()
         .checked_sub(EARLIEST.unsigned_abs() as usize)?;
     let cost = |delay: i64| -> Option<f64> {
+        if delay < EARLIEST {
+            return None;
+        }
         let (ahead, structure) = (delay.min(0).unsigned_abs() as usize, delay.max(0) as usize);
         let mut of = one.clone();
         of.structure.delay = structure;
@@ -70,14 +73,24 @@ pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
                 .1,
         )
     };
+    profile(chosen, last, cost)
+}
+
+/// What so many samples say of the delay, by the sum of squares that the least error leaves of them at each: from the `chosen` one
+/// on, to both sides, as far as there is one and it lies in the interval.
+pub(crate) fn profile(
+    chosen: i64,
+    samples: usize,
+    mut cost: impl FnMut(i64) -> Option<f64>,
+) -> Option<Lag> {
     let own = cost(chosen)?;
-    let worse = |cost: f64, than: f64| last as f64 * (cost / than).ln();
+    let worse = |cost: f64, than: f64| samples as f64 * (cost / than).ln();
     let mut costs = vec![(chosen, own)];
     for step in [-1, 1] {
         let mut delay = chosen;
         loop {
             delay += step;
-            if delay < EARLIEST || (delay - chosen).abs() > FARTHEST {
+            if (delay - chosen).abs() > FARTHEST {
                 break;
             }
             let Some(cost) = cost(delay) else {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{AHEAD, Analysis, UNINFORMATIVE_FIT};
+use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT};
 use planesman_linear::digits::{significant, with_interval};
 
 use crate::estimators::Method;
@@ -60,34 +60,10 @@ impl Analysis {
         }
         text += &self.places();
         text += &self.vehicle();
-        if let Some(lag) = self.lag {
-            let (least, most) = lag.interval;
-            let _ = writeln!(
-                text,
-                "{:<12} {least} to {most} samples with 95 %, best {}",
-                "delay", lag.best
-            );
-        }
-        let _ = writeln!(
-            text,
-            "{:<12} {}\n{:<12} {}, one standard deviation",
-            "offset",
-            self.offsets(),
-            "noise",
-            significant(self.estimate.noise_variance.sqrt(), 4)
-        );
-        if !self.estimate.noise_denominator.is_empty() {
-            let d: Vec<String> = (self.estimate.noise_denominator.iter())
-                .map(|d| significant(*d, 5))
-                .collect();
-            let _ = writeln!(
-                text,
-                "{:<12} e / (1, {}) in z^-1",
-                "noise model",
-                d.join(", ")
-            );
-        }
-        let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
+        text += &interval_of_delay(self.lag);
+        let _ = writeln!(text, "{:<12} {}", "offset", self.offsets());
+        let estimate = &self.estimate;
+        text += &noise(estimate.noise_variance, &estimate.noise_denominator);
         let _ = writeln!(
             text,
             "{:<12} {} simulated, {} on held-out data, {} predicted {AHEAD} samples ahead",
@@ -96,13 +72,7 @@ impl Analysis {
             percent(self.held_out_fit),
             percent(self.predicted_fit)
         );
-        if let Some(most) = self.attainable_fit {
-            let left = match most <= UNINFORMATIVE_FIT {
-                true => "leaves nothing to simulate".to_owned(),
-                false => format!("leaves {most:.2} % to the best of models"),
-            };
-            let _ = writeln!(text, "{:<12} {left} on held-out data", "the noise");
-        }
+        text += &what_the_noise_leaves(self.attainable_fit);
         if let Some(part) = self.input_part {
             let _ = writeln!(
                 text,
@@ -203,10 +173,6 @@ impl Analysis {
 
     /// Numerator and denominator; every segment's numerator where each has its own.
     fn coefficients(&self) -> String {
-        let list = |values: &[f64]| {
-            let values: Vec<String> = values.iter().map(|v| significant(*v, 9)).collect();
-            values.join("  ")
-        };
         let own = self.estimate.layout.structure.own_numerators && self.segments.len() > 1;
         let runs = if own {
             0..self.segments.len()
@@ -217,12 +183,7 @@ impl Analysis {
         for run in runs {
             let at_once = self.estimate.layout.structure.delay == 0;
             let b = self.estimate.model(run).numerator(at_once);
-            let _ = write!(
-                text,
-                "numerator    {}   (z^{} first)",
-                list(&b),
-                b.len() - 1
-            );
+            text += &numerator(&b);
             if own {
                 let gain = Reading::new(&self.estimate, run).steady_state_gain();
                 let _ = write!(text, ", segment {}", self.segments[run] + 1);
@@ -232,11 +193,7 @@ impl Analysis {
             }
             text.push('\n');
         }
-        let a = self.model().a;
-        match self.is_finite() {
-            true => text + &format!("denominator  z^{}\n", a.len()),
-            false => text + &format!("denominator  1  {}\n", list(&a)),
-        }
+        text + &denominator(&self.model().a)
     }
 
     /// Whether the impulse response is: all poles lie at z = 0.
@@ -373,8 +330,69 @@ fn span((least, most): &(f64, f64)) -> String {
     format!("{} to {}", significant(*least, 5), significant(*most, 5))
 }
 
+/// A numerator, the highest power of z first.
+pub(crate) fn numerator(b: &[f64]) -> String {
+    format!("numerator    {}   (z^{} first)", list(b), b.len() - 1)
+}
+
+/// The denominator `1, a1 ... an`.
+pub(crate) fn denominator(a: &[f64]) -> String {
+    match a.iter().all(|a| *a == 0.0) {
+        true => format!("denominator  z^{}\n", a.len()),
+        false => format!("denominator  1  {}\n", list(a)),
+    }
+}
+
+fn list(values: &[f64]) -> String {
+    let values: Vec<String> = values.iter().map(|v| significant(*v, 9)).collect();
+    values.join("  ")
+}
+
+/// The interval of a delay, where there is one.
+pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
+    lag.map_or(String::new(), |lag| {
+        let (least, most) = lag.interval;
+        format!(
+            "{:<12} {least} to {most} samples with 95 %, best {}\n",
+            "delay", lag.best
+        )
+    })
+}
+
+/// The noise, by its variance and `d1 ... dk`.
+pub(crate) fn noise(variance: f64, denominator: &[f64]) -> String {
+    let size = significant(variance.sqrt(), 4);
+    let mut text = format!("{:<12} {size}, one standard deviation\n", "noise");
+    if !denominator.is_empty() {
+        let d: Vec<String> = denominator.iter().map(|d| significant(*d, 5)).collect();
+        let _ = writeln!(
+            text,
+            "{:<12} e / (1, {}) in z^-1",
+            "noise model",
+            d.join(", ")
+        );
+    }
+    text
+}
+
+/// The fit that the noise leaves to the best of models, %.
+pub(crate) fn what_the_noise_leaves(attainable: Option<f64>) -> String {
+    attainable.map_or(String::new(), |most| {
+        let left = match most <= UNINFORMATIVE_FIT {
+            true => "leaves nothing to simulate".to_owned(),
+            false => format!("leaves {most:.2} % to the best of models"),
+        };
+        format!("{:<12} {left} on held-out data\n", "the noise")
+    })
+}
+
+/// A fit, %.
+pub(crate) fn percent(fit: Option<f64>) -> String {
+    fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"))
+}
+
 /// A time, s, without the digits that are below its nanoseconds.
-fn to_a_nanosecond(seconds: f64) -> f64 {
+pub(crate) fn to_a_nanosecond(seconds: f64) -> f64 {
     (seconds * 1e9).round() / 1e9
 }
 

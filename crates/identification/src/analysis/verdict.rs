@@ -22,13 +22,13 @@ const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
 /// Held-out fits, %, from which a model is called very good, good, and usable.
-pub(crate) const VERY_GOOD: f64 = 90.0;
+const VERY_GOOD: f64 = 90.0;
 pub(crate) const GOOD: f64 = 80.0;
 pub(crate) const USABLE: f64 = 50.0;
 /// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
-pub(crate) const AS_GOOD: f64 = 3.0;
+const AS_GOOD: f64 = 3.0;
 /// By how much a fit, %, on held-out data is below that on the whole record when the model is called overfitted.
-pub(crate) const OVERFITTED: f64 = 20.0;
+const OVERFITTED: f64 = 20.0;
 /// The share of the output's variation from which a straight line is called drift.
 pub(crate) const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
@@ -39,21 +39,21 @@ const BEYOND_DOUBT: f64 = 50.0;
 /// How many times larger the errors on held-out data may be than those where the model is fitted.
 const AS_THE_NOISE: f64 = 1.5;
 /// Correlations that matter, however surely they are there.
-pub(crate) const MATTERS: f64 = 0.05;
+const MATTERS: f64 = 0.05;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
 /// Samples for each parameter, below which a fit is partly memory.
-pub(crate) const SAMPLES_PER_PARAMETER: usize = 10;
+const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 pub(crate) const STEADY: f64 = 4.0;
 /// The share of a steady-state gain that its 95 % interval may be where a zero may cancel a pole.
-pub(crate) const KNOWN: f64 = 0.5;
+const KNOWN: f64 = 0.5;
 /// The share of the largest response below which a steady-state gain is next to nothing.
-pub(crate) const SMALL: f64 = 0.05;
+const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
 /// The share of the largest response below which the 95 % interval of the response shows it to be determined.
-pub(crate) const DETERMINED: f64 = 0.25;
+const DETERMINED: f64 = 0.25;
 /// The 95 % interval of a pole in z that is precisely known.
 pub(crate) const PRECISE: f64 = 0.1;
 
@@ -208,7 +208,10 @@ impl Analysis {
         let by_process = self.estimate.process.as_ref().and(self.cross_validated());
         let fit = match self.held_out_fit {
             _ if by_process.is_some() => Reason::HeldOutIsNoise(by_process),
-            Some(held_out) => Reason::HeldOutFit(held_out, self.fit_remark(held_out)),
+            Some(held_out) => {
+                let remark = fit_remark(self.fit, held_out, self.attainable_fit);
+                Reason::HeldOutFit(held_out, remark)
+            }
             None if self.estimate.frequency.is_some() => Reason::WholeRecord(self.fit),
             None if self
                 .attainable_fit
@@ -275,18 +278,6 @@ impl Analysis {
         })
     }
 
-    fn fit_remark(&self, held_out: f64) -> FitRemark {
-        match self.fit {
-            _ if held_out < 0.0 => FitRemark::WorseThanMean,
-            _ if self.is_limited_by_noise() && held_out < GOOD => {
-                FitRemark::NoiseLimited(self.attainable_fit.unwrap_or(held_out))
-            }
-            _ if held_out >= VERY_GOOD => FitRemark::VeryGood,
-            Some(fit) if held_out < fit - OVERFITTED => FitRemark::Overfitted(fit),
-            _ => FitRemark::None,
-        }
-    }
-
     /// A delay that no plant has, or another than the model's.
     fn delay(&self) -> Option<Reason> {
         let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
@@ -310,11 +301,9 @@ impl Analysis {
             Some(_) => Reason::ProcessF(part.f, BEYOND_DOUBT),
             None => Reason::InputShare(part.share, part.share < CAUSED),
         });
-        let gain = self.reading().steady_state_gain();
-        let gain = gain.filter(|gain| self.is_undetermined(gain));
         share
             .into_iter()
-            .chain(gain.map(Reason::GainUndetermined))
+            .chain(self.undetermined_gain().map(Reason::GainUndetermined))
             .collect()
     }
 
@@ -322,26 +311,12 @@ impl Analysis {
     fn few_samples(&self) -> Option<Reason> {
         let process = self.estimate.process.as_ref();
         let parameters = process.map_or(self.estimate.theta.len(), |it| it.sought);
-        let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
-        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
-            .then_some(Reason::FewSamples(samples, parameters))
+        few_samples(&self.estimate.residuals, parameters)
     }
 
     /// Whether the 95 % interval of the response is small beside the largest response at every frequency.
     pub(super) fn response_is_determined(&self) -> bool {
-        let (reading, largest) = (self.reading(), self.largest_response());
-        self.frequencies().all(|omega| {
-            let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
-            let deviation = reading.response(omega).map(of_both);
-            deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
-        })
-    }
-
-    fn largest_response(&self) -> f64 {
-        let reading = self.reading();
-        (self.frequencies())
-            .filter_map(|omega| reading.response(omega))
-            .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
+        response_is_determined(&self.reading(), self.estimate.sample_time)
     }
 
     /// What the model is good for; `undetermined` where the record does not determine one.
@@ -365,9 +340,7 @@ impl Analysis {
             .and_then(|it| it.named().next())
         {
             Some((_, _, gain, deviation)) => SIGMAS_95 * deviation > gain.abs(),
-            None => {
-                (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it))
-            }
+            None => self.undetermined_gain().is_some(),
         };
         match held {
             _ if !self.is_caused() => Verdict::NoEffect,
@@ -399,15 +372,8 @@ impl Analysis {
         }
     }
 
-    /// Whether a steady-state gain cannot be told from 0, or to half of it where it hinges on a pole that a zero may cancel;
-    /// nor is known to be next to nothing beside the largest response.
-    fn is_undetermined(&self, gain: &Uncertain) -> bool {
-        let interval = SIGMAS_95 * gain.real_deviation();
-        let share = match self.reading().cancelled_poles().is_empty() {
-            true => 1.0,
-            false => KNOWN,
-        };
-        interval > share * gain.value.re.abs() && interval > SMALL * self.largest_response()
+    fn undetermined_gain(&self) -> Option<Uncertain> {
+        undetermined_gain(&self.reading(), self.estimate.sample_time)
     }
 
     fn is_caused(&self) -> bool {
@@ -437,16 +403,14 @@ impl Analysis {
 
     /// Whether a better fit than the one on held-out data is out of any model's reach.
     fn is_limited_by_noise(&self) -> bool {
-        let pair = self.held_out_fit.zip(self.attainable_fit);
-        pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
+        is_limited_by_noise(self.held_out_fit, self.attainable_fit)
     }
 
     fn has_feedback(&self, tests: &ResidualTests) -> bool {
-        let later = tests.of_later_inputs();
         // One step correlates with itself alone: what is left over anywhere correlates with it.
         let may_tell = self.reference.is_none() && !self.is_step_test;
         let may_bias = self.fit.is_none_or(|fit| fit < LEAVES_LITTLE);
-        may_tell && may_bias && !later.passes() && later.largest() > MATTERS
+        may_tell && may_bias && feeds_back(tests)
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
@@ -521,19 +485,9 @@ impl Analysis {
         if self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING) {
             return vec![Reason::NoNoise];
         }
-        let earlier = tests.of_earlier_inputs();
         let fit = self.held_out_fit.or(self.fit);
         let explains = self.is_caused() && fit.is_some_and(|fit| fit >= USABLE);
-        let finding = match (earlier.passes(), tests.whiteness.passes()) {
-            (true, true) => ResidualFinding::White(explains),
-            (true, false) => {
-                ResidualFinding::Coloured(tests.whiteness.clone(), self.allows_for_colour())
-            }
-            (false, _) if earlier.largest() < MATTERS => {
-                ResidualFinding::LittleCorrelation(earlier)
-            }
-            (false, _) => ResidualFinding::Correlated(earlier),
-        };
+        let finding = residual_finding(tests, explains, self.allows_for_colour());
         let feedback = self.has_feedback(tests).then(|| tests.of_later_inputs());
         std::iter::once(Reason::Residuals(finding, self.reference.is_some()))
             .chain(feedback.map(Reason::Feedback))
@@ -541,8 +495,84 @@ impl Analysis {
     }
 }
 
+/// The remark on a fit on held-out data, beside those on all of the data and the attainable one, %.
+pub(crate) fn fit_remark(fit: Option<f64>, held_out: f64, attainable: Option<f64>) -> FitRemark {
+    match fit {
+        _ if held_out < 0.0 => FitRemark::WorseThanMean,
+        _ if is_limited_by_noise(Some(held_out), attainable) && held_out < GOOD => {
+            FitRemark::NoiseLimited(attainable.unwrap_or(held_out))
+        }
+        _ if held_out >= VERY_GOOD => FitRemark::VeryGood,
+        Some(fit) if held_out < fit - OVERFITTED => FitRemark::Overfitted(fit),
+        _ => FitRemark::None,
+    }
+}
+
+/// Whether a better fit than the one on held-out data is out of any model's reach, %.
+pub(crate) fn is_limited_by_noise(held_out: Option<f64>, attainable: Option<f64>) -> bool {
+    let pair = held_out.zip(attainable);
+    pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
+}
+
+/// Residuals that are few for so many parameters.
+pub(crate) fn few_samples(residuals: &[Vec<f64>], parameters: usize) -> Option<Reason> {
+    let samples: usize = residuals.iter().map(Vec::len).sum();
+    (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
+        .then_some(Reason::FewSamples(samples, parameters))
+}
+
+/// The steady-state gain, where it cannot be told from 0, or to half of it where it hinges on a pole that a zero may cancel; nor is
+/// known to be next to nothing beside the largest response.
+pub(crate) fn undetermined_gain(reading: &Reading<'_>, sample_time: f64) -> Option<Uncertain> {
+    let gain = reading.steady_state_gain()?;
+    let interval = SIGMAS_95 * gain.real_deviation();
+    let share = match reading.cancelled_poles().is_empty() {
+        true => 1.0,
+        false => KNOWN,
+    };
+    let is_wide = interval > share * gain.value.re.abs();
+    (is_wide && interval > SMALL * largest_response(reading, sample_time)).then_some(gain)
+}
+
+/// Whether the 95 % interval of the response is small beside the largest response at every frequency.
+pub(crate) fn response_is_determined(reading: &Reading<'_>, sample_time: f64) -> bool {
+    let largest = largest_response(reading, sample_time);
+    frequencies(sample_time).all(|omega| {
+        let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
+        let deviation = reading.response(omega).map(of_both);
+        deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
+    })
+}
+
+fn largest_response(reading: &Reading<'_>, sample_time: f64) -> f64 {
+    frequencies(sample_time)
+        .filter_map(|omega| reading.response(omega))
+        .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
+}
+
+/// What the residual tests say, of a model that `explains` the data, and whose intervals allow for colour.
+pub(crate) fn residual_finding(
+    tests: &ResidualTests,
+    explains: bool,
+    allows_for_colour: bool,
+) -> ResidualFinding {
+    let earlier = tests.of_earlier_inputs();
+    match (earlier.passes(), tests.whiteness.passes()) {
+        (true, true) => ResidualFinding::White(explains),
+        (true, false) => ResidualFinding::Coloured(tests.whiteness.clone(), allows_for_colour),
+        (false, _) if earlier.largest() < MATTERS => ResidualFinding::LittleCorrelation(earlier),
+        (false, _) => ResidualFinding::Correlated(earlier),
+    }
+}
+
+/// Whether the residual is seen in later inputs.
+pub(crate) fn feeds_back(tests: &ResidualTests) -> bool {
+    let later = tests.of_later_inputs();
+    !later.passes() && later.largest() > MATTERS
+}
+
 /// Three decades up to half the sampling rate, rad/s, the highest first.
-pub(crate) fn frequencies(sample_time: f64) -> impl Iterator<Item = f64> {
+fn frequencies(sample_time: f64) -> impl Iterator<Item = f64> {
     let nyquist = PI / sample_time;
     (0..=FREQUENCIES).map(move |i| nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
 }

@@ -60,11 +60,12 @@ pub use fir::Fir;
 pub use frequency_domain::{COHERENCE, FrequencyDomain, Given};
 pub use frequency_fit::{Candidate, FrequencyFit, Row};
 pub use least_squares::LeastSquares;
-pub(crate) use levenberg_marquardt::{Linearised, Trial, descend, unit_factor};
+pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
 pub(crate) use normal_equations::{
-    NormalEquations, Part, Search, TRIALS, Total, correlation, damped, information, through_poles,
+    NormalEquations, Part, Search, Total, correlation, damped, information, least, shifted_sum,
+    through_poles,
 };
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};

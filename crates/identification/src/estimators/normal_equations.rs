@@ -22,7 +22,7 @@ use crate::structure::{Layout, Problem};
 use planesman_record::filter;
 
 /// Dampings tried within one step before the search ends.
-pub(crate) const TRIALS: usize = 12;
+const TRIALS: usize = 12;
 
 /// A part of a record.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -150,18 +150,8 @@ impl NormalEquations {
             [] => Vec::new(),
             _ => through_poles(a, &of.impulse),
         };
-        let mut x = vec![0.0; count];
-        for (numerator, signal) in [
-            (&theta.as_slice()[self.layout.b(run)], &by_input),
-            (motion, &by_impulse),
-        ] {
-            for (shift, coefficient) in numerator.iter().enumerate() {
-                let delayed = x.get_mut(shift..).unwrap_or_default();
-                for (x, value) in delayed.iter_mut().zip(signal) {
-                    *x += coefficient * value;
-                }
-            }
-        }
+        let b = &theta.as_slice()[self.layout.b(run)];
+        let x = shifted_sum(count, [(b, &by_input), (motion, &by_impulse)]);
         let offset = self.layout.offset(run).map_or(0.0, |at| theta[at]);
         let pairs = x.iter().zip(&of.outputs).zip(&of.constant);
         let errors = pairs.map(|((x, y), one)| y - x - offset * one).collect();
@@ -259,24 +249,49 @@ impl NormalEquations {
         search: Search,
     ) -> Option<(DVector<f64>, f64)> {
         let n = self.layout.structure.poles;
-        let here = self.total(&start, parts)?;
-        let trial = |theta: &DVector<f64>, here: &Total, damping| {
-            let lower = || {
-                let there = theta + damped(&here.information, &here.gradient, damping)?;
-                let there = match held_within(&there.as_slice()[..n], search.radius)? {
-                    None => there,
-                    Some(a) => self.completed(&a, parts)?,
-                };
-                let found = self.total(&there, parts)?;
-                (found.cost < here.cost).then_some(Trial::Lower(there, found))
-            };
-            Ok(lower().unwrap_or(Trial::NotLower))
+        let within = |there: DVector<f64>| match held_within(&there.as_slice()[..n], search.radius)?
+        {
+            None => Some(there),
+            Some(a) => self.completed(&a, parts),
         };
-        let settled =
-            |here: &Total, next: &Total| here.cost - next.cost <= search.enough * here.cost;
-        let (theta, here) = descend((start, here), (search.steps, TRIALS), trial, settled).ok()?;
-        Some((theta, here.cost))
+        least(start, search, &|theta| self.total(theta, parts), &within)
     }
+}
+
+/// The parameters of the least error near `start` by its normal equations, each step brought `within` what poles may be, and the
+/// error's sum of squares.
+pub(crate) fn least(
+    start: DVector<f64>,
+    search: Search,
+    total: &dyn Fn(&DVector<f64>) -> Option<Total>,
+    within: &dyn Fn(DVector<f64>) -> Option<DVector<f64>>,
+) -> Option<(DVector<f64>, f64)> {
+    let here = total(&start)?;
+    let trial = |theta: &DVector<f64>, here: &Total, damping| {
+        let lower = || {
+            let there = within(theta + damped(&here.information, &here.gradient, damping)?)?;
+            let found = total(&there)?;
+            (found.cost < here.cost).then_some(Trial::Lower(there, found))
+        };
+        Ok(lower().unwrap_or(Trial::NotLower))
+    };
+    let settled = |here: &Total, next: &Total| here.cost - next.cost <= search.enough * here.cost;
+    let (theta, here) = descend((start, here), (search.steps, TRIALS), trial, settled).ok()?;
+    Some((theta, here.cost))
+}
+
+/// So many samples of the sum of signals through numerators: each signal shifted by a sample for each coefficient.
+pub(crate) fn shifted_sum(count: usize, of: [(&[f64], &Vec<f64>); 2]) -> Vec<f64> {
+    let mut sum = vec![0.0; count];
+    for (numerator, signal) in of {
+        for (shift, coefficient) in numerator.iter().enumerate() {
+            let delayed = sum.get_mut(shift..).unwrap_or_default();
+            for (sum, value) in delayed.iter_mut().zip(signal) {
+                *sum += coefficient * value;
+            }
+        }
+    }
+    sum
 }
 
 /// `signal / A` from rest, in the transposed form: the sums of one sample do not wait for each other.

@@ -6,7 +6,7 @@ use planesman_record::Segment;
 use super::equations::Equations;
 use super::estimate::Fitted;
 use crate::analysis::Lag;
-use crate::analysis::lag::{BEYOND_DOUBT, FARTHEST, WITHIN};
+use crate::analysis::lag::{FARTHEST, profile};
 use crate::estimators::Search;
 
 /// The lag of each channel, from the longest record.
@@ -28,44 +28,17 @@ fn lag(fitted: &Fitted, one: &[Segment], number: usize, radius: f64) -> Option<L
     layout.channels[number].structure.delay += FARTHEST as usize;
     let first = layout.unknown(&one[0].past).min(one[0].len() / 4);
     layout.channels[number].structure.delay = chosen as usize;
-    let samples = (one[0].len() - first) as f64;
+    let samples = one[0].len() - first;
     let search = Search {
         steps: 20,
         enough: 1e-7,
         radius,
     };
-    let mut cost = |delay: i64| -> Option<f64> {
+    let cost = |delay: i64| -> Option<f64> {
         layout.channels[number].structure.delay = usize::try_from(delay).ok()?;
         let equations = Equations::from(one, layout.clone(), &whitening, first);
         let start = equations.completed(&poles, &whole)?;
         Some(equations.minimised(start, &whole, search)?.1)
     };
-    let worse = |cost: f64, than: f64| samples * (cost / than).ln();
-    let own = cost(chosen)?;
-    let mut costs = vec![(chosen, own)];
-    for step in [-1, 1] {
-        let mut delay = chosen;
-        loop {
-            delay += step;
-            if (delay - chosen).abs() > FARTHEST {
-                break;
-            }
-            let Some(cost) = cost(delay) else {
-                break;
-            };
-            let least = costs.iter().map(|it| it.1).fold(f64::INFINITY, f64::min);
-            costs.push((delay, cost));
-            if worse(cost, least) > WITHIN {
-                break;
-            }
-        }
-    }
-    let (best, least) = costs.iter().copied().min_by(|p, q| p.1.total_cmp(&q.1))?;
-    let within = costs.iter().filter(|it| worse(it.1, least) <= WITHIN);
-    let within: Vec<i64> = within.map(|it| it.0).collect();
-    Some(Lag {
-        best,
-        interval: (*within.iter().min()?, *within.iter().max()?),
-        is_another: worse(own, least) > BEYOND_DOUBT,
-    })
+    profile(chosen, samples, cost)
 }

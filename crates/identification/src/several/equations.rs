@@ -13,8 +13,8 @@ use planesman_record::{Segment, filter};
 
 use super::layout::Layout;
 use crate::estimators::{
-    Linearised, Part, Search, TRIALS, Total, Trial, correlation, damped, descend, held_within,
-    impulse, information, through_poles, whitening,
+    Linearised, Part, Search, Total, correlation, damped, held_within, impulse, information, least,
+    shifted_sum, through_poles, whitening,
 };
 use crate::structure::monic;
 
@@ -112,18 +112,8 @@ impl Equations {
                 [] => Vec::new(),
                 _ => through_poles(&a, &of.impulse),
             };
-            let mut x = vec![0.0; of.outputs.len()];
-            for (numerator, signal) in [
-                (&theta.as_slice()[self.layout.b(number)], &by_input),
-                (motion, &by_impulse),
-            ] {
-                for (shift, coefficient) in numerator.iter().enumerate() {
-                    let delayed = x.get_mut(shift..).unwrap_or_default();
-                    for (x, value) in delayed.iter_mut().zip(signal) {
-                        *x += coefficient * value;
-                    }
-                }
-            }
+            let b = &theta.as_slice()[self.layout.b(number)];
+            let x = shifted_sum(of.outputs.len(), [(b, &by_input), (motion, &by_impulse)]);
             errors.iter_mut().zip(&x).for_each(|(e, x)| *e -= x);
             [by_input, by_impulse, x]
         });
@@ -264,29 +254,19 @@ impl Equations {
         parts: &[Part],
         search: Search,
     ) -> Option<(DVector<f64>, f64)> {
-        let here = self.total(&start, parts)?;
-        let trial = |theta: &DVector<f64>, here: &Total, damping| {
-            let lower = || {
-                let there = theta + damped(&here.information, &here.gradient, damping)?;
-                let (mut poles, mut is_held) = (self.poles(&there), false);
-                for a in &mut poles {
-                    if let Some(held) = held_within(a, search.radius)? {
-                        (*a, is_held) = (held, true);
-                    }
+        let within = |there: DVector<f64>| {
+            let (mut poles, mut is_held) = (self.poles(&there), false);
+            for a in &mut poles {
+                if let Some(held) = held_within(a, search.radius)? {
+                    (*a, is_held) = (held, true);
                 }
-                let there = match is_held {
-                    false => there,
-                    true => self.completed(&poles, parts)?,
-                };
-                let found = self.total(&there, parts)?;
-                (found.cost < here.cost).then_some(Trial::Lower(there, found))
-            };
-            Ok(lower().unwrap_or(Trial::NotLower))
+            }
+            match is_held {
+                false => Some(there),
+                true => self.completed(&poles, parts),
+            }
         };
-        let settled =
-            |here: &Total, next: &Total| here.cost - next.cost <= search.enough * here.cost;
-        let (theta, here) = descend((start, here), (search.steps, TRIALS), trial, settled).ok()?;
-        Some((theta, here.cost))
+        least(start, search, &|theta| self.total(theta, parts), &within)
     }
 
     /// Errors and slopes of all records, one below the other; those of samples that do not count are 0.

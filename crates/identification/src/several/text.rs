@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use planesman_linear::digits::{significant, with_interval};
+use planesman_linear::digits::significant;
 
 use super::analysis::{Analysis, ChannelModel};
-use crate::analysis::UNINFORMATIVE_FIT;
-use crate::analysis::text::interval;
-use crate::uncertainty::SIGMAS_95;
+use crate::analysis::text::{
+    denominator, interval, interval_of_delay, noise, numerator, percent, to_a_nanosecond,
+    what_the_noise_leaves,
+};
 
 /// Candidates printed, and offsets.
 const SHOWN: usize = 8;
@@ -32,7 +33,7 @@ impl Analysis {
             names.join(", "),
             self.output,
             self.kind.name(),
-            (self.sample_time * 1e9).round() / 1e9
+            to_a_nanosecond(self.sample_time)
         );
         text += &self.tried();
         text += &self.table();
@@ -54,22 +55,7 @@ impl Analysis {
             more => format!(", {more} more"),
         };
         let _ = writeln!(text, "\n{:<12} {}{more}", "offset", offsets.join(", "));
-        let _ = writeln!(
-            text,
-            "{:<12} {}, one standard deviation",
-            "noise",
-            significant(self.noise_variance.sqrt(), 4)
-        );
-        if !self.noise_denominator.is_empty() {
-            let d = self.noise_denominator.iter().map(|d| significant(*d, 5));
-            let d: Vec<String> = d.collect();
-            let _ = writeln!(
-                text,
-                "{:<12} e / (1, {}) in z^-1",
-                "noise model",
-                d.join(", ")
-            );
-        }
+        text += &noise(self.noise_variance, &self.noise_denominator);
         let _ = writeln!(
             text,
             "{:<12} {} simulated, {} on held-out data",
@@ -77,13 +63,7 @@ impl Analysis {
             percent(self.fit),
             percent(self.held_out_fit)
         );
-        if let Some(most) = self.attainable_fit {
-            let left = match most <= UNINFORMATIVE_FIT {
-                true => "leaves nothing to simulate".to_owned(),
-                false => format!("leaves {most:.2} % to the best of models"),
-            };
-            let _ = writeln!(text, "{:<12} {left} on held-out data", "the noise");
-        }
+        text += &what_the_noise_leaves(self.attainable_fit);
         text.push('\n');
         text
     }
@@ -160,18 +140,10 @@ fn delay(model: &ChannelModel) -> String {
 }
 
 fn of_channel(model: &ChannelModel) -> String {
-    let list = |values: &[f64]| {
-        let values: Vec<String> = values.iter().map(|v| significant(*v, 9)).collect();
-        values.join("  ")
-    };
     let reading = model.reading();
     let of = model.estimate.model(0);
     let b = of.numerator(model.delay() == 0);
-    let mut text = format!("numerator    {}   (z^{} first)\n", list(&b), b.len() - 1);
-    text += &match of.a.iter().all(|a| *a == 0.0) {
-        true => format!("denominator  z^{}\n", of.a.len()),
-        false => format!("denominator  1  {}\n", list(&of.a)),
-    };
+    let mut text = format!("{}\n{}", numerator(&b), denominator(&of.a));
     for mode in reading.modes() {
         let _ = writeln!(text, "{:<12} {mode}", "mode");
     }
@@ -186,20 +158,7 @@ fn of_channel(model: &ChannelModel) -> String {
         }
     }
     if let Some(gain) = reading.steady_state_gain() {
-        let gain = with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation());
-        let _ = writeln!(text, "steady-state gain {gain}");
+        let _ = writeln!(text, "steady-state gain {}", interval(&gain));
     }
-    if let Some(lag) = model.lag {
-        let (least, most) = lag.interval;
-        let _ = writeln!(
-            text,
-            "{:<12} {least} to {most} samples with 95 %, best {}",
-            "delay", lag.best
-        );
-    }
-    text
-}
-
-fn percent(fit: Option<f64>) -> String {
-    fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"))
+    text + &interval_of_delay(model.lag)
 }

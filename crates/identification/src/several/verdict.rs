@@ -7,13 +7,12 @@ use super::finding::Finding;
 use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
 use crate::analysis::UNINFORMATIVE_FIT;
 use crate::analysis::verdict::{
-    AS_GOOD, DETERMINED, DRIFTS, GOOD, KNOWN, MATTERS, OVERFITTED, PRECISE, SAMPLES_PER_PARAMETER,
-    SMALL, STEADY, USABLE, VERY_GOOD, frequencies,
+    DRIFTS, GOOD, PRECISE, STEADY, USABLE, feeds_back, few_samples, fit_remark,
+    is_limited_by_noise, residual_finding, response_is_determined, undetermined_gain,
 };
-use crate::analysis::{FitRemark, Reason, ResidualFinding, Verdict};
+use crate::analysis::{Reason, Verdict};
 use crate::uncertainty::{SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, excitation_order};
-use crate::validation::residuals::ResidualTests;
 
 /// The share of an input's variation that must be its own for the others' effect and its own to be told apart where the
 /// data says little of one of them.
@@ -63,12 +62,15 @@ impl Analysis {
 
     fn judged(&self, undetermined: bool) -> Verdict {
         let held = self.held_out_fit;
-        let feedback = self.channels().any(|(_, _, it)| feeds_back(it));
+        let mut tests = self
+            .channels()
+            .filter_map(|(_, _, it)| it.residuals.as_ref());
+        let feedback = tests.any(feeds_back);
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = self
             .channels()
-            .any(|(_, _, it)| is_undetermined(it).is_some());
+            .any(|(_, _, it)| it.undetermined_gain().is_some());
         match held {
             _ if self.channels().all(|(_, it, _)| !it.effect.is_there()) => Verdict::NoEffect,
             _ if self.inputs.iter().any(|it| self.is_inseparable(it)) => Verdict::Inseparable,
@@ -140,7 +142,8 @@ impl Analysis {
             let needed = structure.poles + structure.numerator;
             let inputs = segments.iter().map(|it| &it.inputs[number]);
             let order = inputs.map(|it| excitation_order(it, needed)).max()?;
-            let is_poor = order < needed && !response_is_determined(model);
+            let is_poor = order < needed
+                && !response_is_determined(&model.reading(), model.estimate.sample_time);
             is_poor.then(|| (input.name.clone(), Doubt::Excitation(order, needed)))
         };
         self.channels().filter_map(of).collect()
@@ -150,7 +153,7 @@ impl Analysis {
     fn is_inseparable(&self, input: &InputFindings) -> bool {
         let says_little = match &input.model {
             None => true,
-            Some(model) => is_undetermined(model).is_some() || !input.effect.is_there(),
+            Some(model) => model.undetermined_gain().is_some() || !input.effect.is_there(),
         };
         let own = input.own.share;
         own < RIGID || own < OWN && says_little
@@ -191,24 +194,15 @@ impl Analysis {
                 "judged on the validation data, {samples} samples that were not fitted: simulated fit {}",
                 held.map_or("none".to_owned(), |fit| format!("{fit:.1} %"))
             )),
-            (Some(held), _) => Reason::HeldOutFit(held, self.fit_remark(held)),
+            (Some(held), _) => {
+                let remark = fit_remark(self.fit, held, self.attainable_fit);
+                Reason::HeldOutFit(held, remark)
+            }
             (None, _) if self.held_out_is_noise() => Reason::HeldOutIsNoise(None),
             (None, _) => Reason::FirstPartUndetermined,
         };
         let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
         [fit].into_iter().chain(unsteady).collect()
-    }
-
-    fn fit_remark(&self, held: f64) -> FitRemark {
-        match self.fit {
-            _ if held < 0.0 => FitRemark::WorseThanMean,
-            _ if self.is_limited_by_noise() && held < GOOD => {
-                FitRemark::NoiseLimited(self.attainable_fit.unwrap_or(held))
-            }
-            _ if held >= VERY_GOOD => FitRemark::VeryGood,
-            Some(fit) if held < fit - OVERFITTED => FitRemark::Overfitted(fit),
-            _ => FitRemark::None,
-        }
     }
 
     fn of_channel(&self, model: &ChannelModel) -> Vec<Reason> {
@@ -220,7 +214,7 @@ impl Analysis {
         if self.options.delay.is_none() && structure.delay >= MAX_DELAY {
             found.push(Reason::LongestDelay(structure.delay));
         }
-        found.extend(is_undetermined(model).map(Reason::GainUndetermined));
+        found.extend(model.undetermined_gain().map(Reason::GainUndetermined));
         if let Some(lag) = model.lag {
             let at_once = structure.delay == 0 && lag.interval.1 == 0 && structure.poles > 0;
             if lag.is_another {
@@ -230,8 +224,11 @@ impl Analysis {
             }
         }
         if let Some(tests) = &model.residuals {
-            found.push(Reason::Residuals(self.residual_finding(tests), false));
-            if feeds_back(model) {
+            let fit = self.held_out_fit.or(self.fit);
+            let explains = fit.is_some_and(|fit| fit >= USABLE);
+            let finding = residual_finding(tests, explains, true);
+            found.push(Reason::Residuals(finding, false));
+            if feeds_back(tests) {
                 found.push(Reason::Feedback(tests.of_later_inputs()));
             }
         }
@@ -247,31 +244,13 @@ impl Analysis {
         found
     }
 
-    fn residual_finding(&self, tests: &ResidualTests) -> ResidualFinding {
-        let earlier = tests.of_earlier_inputs();
-        let explains = self
-            .held_out_fit
-            .or(self.fit)
-            .is_some_and(|fit| fit >= USABLE);
-        match (earlier.passes(), tests.whiteness.passes()) {
-            (true, true) => ResidualFinding::White(explains),
-            (true, false) => ResidualFinding::Coloured(tests.whiteness.clone(), true),
-            (false, _) if earlier.largest() < MATTERS => {
-                ResidualFinding::LittleCorrelation(earlier)
-            }
-            (false, _) => ResidualFinding::Correlated(earlier),
-        }
-    }
-
     fn few_samples(&self) -> Option<Reason> {
         let parameters: usize = self
             .channels()
             .map(|(.., it)| it.estimate.theta.len())
             .sum::<usize>()
             + self.segments.len();
-        let samples: usize = self.residuals.iter().map(Vec::len).sum();
-        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters)
-            .then_some(Reason::FewSamples(samples, parameters))
+        few_samples(&self.residuals, parameters)
     }
 
     fn is_unsteady(&self) -> bool {
@@ -280,43 +259,13 @@ impl Analysis {
     }
 
     fn is_limited_by_noise(&self) -> bool {
-        let pair = self.held_out_fit.zip(self.attainable_fit);
-        pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
+        is_limited_by_noise(self.held_out_fit, self.attainable_fit)
     }
 }
 
-fn largest_response(model: &ChannelModel) -> f64 {
-    let reading = model.reading();
-    frequencies(model.estimate.sample_time)
-        .filter_map(|omega| reading.response(omega))
-        .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
-}
-
-/// The steady-state gain of a channel, where it is hardly known.
-fn is_undetermined(model: &ChannelModel) -> Option<Uncertain> {
-    let reading = model.reading();
-    let gain = reading.steady_state_gain()?;
-    let interval = SIGMAS_95 * gain.real_deviation();
-    let share = match reading.cancelled_poles().is_empty() {
-        true => 1.0,
-        false => KNOWN,
-    };
-    let is = interval > share * gain.value.re.abs() && interval > SMALL * largest_response(model);
-    is.then_some(gain)
-}
-
-/// Whether the 95 % interval of the response is small beside the largest response at every frequency.
-fn response_is_determined(model: &ChannelModel) -> bool {
-    let (reading, largest) = (model.reading(), largest_response(model));
-    frequencies(model.estimate.sample_time).all(|omega| {
-        let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
-        let deviation = reading.response(omega).map(of_both);
-        deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
-    })
-}
-
-/// Whether the residual is seen in later inputs.
-fn feeds_back(model: &ChannelModel) -> bool {
-    let later = model.residuals.as_ref().map(ResidualTests::of_later_inputs);
-    later.is_some_and(|it| !it.passes() && it.largest() > MATTERS)
+impl ChannelModel {
+    /// The steady-state gain, where it is hardly known.
+    fn undetermined_gain(&self) -> Option<Uncertain> {
+        undetermined_gain(&self.reading(), self.estimate.sample_time)
+    }
 }
