@@ -347,7 +347,7 @@ impl fmt::Display for Reason {
                 write!(f, "delay {better} fits better than {delay} (--delay {better})")
             }
             Self::DirectFeedthrough => f.write_str(
-                "the output answers its input within one sample: direct feedthrough, or its stamps are too early",
+                "the output answers its input within one sample: direct feedthrough, or the input moves between its samples, or the output's stamps are too early",
             ),
             Self::Lines(Lines { lines, held }) => write!(
                 f,
