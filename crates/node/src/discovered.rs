@@ -89,6 +89,17 @@ pub(crate) fn homes_of(participant: &DomainParticipant, node: &str) -> Vec<Parti
     homes.filter_map(prefix).collect()
 }
 
+/// Whether both participants have a node of the same full name.
+pub(crate) fn have_a_name_in_common(
+    participant: &DomainParticipant,
+    one: ParticipantId,
+    other: ParticipantId,
+) -> bool {
+    let nodes = |id| services(participant, "/get_parameters", |home| *home == id);
+    let others = nodes(other);
+    nodes(one).iter().any(|node| others.contains(node))
+}
+
 fn offer(writer: &DiscoveredWriterData) -> Offer {
     let data = &writer.publication_topic_data;
     Offer {

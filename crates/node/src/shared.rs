@@ -19,6 +19,7 @@ use smol::{LocalExecutor, channel::Sender};
 use crate::{
     args::{Remap, RemapKind},
     clock::Clock,
+    discovered::ParticipantId,
     endpoint::{Direction, Endpoint, TypeNames},
     logging::Throttle,
     names::NodeNames,
@@ -58,7 +59,14 @@ pub(crate) struct Shared {
     matched_clients: RefCell<HashSet<GUID>>,
     /// How many clients of each service this node has opened. They live as long as the node.
     clients: RefCell<BTreeMap<String, usize>>,
+    /// When each participant was last heard on topics that many publish, as `/diagnostics`.
+    heard: RefCell<BTreeMap<ParticipantId, Instant>>,
 }
+
+/// A node publishes its diagnostics every second: one that was not heard for so long has stopped.
+const STOPPED: Duration = Duration::from_secs(2);
+/// Participants remembered at most; then all are heard anew.
+const PARTICIPANTS: usize = 1000;
 
 /// Clients remembered at most; then all are met anew.
 const MATCHED_CLIENTS: usize = 1000;
@@ -89,7 +97,25 @@ impl Shared {
             answers: Answers::default(),
             matched_clients: RefCell::default(),
             clients: RefCell::default(),
+            heard: RefCell::default(),
         }
+    }
+
+    /// Notes that the participant has been heard on a topic that many publish.
+    pub(crate) fn heard(&self, participant: ParticipantId) {
+        let mut heard = self.heard.borrow_mut();
+        if heard.len() >= PARTICIPANTS && !heard.contains_key(&participant) {
+            heard.clear();
+        }
+        heard.insert(participant, Instant::now());
+    }
+
+    /// Whether the participant goes on: it is still heard on a topic that many publish.
+    pub(crate) fn hears(&self, participant: ParticipantId) -> bool {
+        let heard = self.heard.borrow();
+        heard
+            .get(&participant)
+            .is_some_and(|at| at.elapsed() < STOPPED)
     }
 
     /// Whether the client of that request writer is known to receive the answers.

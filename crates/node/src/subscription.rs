@@ -13,7 +13,7 @@ use ros2_client::{Gid, MessageInfo, ReadError};
 use rustdds::GUID;
 
 use crate::{
-    discovered::{ParticipantId, homes_of, prefix, writes},
+    discovered::{ParticipantId, have_a_name_in_common, homes_of, prefix, writes},
     endpoint::{Endpoint, count},
     shared::Shared,
 };
@@ -40,13 +40,20 @@ pub(crate) async fn pump<M>(
     };
     let mut followed = Followed::default();
     let mut is_of_another = |writer: Gid| -> bool {
-        let sender = prefix(GUID::from(writer));
-        let (Some(silence), Some(sender)) = (endpoint.follows_one, sender) else {
+        let Some(sender) = prefix(GUID::from(writer)) else {
+            return false;
+        };
+        let Some(silence) = endpoint.follows_one else {
+            shared.heard(sender);
             return false;
         };
         let participant = shared.participant();
-        let publishes = |id| participant.is_some_and(|it| writes(&it, &endpoint.dds_topic(), id));
-        !followed.passes(sender, Instant::now(), silence, publishes)
+        let participant = participant.as_ref();
+        let publishes = |id| participant.is_some_and(|it| writes(it, &endpoint.dds_topic(), id));
+        let doubles = |id| {
+            shared.hears(id) && participant.is_some_and(|it| have_a_name_in_common(it, id, sender))
+        };
+        !followed.passes(sender, Instant::now(), silence, publishes, doubles)
     };
     futures::pin_mut!(samples);
     while let Some(sample) = samples.next().await {
@@ -92,13 +99,15 @@ impl Followed {
     const MAX_RIVALS: usize = 100;
 
     /// Whether a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
-    /// once it has been for so long. It is followed again when it goes on, unless it no longer `publishes`.
+    /// and of one that `doubles` it once it has been for so long. It is followed again when it goes on, unless it no longer
+    /// `publishes`.
     fn passes(
         &mut self,
         sender: ParticipantId,
         now: Instant,
         silence: Duration,
         publishes: impl FnOnce(ParticipantId) -> bool,
+        doubles: impl FnOnce(ParticipantId) -> bool,
     ) -> bool {
         if let Some((first, heard)) = self.first.filter(|(first, _)| *first != sender) {
             let silent = now.duration_since(heard);
@@ -108,7 +117,8 @@ impl Followed {
                 }
                 return false;
             }
-            if silent < silence && self.rivals.contains(&sender) {
+            // A node of the same name that comes while the one followed stands is another loop's, not its successor.
+            if silent < silence && (self.rivals.contains(&sender) || doubles(first)) {
                 return false;
             }
             if publishes(first) {
@@ -178,7 +188,7 @@ mod tests {
         let [first, other] = [[1; 12], [2; 12]];
         let mut followed = Followed::default();
         let mut passes = |sender, seconds, there| {
-            followed.passes(sender, at(seconds), Duration::ZERO, |_| there)
+            followed.passes(sender, at(seconds), Duration::ZERO, |_| there, |_| true)
         };
         assert!(passes(first, 0.0, true));
         assert!(!passes(other, 0.9, true), "the first goes on");
@@ -189,5 +199,21 @@ mod tests {
         assert!(!passes(other, 2.6, true));
         assert!(passes(other, 4.0, false), "the first has gone");
         assert!(!passes(first, 4.5, true), "the other came first now");
+    }
+    #[test]
+    fn one_that_stands_is_not_replaced_by_a_node_of_its_name() {
+        let began = Instant::now();
+        let at = |seconds: f64| began + Duration::from_secs_f64(seconds);
+        let long = Duration::from_secs(10);
+        let [first, other] = [[1; 12], [2; 12]];
+        for doubles in [true, false] {
+            let mut followed = Followed::default();
+            let mut passes =
+                |sender, seconds| followed.passes(sender, at(seconds), long, |_| true, |_| doubles);
+            assert!(passes(first, 0.0));
+            assert_eq!(passes(other, 1.5), !doubles, "a successor comes at once");
+            assert_eq!(passes(other, 9.9), !doubles);
+            assert!(passes(other, 10.1));
+        }
     }
 }
