@@ -128,6 +128,19 @@ class FitOptions(TypedDict, total=False):
     """For recursive methods: forgetting factor per sample."""
     initial_covariance: float
     """For recursive methods: initial covariance of each parameter."""
+    curve: Literal[
+        "automatic",
+        "none",
+        "dead_zone",
+        "saturation",
+        "square",
+        "piecewise",
+        "backlash",
+        "output_dead_zone",
+        "output_saturation",
+        "output_piecewise",
+    ]
+    """Static curve in front of the dynamics (Hammerstein) or behind them (Wiener); the evidence decides without."""
     bootstrap: int
     """Records of a bootstrap, for 95 % intervals of poles and gain."""
 
@@ -265,6 +278,11 @@ class Model:
     def parameters(self) -> dict[str, float]:
         """K, T1 and so on of a process model, b0, a0 and so on of one in s; the vehicle's own, K/J and so on, from a method that seeks them."""
         return {found["name"]: found["value"] for found in self.report.get("parameters", [])}
+
+    @property
+    def curve(self) -> dict[str, Any] | None:
+        """Static curve beside the linear dynamics, which all else here is of: side, kind, parameters with deviations; None of a linear model."""
+        return self.report.get("curve")
 
     @property
     def verdict(self) -> list[str]:

@@ -9,6 +9,7 @@ use planesman_fit::{
     DataOptions, FitError, FitOptions, GridOptions, MethodChoice, PreparationOptions,
     RecursionOptions, SignalOptions, Sources, StructureOptions, Validation, VehicleOptions,
 };
+use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::Form;
 use planesman_signals::{Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
 use planesman_text::did_you_mean;
@@ -327,6 +328,9 @@ impl Keywords {
                 initial_covariance: self.number("initial_covariance", rules::ABOVE_ZERO)?,
             },
             bootstrap: self.count("bootstrap", rules::BOOTSTRAP)?,
+            curve: self
+                .choice("curve", &CurveChoice::ALL, CurveChoice::described, |_| &[])?
+                .unwrap_or_default(),
         };
         self.end()?;
         Ok(options)

@@ -10,6 +10,7 @@ use planesman_fit::{
     FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation, VehicleOptions,
     compared, fit, fit_several,
 };
+use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::ModelFile;
 
@@ -69,6 +70,10 @@ pub struct FitArgs {
     /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
     #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(rules::BOOTSTRAP), help_heading = "Model")]
     bootstrap: Option<u32>,
+    /// Static curve in front of the dynamics (Hammerstein) or behind them (Wiener)
+    #[arg(long, value_parser = choice(&CurveChoice::ALL, CurveChoice::described), default_value = CurveChoice::default().described().0,
+        help_heading = "Model")]
+    curve: CurveChoice,
     /// Write the frequency response of --method frf: *.csv
     #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
     response: Option<PathBuf>,
@@ -202,6 +207,7 @@ impl From<&FitArgs> for FitOptions {
                 initial_covariance: args.recursion.initial_covariance,
             },
             bootstrap: args.bootstrap.map(|it| it as usize),
+            curve: args.curve,
         }
     }
 }

@@ -110,7 +110,11 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
     }
     let paths: Vec<PathBuf> = models.iter().map(|it| it.0.clone()).collect();
     let judged = |(path, file): &(PathBuf, ModelFile)| {
-        let model = model_file::given(file);
+        let refused = |reason| FitError::Curve {
+            model: path.clone(),
+            reason,
+        };
+        let model = model_file::given(file).map_err(refused)?;
         let judgement = model.on(&prepared.resampled.record, &options.ahead);
         Ok(Compared {
             name: name(path, &paths),

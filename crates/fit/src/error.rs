@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use planesman_identification::IdentificationError;
 use planesman_identification::estimators::{Form, Method};
+use planesman_model_file::Refusal;
 use planesman_vehicle::vehicle_file::VehicleError;
 
 /// Why there is no model, or no comparison.
@@ -63,6 +64,20 @@ pub enum FitError {
     /// A static gain by a method that has none.
     #[error("--order 0, a static gain, is none of --method {}: name --order 1 or more, or another method", .0.name())]
     NoStatic(Method),
+    /// A static curve beside a method that has none.
+    #[error(
+        "--curve is for one input of a linear model without --reference: --method automatic, output_error, box_jenkins, armax, \
+         least_squares or n4sid"
+    )]
+    NoCurve,
+    /// A model file with a static curve that is none.
+    #[error("{}: {reason}", .model.display())]
+    Curve {
+        /// The file.
+        model: PathBuf,
+        /// Why.
+        reason: Refusal,
+    },
     /// A signal that is named twice.
     #[error("'{0}' is named twice; name each signal once")]
     Twice(String),

@@ -8,6 +8,7 @@ use planesman_identification::analysis::{
 };
 use planesman_identification::estimators::Method;
 use planesman_identification::selection::Candidate;
+use planesman_identification::static_curve::Side;
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
 use planesman_signals::{PreparedRecord, Reading};
@@ -193,6 +194,12 @@ impl FitResult {
         Ok(json!({
             "model": self.model_file()?,
             "parameters": parameters,
+            "curve": analysis.curved.as_ref().map(|it| json!({
+                "side": match it.side { Side::Input => "input", Side::Output => "output" },
+                "kind": it.fitted.curve.name(),
+                "parameters": it.fitted.named().map(|(name, value, deviation)| json!({"name": name, "value": value, "deviation": deviation})).collect::<Vec<_>>(),
+                "linear_fit": it.linear_fit,
+            })),
             "processes": processes.collect::<Vec<_>>(),
             "process_fit": analysis.process_fit,
             "frequency": analysis.estimate.frequency.as_ref().map(|it| response::as_json(it, record.sample_time)),

@@ -1,12 +1,13 @@
 //! A model as a file that other programs load.
 
-use planesman_identification::analysis::Analysis;
+use planesman_identification::analysis::{Analysis, Curved};
 use planesman_identification::estimators::{Error, Method, Physical, ProcessModel, UNKNOWNS};
 use planesman_identification::selection::Kind;
+use planesman_identification::static_curve::{Side, StaticCurve};
 use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
 use planesman_model_file::{
     ChannelModel, Continuous, Format, Heave, ModelFile, Parameter, Physical as PhysicalFile, Place,
-    Process,
+    Process, Refusal, Side as FileSide, StaticCurve as StaticCurveFile,
 };
 
 /// The model file: what other programs load.
@@ -51,6 +52,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
             }),
         },
         process: analysis.estimate.process.as_ref().map(process_file),
+        static_curve: analysis.curved.as_ref().map(curve_file),
         physical: analysis.physical().map(|it| physical_file(analysis, &it)),
         offset: analysis.estimate.offset(analysis.longest),
         input_level: analysis.estimate.level_of_integrator(analysis.longest),
@@ -70,9 +72,40 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
     })
 }
 
+fn curve_file(found: &Curved) -> StaticCurveFile {
+    StaticCurveFile {
+        side: match found.side {
+            Side::Input => FileSide::Input,
+            Side::Output => FileSide::Output,
+        },
+        kind: found.fitted.curve.name().to_owned(),
+        parameters: (found.fitted.named())
+            .map(|(name, value, deviation)| Parameter {
+                name,
+                unit: String::new(),
+                value,
+                deviation,
+            })
+            .collect(),
+    }
+}
+
+fn curve(file: &StaticCurveFile) -> Result<(Side, StaticCurve), Refusal> {
+    let parameters = file.parameters.iter();
+    let parameters: Vec<_> = parameters.map(|it| (it.name.as_str(), it.value)).collect();
+    let curve = StaticCurve::named(&file.kind, &parameters).ok_or(Refusal::CurveParameters)?;
+    let side = match file.side {
+        FileSide::Input => Side::Input,
+        FileSide::Output => Side::Output,
+    };
+    Ok((side, curve))
+}
+
 /// The model of a file, to be judged on data.
-#[must_use]
-pub fn given(file: &ModelFile) -> GivenModel {
+///
+/// # Errors
+/// [`Refusal::CurveParameters`], of a static curve.
+pub fn given(file: &ModelFile) -> Result<GivenModel, Refusal> {
     let by_equation = [
         Method::LeastSquares.name(),
         Method::RecursiveLeastSquares.name(),
@@ -81,7 +114,9 @@ pub fn given(file: &ModelFile) -> GivenModel {
     ];
     // A noise model stands in the equation; without one the method says where the noise is.
     let in_equation = !file.noise_model.is_empty() || by_equation.contains(&file.method.as_str());
-    GivenModel {
+    let curve = file.static_curve.as_ref().map(curve).transpose()?;
+    Ok(GivenModel {
+        curve,
         sample_time: file.sample_time,
         num: file.num.clone(),
         den: file.den.clone(),
@@ -96,7 +131,7 @@ pub fn given(file: &ModelFile) -> GivenModel {
         noise_variance: file.noise_variance,
         noise_model: file.noise_model.clone(),
         noise_denominator: file.noise_denominator.clone(),
-    }
+    })
 }
 
 /// A channel of a file of several inputs, to be judged on data.
@@ -112,6 +147,7 @@ pub(crate) fn given_channel(channel: &ChannelModel, sample_time: f64) -> GivenMo
         noise_variance: 0.0,
         noise_model: Vec::new(),
         noise_denominator: Vec::new(),
+        curve: None,
     }
 }
 

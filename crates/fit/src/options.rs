@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use planesman_identification::InitialState;
-use planesman_identification::analysis::Options;
+use planesman_identification::analysis::{CurveChoice, Options};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Form, Knowledge, Method};
@@ -45,6 +45,8 @@ pub struct FitOptions {
     pub recursion: RecursionOptions,
     /// Simulated records of a bootstrap for 95 % intervals of poles and gain, 100 to 100,000; `None` for none.
     pub bootstrap: Option<usize>,
+    /// The static curve in front of the dynamics or behind them.
+    pub curve: CurveChoice,
 }
 
 /// Signals of some data, on one grid.
@@ -262,6 +264,7 @@ pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
         ),
         ("method", words(&MethodChoice::ALL, MethodChoice::described)),
         ("process", words(&Form::ALL, Form::described)),
+        ("curve", words(&CurveChoice::ALL, CurveChoice::described)),
     ]);
     options
 }
@@ -487,6 +490,19 @@ impl FitOptions {
         if method == Method::Frf && structure.own_numerators && is_alone {
             return Err(FitError::OneResponse);
         }
+        let is_asked = ![CurveChoice::Automatic, CurveChoice::None].contains(&self.curve);
+        let takes_curve = matches!(
+            method,
+            Method::Automatic
+                | Method::OutputError
+                | Method::BoxJenkins
+                | Method::LeastSquares
+                | Method::Armax
+                | Method::N4sid
+        );
+        if is_asked && (!takes_curve || self.signals.reference.is_some()) {
+            return Err(FitError::NoCurve);
+        }
         let is_fir = method == Method::Fir;
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
@@ -533,6 +549,7 @@ impl FitOptions {
             inertia: vehicle.inertia,
             speed: vehicle.speed,
             bootstrap: self.bootstrap,
+            curve: self.curve,
         })
     }
 
@@ -560,6 +577,7 @@ impl FitOptions {
             ("inertia", vehicle.inertia.is_some()),
             ("noise", vehicle.noise.is_some()),
             ("bootstrap", self.bootstrap.is_some()),
+            ("curve", self.curve != CurveChoice::default()),
             ("forgetting", recursion.forgetting.is_some()),
             ("initial_covariance", recursion.initial_covariance.is_some()),
         ];

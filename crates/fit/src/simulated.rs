@@ -35,7 +35,7 @@ impl<'a> Simulated<'a> {
             start: segment.start,
             input: run.inputs,
             measured: run.outputs,
-            simulated: analysis.estimate.simulate(analysis.longest, run),
+            simulated: analysis.simulate(analysis.longest, run),
         })
     }
 }

@@ -6,9 +6,10 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Error, Estimate};
+use crate::estimators::{Error, Estimate, FittedCurve};
 use crate::free_motion::free_motion;
 use crate::prediction::{self, Missed};
+use crate::static_curve::{Side, StaticCurve};
 use crate::structure::{InitialState, Layout, Structure, monic};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
@@ -40,6 +41,8 @@ pub struct GivenModel {
     pub noise_model: Vec<f64>,
     /// `d1, d2, ...` of the noise `e/D` on the output; empty for white noise.
     pub noise_denominator: Vec<f64>,
+    /// A curve in front of the transfer function or behind it.
+    pub curve: Option<(Side, StaticCurve)>,
 }
 
 /// A model on a record.
@@ -88,6 +91,7 @@ impl GivenModel {
             noise_variance: found.noise_variance,
             noise_model,
             noise_denominator: found.noise_denominator.clone(),
+            curve: (found.output_curve.as_ref()).map(|it| (Side::Output, it.curve.clone())),
         }
     }
 
@@ -105,6 +109,10 @@ impl GivenModel {
                 self.sample_time, record.sample_time
             )));
         }
+        let record = match &self.curve {
+            Some((Side::Input, curve)) => &curve.of_input(record),
+            _ => record,
+        };
         let runs = record.runs().filter(|runs| !runs.is_empty());
         let runs = runs.ok_or_else(|| {
             IdentificationError::Record("a record with an input and an output is needed".to_owned())
@@ -225,6 +233,10 @@ impl GivenModel {
             noise_model: self.noise_model.clone(),
             noise_denominator: self.noise_denominator.clone(),
             residuals: Vec::new(),
+            output_curve: match &self.curve {
+                Some((Side::Output, curve)) => Some(FittedCurve::known(curve)),
+                _ => None,
+            },
             physical: None,
             process: None,
             frequency: None,

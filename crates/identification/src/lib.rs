@@ -8,6 +8,7 @@
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
 //! - [`several`]: several inputs to one output, a transfer function of each.
+//! - [`static_curve`]: curves in front of linear dynamics and behind them.
 //! - [`validation`]: residual tests, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
 //! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
@@ -34,6 +35,7 @@ mod rls;
 pub mod selection;
 pub mod several;
 mod states;
+pub mod static_curve;
 mod structure;
 mod uncertainty;
 pub mod validation;

@@ -308,6 +308,33 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// The last samples of the longest record, in motion, at most so many.
+    pub(crate) fn last_samples(&self, most: usize) -> Self {
+        let longest = self.runs.iter().max_by_key(|run| run.outputs.len());
+        let run = longest.copied().unwrap_or_default();
+        let first = run.outputs.len().saturating_sub(most);
+        let run = Run {
+            past: match first {
+                0 => run.past,
+                _ => &run.inputs[..first],
+            },
+            inputs: &run.inputs[first..],
+            outputs: &run.outputs[first..],
+        };
+        let start = match first {
+            0 => self.structure.start,
+            _ => InitialState::Estimated,
+        };
+        Self {
+            structure: Structure {
+                start,
+                ..self.structure.clone()
+            },
+            runs: vec![run],
+            ..self.clone()
+        }
+    }
+
     /// Where each unknown stands.
     #[must_use]
     pub fn layout(&self) -> Layout {

@@ -31,6 +31,7 @@ pub fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
         noise_denominator: Vec::new(),
         input_level: 0.0,
         residuals: Vec::new(),
+        output_curve: None,
         physical: None,
         process: None,
         frequency: None,

@@ -99,6 +99,14 @@ pub enum Refusal {
     /// The matrices of a state space do not fit together.
     #[error("state_space: a must be n by n, b n by inputs, c outputs by n, d outputs by inputs")]
     StateSpace,
+    /// The file has a static curve where a linear model is asked for.
+    #[error(
+        "it has a static curve beside its linear dynamics: identify a linear model, sysid fit --curve none, about one level of the input"
+    )]
+    Curve,
+    /// A static curve whose parameters are not those of its kind.
+    #[error("static_curve: kind or parameters refused")]
+    CurveParameters,
     /// The file has several inputs or outputs where one of each is asked for.
     #[error("it is of several inputs or outputs; sysid compare takes it, alone")]
     Several,
@@ -205,6 +213,28 @@ pub struct Process {
     pub covariance: Vec<Vec<f64>>,
 }
 
+/// A static curve beside the dynamics: `y = G f(u)` or `y = f(G u)`, with slope 1 where it is steepest, or `f(u) = u |u| + linear u`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StaticCurve {
+    /// Where it is.
+    pub side: Side,
+    /// Dead zone, saturation, square law, piecewise linear, backlash.
+    pub kind: String,
+    /// Levels and slopes in order: of straight lines the slope that is not listed is 1.
+    pub parameters: Vec<Parameter>,
+}
+
+/// A side of the dynamics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// In front of them.
+    Input,
+    /// Behind them.
+    Output,
+}
+
 /// A parameter with its standard deviation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -251,6 +281,9 @@ pub struct ModelFile {
     /// The process model that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub process: Option<Process>,
+    /// The static curve in front of the dynamics or behind them, which everything else here leaves out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub static_curve: Option<StaticCurve>,
     /// The output's offset.
     pub offset: f64,
     /// The input at which the output of an integrating model stands; of another the offset holds it.
@@ -306,6 +339,7 @@ impl ModelFile {
             continuous: None,
             physical: None,
             process: None,
+            static_curve: None,
             offset: 0.0,
             input_level: 0.0,
             noise_variance: 0.0,
@@ -389,11 +423,14 @@ impl ModelFile {
         self.num.len() == self.den.len()
     }
 
-    /// The speed, m/s.
+    /// The speed at which a linear model of a vehicle holds, m/s.
     ///
     /// # Errors
-    /// [`Refusal::NoSpeed`], when the file does not give it.
+    /// [`Refusal::NoSpeed`], when the file does not give it; [`Refusal::Curve`], when the model is not linear.
     pub fn required_speed(&self) -> Result<f64, Refusal> {
+        if self.static_curve.is_some() {
+            return Err(Refusal::Curve);
+        }
         self.speed.ok_or(Refusal::NoSpeed)
     }
 

@@ -28,6 +28,9 @@ pub struct InputPart {
 /// What the input accounts for in a record. `None` when nothing is left for it.
 pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
     let structure = &found.layout.structure;
+    if found.output_curve.is_some() {
+        return part_behind_curve(found, number, run);
+    }
     let a = found.layout.denominator(found.theta.as_slice());
     let b = &found.theta.as_slice()[found.layout.b(number)];
     // A constant is one more free motion, at z = 1.
@@ -66,6 +69,21 @@ pub(super) fn part_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Op
     let f = slow_variance(found, number, run).map_or(f64::INFINITY, |noise| {
         (alone - with) / parameters as f64 / noise
     });
+    (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
+}
+
+/// The same of what a curve behind the dynamics makes of it: of the output's squares about their mean.
+fn part_behind_curve(found: &Estimate, number: usize, run: Run<'_>) -> Option<InputPart> {
+    let structure = &found.layout.structure;
+    let unknown = found.unknown(run).min(run.outputs.len());
+    let errors = found.simulation_errors(number, run);
+    let left: f64 = errors[unknown..].iter().map(|e| e * e).sum();
+    let outputs = &run.outputs[unknown..];
+    let total = variance(outputs) * outputs.len() as f64;
+    let share = (total - left) / total;
+    let parameters = (structure.poles + structure.numerator) as f64;
+    let f = slow_variance(found, number, run)
+        .map_or(f64::INFINITY, |noise| (total - left) / parameters / noise);
     (total > 0.0 && share.is_finite()).then_some(InputPart { share, f })
 }
 

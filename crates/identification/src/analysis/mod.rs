@@ -9,10 +9,12 @@
 //! - `text`: the results for the terminal.
 //! - `lag`: the delay's interval.
 //! - `bootstrap`: intervals of poles and gain from refits.
+//! - `curve`: static curves in front of the dynamics and behind them.
 //! - `checks`: the figures that the verdict rests on.
 
 mod bootstrap;
 mod checks;
+mod curve;
 pub(crate) mod lag;
 mod reason;
 mod sentences;
@@ -22,6 +24,7 @@ pub(crate) mod verdict;
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
 pub use checks::InputPart;
+pub use curve::{CurveChoice, Curved};
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
 pub use verdict::Verdict;
@@ -33,19 +36,20 @@ use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Error, Estimate, Estimator, FrequencyDomain, Given, Knowledge, LeastSquares, Method, Physical,
-    TwoStages, WarmStarted,
+    TwoStages, WarmStarted, Wiener,
 };
 use crate::model::Model;
 use crate::prediction;
 use crate::selection::criteria::{Candidate, choice, first_part, search};
 use crate::selection::{self, Kind, process, select};
+use crate::static_curve::Side;
 use crate::structure::{InitialState, Problem, Structure, variance};
 use crate::uncertainty::{Reading, Uncertain};
 use crate::validation::identifiability::{self, Doubt};
 use crate::validation::nonlinearity::{self, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::StraightLine;
-use planesman_record::{Record, Segment};
+use planesman_record::{Record, Run, Segment};
 
 /// Options of the analysis.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +81,8 @@ pub struct Options {
     pub speed: Option<f64>,
     /// Simulated records of a bootstrap; `None` for none.
     pub bootstrap: Option<usize>,
+    /// The static curve that is tried.
+    pub curve: CurveChoice,
 }
 
 impl Default for Options {
@@ -96,6 +102,7 @@ impl Default for Options {
             inertia: None,
             speed: None,
             bootstrap: None,
+            curve: CurveChoice::default(),
         }
     }
 }
@@ -154,6 +161,8 @@ pub struct Analysis {
     pub selected: Vec<selection::Candidate>,
     /// That the input moves between its samples, where it was found to.
     pub lines: Option<Lines>,
+    /// A static curve in front of the dynamics or behind them, where one was fitted: the record and all fits are then of what goes through it.
+    pub curved: Option<Curved>,
     /// What leaving out a pole that a zero may cancel, or not, would give.
     pub other_order: Option<OtherOrder>,
     /// The forms of process model tried, the best first; empty where none was.
@@ -207,7 +216,7 @@ pub struct Analysis {
 /// # Errors
 /// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
-    judged_on(record, options, None)
+    curve::analysed(record, options, None)
 }
 
 /// The same with a record for validation, on the same grid: fit on held-out data and predictions are of that one, and
@@ -220,10 +229,24 @@ pub fn analyse_validated(
     options: &Options,
     validation: &Record,
 ) -> Result<Analysis> {
-    judged_on(record, options, Some(validation))
+    curve::analysed(record, options, Some(validation))
 }
 
-fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) -> Result<Analysis> {
+/// What there is beside the linear dynamics.
+enum Beside<'a> {
+    Nothing,
+    /// A curve that the record's input has been through.
+    Input(curve::Front<'a>),
+    /// A curve of the output, behind dynamics of a structure.
+    Output(Structure, Wiener),
+}
+
+fn judged_on(
+    record: &Record,
+    options: &Options,
+    validation: Option<&Record>,
+    beside: Beside<'_>,
+) -> Result<Analysis> {
     let at_rest = Options {
         start: InitialState::Rest,
         ..options.clone()
@@ -232,8 +255,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let is_asked = of_steps && options.start == InitialState::Estimated && options.offset;
     let before_step = is_asked
         .then(|| checks::level_before_step(record))
-        .flatten();
+        .flatten()
+        .filter(|_| !matches!(beside, Beside::Output(..)));
     let (options, level) = match before_step {
+        // A curve has levels of its own.
+        None if matches!(beside, Beside::Output(..)) => (options, Level::default()),
         None => (options, Level::of(record, options)),
         Some(input) => (&at_rest, Level { input, output: 0.0 }),
     };
@@ -272,7 +298,10 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let (mut processes, mut process_fit, mut lines) = (Vec::new(), None, None);
     // By the reference, without a first stage.
     let mut joint: Option<FrequencyDomain> = None;
-    if options.method == Method::Automatic || options.method == Method::Process {
+    if let Beside::Output(structure, estimator) = &beside {
+        problem.structure = structure.clone();
+        method = Box::new(estimator.clone());
+    } else if options.method == Method::Automatic || options.method == Method::Process {
         let whole = second_stage(&problem, &caused);
         let chosen = match options.method {
             Method::Process => {
@@ -335,10 +364,13 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         None if in_a_loop => &staged,
         None => method.as_ref(),
     };
-    let estimate = match fitted {
+    let mut estimate = match fitted {
         Some(fitted) => fitted,
         None => estimator.fit(&problem)?,
     };
+    if let Beside::Input(front) = &beside {
+        front.widen(&mut estimate, estimator, &problem)?;
+    }
     let longest = (0..problem.runs.len())
         .max_by_key(|r| problem.runs[*r].outputs.len())
         .unwrap_or_default();
@@ -364,7 +396,18 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         carried: carried_fit,
         attainable: attainable_fit,
     } = match validation {
-        None => HeldOut::of(estimator, &problem, longest),
+        None => match &beside {
+            Beside::Input(front) => {
+                let through = front.of_first_part(&problem.structure)?;
+                let runs = through.runs().unwrap_or_default();
+                let by_first_part = Problem {
+                    runs,
+                    ..problem.clone()
+                };
+                HeldOut::of(estimator, &by_first_part, longest)
+            }
+            _ => HeldOut::of(estimator, &problem, longest),
+        },
         Some(_) => HeldOut::default(),
     };
     let name = |names: &[String], i: usize| names.get(i).cloned();
@@ -382,7 +425,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         input_part: checks::part_of_input(&estimate, longest, second.runs[longest]),
         is_step_test: process::is_step_test(&second),
         drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
-        lag: lag.or_else(|| lag::lag(&estimate, &second)),
+        lag: lag
+            .or_else(|| lag::lag(&estimate, &second).filter(|_| estimate.output_curve.is_none())),
         bootstrap: (options.bootstrap)
             .map(|refits| {
                 // The minimum of a simulated record is near the estimate.
@@ -400,6 +444,16 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         finding: None,
+        curved: match &beside {
+            Beside::Nothing => None,
+            Beside::Input(front) => Some((Side::Input, front.curve.clone())),
+            Beside::Output(..) => (estimate.output_curve.clone()).map(|it| (Side::Output, it)),
+        }
+        .map(|(side, fitted)| Curved {
+            side,
+            fitted,
+            linear_fit: None,
+        }),
         longest,
         verdict: Verdict::Undetermined,
         reasons: Vec::new(),
@@ -893,14 +947,37 @@ impl Analysis {
 
     /// What the error of the longest run points to, where the noise would leave a better fit.
     fn beyond_linear(&self, data: &Record) -> Option<Finding> {
-        let below = self.attainable_fit? - self.held_out_fit?;
-        let is_tested = below > BELOW_NOISE
+        let run = data.segments[self.segments[self.longest]].run()?;
+        let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
+        self.is_below_noise().then(finding).flatten()
+    }
+
+    /// Whether the noise would leave a better fit to another model.
+    fn is_below_noise(&self) -> bool {
+        let fits = self.attainable_fit.zip(self.held_out_fit);
+        fits.is_some_and(|(attainable, held)| attainable - held > BELOW_NOISE)
             && self.reference.is_none()
             && self.estimate.process.is_none()
+            && self.estimate.output_curve.is_none()
             && !self.is_unstable()
-            && !self.options.method.is_of_the_vehicle();
-        let run = data.segments[self.segments[self.longest]].run()?;
-        (is_tested.then(|| nonlinearity::finding(&self.estimate, self.longest, run))).flatten()
+            && !self.options.method.is_of_the_vehicle()
+    }
+
+    /// The output of a run of the record, with the curve where there is one, from its input alone.
+    #[must_use]
+    pub fn simulate(&self, number: usize, run: Run<'_>) -> Vec<f64> {
+        match &self.curved {
+            Some(curved) if curved.side == Side::Input => {
+                let (past, inputs) = curved.fitted.curve.of_run(&run);
+                let through = Run {
+                    past: &past,
+                    inputs: &inputs,
+                    outputs: run.outputs,
+                };
+                self.estimate.simulate(number, through)
+            }
+            _ => self.estimate.simulate(number, run),
+        }
     }
 
     /// The reasons, then the verdict.
@@ -921,6 +998,7 @@ impl Analysis {
     pub fn method_name(&self) -> &'static str {
         match self.estimate.process {
             Some(_) => Method::Process.name(),
+            None if self.estimate.output_curve.is_some() => Method::OutputError.name(),
             None => self.kind().map_or(self.options.method.name(), Kind::name),
         }
     }

@@ -1,5 +1,6 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
+use super::curve::Curved;
 use super::{Lines, OtherOrder};
 use crate::estimators::Form;
 use crate::selection::{Candidate, criteria, process};
@@ -94,6 +95,8 @@ pub enum Reason {
     OtherDelay(i64, usize),
     /// The output answers within a sample.
     DirectFeedthrough,
+    /// A static curve in front of the dynamics or behind them.
+    Curve(Curved),
     /// The input moves on straight lines between its samples.
     Lines(Lines),
     /// The residuals are rounding.

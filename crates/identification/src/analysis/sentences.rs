@@ -11,6 +11,7 @@ use super::text::interval;
 use super::verdict::Verdict;
 use crate::prediction::AHEAD;
 use crate::selection::{Candidate, criteria};
+use crate::static_curve::Side;
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::identifiability::Doubt;
 use crate::validation::nonlinearity::{Cause, Curve};
@@ -283,6 +284,22 @@ impl fmt::Display for Reason {
                         ": that takes away {:.0} % of the simulated error's squares (F {test:.0})",
                         100.0 * share
                     ),
+                    None => Ok(()),
+                }
+            }
+            Self::Curve(curved) => {
+                let (signal, place, model) = match curved.side {
+                    Side::Input => ("input", "in front of", "Hammerstein"),
+                    Side::Output => ("output", "behind", "Wiener"),
+                };
+                write!(
+                    f,
+                    "the {signal} goes through a static curve {place} the linear dynamics ({model} model): {}; gain, poles and zeros are \
+                     those of the linear dynamics",
+                    curved.in_words()
+                )?;
+                match curved.linear_fit {
+                    Some(fit) => write!(f, "; a linear model simulates {fit:.1} % of what is held out"),
                     None => Ok(()),
                 }
             }

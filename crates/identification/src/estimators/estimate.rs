@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
+use super::curved::FittedCurve;
 use super::frequency_fit::FrequencyFit;
 use super::physical::Physical;
 use super::process_model::ProcessModel;
@@ -42,6 +43,8 @@ pub struct Estimate {
     pub noise_denominator: Vec<f64>,
     /// The residuals of each record, output unit.
     pub residuals: Vec<Vec<f64>>,
+    /// The curve behind the dynamics, where one was fitted.
+    pub output_curve: Option<FittedCurve>,
     /// The vehicle's own coefficients, where those were sought.
     pub physical: Option<Physical>,
     /// The process model, where one was sought.
@@ -72,6 +75,7 @@ impl Estimate {
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),
             residuals,
+            output_curve: None,
             physical: None,
             process: None,
             frequency: None,
@@ -211,7 +215,10 @@ impl Estimate {
         for (y, t) in output.iter_mut().zip(transient) {
             *y += offset + t;
         }
-        output
+        match &self.output_curve {
+            Some(fitted) => fitted.curve.of(&output),
+            None => output,
+        }
     }
 
     /// The outputs of record `run` less the simulated ones.
@@ -227,6 +234,9 @@ impl Estimate {
     /// simulation overflows.
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+        if self.output_curve.is_some() {
+            return self.fit_behind_curve(run, record, from);
+        }
         let (left, spread) = self.left_from_rest(run, record, from);
         let free = match self.layout.structure.start {
             InitialState::Rest if from.max(self.unknown(record)) == 0 => vec![1.0],
@@ -239,6 +249,9 @@ impl Estimate {
     /// simulation does that is given no output. `None` where there are fewer.
     #[must_use]
     pub fn carried_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+        if self.output_curve.is_some() {
+            return self.fit_behind_curve(run, record, from);
+        }
         let free = self.free_motion();
         let before = (record.outputs.len() / STATE_SHARE).max(STATE_SAMPLES * (free.len() - 1));
         let begin = from.checked_sub(before)?;
@@ -251,6 +264,17 @@ impl Estimate {
             .iter()
             .for_each(|y| spread.update(*y, 1.0));
         fit(carried_on(&left, before, &free)?, spread.sum_of_squares())
+    }
+
+    /// The same behind a curve, which hides the state: simulated from the beginning of the record.
+    fn fit_behind_curve(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+        let errors = self.simulation_errors(run, record);
+        let from = from.max(self.unknown(record));
+        let mut spread = Spread::default();
+        let outputs = record.outputs.iter().skip(from);
+        outputs.for_each(|y| spread.update(*y, 1.0));
+        let squares = errors.iter().skip(from).map(|e| e * e).sum();
+        fit(squares, spread.sum_of_squares())
     }
 
     /// The denominator of a free motion.

@@ -7,6 +7,7 @@
 //! | [`WarmStarted`] | output error or Box-Jenkins, warm-started from poles that are known nearly | as output error |
 //! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
 //! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
+//! | [`Wiener`] | output error with a static curve behind the dynamics | as output error |
 //! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
 //! | [`Process`] | the simulated error of a gain, one or two time constants and a dead time | anything the input does not cause |
@@ -20,6 +21,7 @@
 
 mod armax;
 mod coloured;
+mod curved;
 mod delayed_transfer;
 mod equation;
 mod estimate;
@@ -53,6 +55,8 @@ mod vehicle_fit;
 pub use armax::Armax;
 pub(crate) use coloured::independent_share;
 pub(crate) use coloured::{whitened, whitening};
+pub use curved::{FittedCurve, Wiener};
+pub(crate) use curved::{cost_in_front, criterion, in_front, moved_by};
 pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};

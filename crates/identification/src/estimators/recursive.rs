@@ -330,6 +330,7 @@ impl Recursion {
             input_level: 0.0,
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
+            output_curve: None,
             physical: None,
             process: None,
             frequency: None,

@@ -346,6 +346,7 @@ impl Vehicle {
             noise_denominator: Vec::new(),
             input_level: 0.0,
             residuals: solution.residuals,
+            output_curve: None,
             process: None,
             frequency: None,
             physical: Some(Physical {

@@ -162,6 +162,7 @@ impl InUnits {
                 noise_model: Vec::new(),
                 noise_denominator: whitening[1..].to_vec(),
                 residuals: Vec::new(),
+                output_curve: None,
                 physical: None,
                 process: None,
                 frequency: None,

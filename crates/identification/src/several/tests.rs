@@ -214,6 +214,7 @@ fn a_given_model_is_simulated_as_it_stands() {
         .map(|y| y + 1.0)
         .collect();
     let exact = |num: &[f64], den: &[f64]| crate::GivenModel {
+        curve: None,
         sample_time: SAMPLE_TIME,
         num: num.to_vec(),
         den: den.to_vec(),

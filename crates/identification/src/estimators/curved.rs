@@ -1,0 +1,376 @@
+//! Static curves with linear dynamics behind them or in front of them.
+//!
+//! In front (Hammerstein): for each curve the linear dynamics of the least output error are found anew, so that the search is over the curve's
+//! few parameters alone (variable projection; Golub and Pereyra, *SIAM J. Numer. Anal.* 10, 1973). Behind (Wiener): all parameters at once,
+//! `dyhat/dtheta = f'(x) dx/dtheta`.
+
+use std::cell::RefCell;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::estimate::Estimate;
+use super::estimator::{Estimator, Recursive};
+use super::levenberg_marquardt::{Linearised, lowered, minimise};
+use super::recursive::{self, Kind};
+use super::refined::WarmStarted;
+use super::rows::samples_by_run;
+use super::simulator::{Simulator, coloured_factor};
+use crate::error::{IdentificationError, Result};
+use crate::static_curve::StaticCurve;
+use crate::structure::{Problem, range};
+use planesman_record::Run;
+
+/// A difference for a slope, as a share of the signal's range.
+const DIFFERENCE: f64 = 1e-3;
+/// Steps of the search over a curve, and the share of the cost that a step worth another one takes away.
+const STEPS: usize = 20;
+const SHARE: f64 = 1e-4;
+/// Passes from measured outputs to those in front of a curve.
+const PASSES: usize = 8;
+
+/// A curve with the covariance of its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedCurve {
+    /// The curve.
+    pub curve: StaticCurve,
+    /// The covariance of [`StaticCurve::parameters`].
+    pub covariance: DMatrix<f64>,
+}
+
+impl FittedCurve {
+    /// A curve that is known.
+    pub(crate) fn known(curve: &StaticCurve) -> Self {
+        let count = curve.parameters().len();
+        Self {
+            curve: curve.clone(),
+            covariance: DMatrix::zeros(count, count),
+        }
+    }
+
+    /// Whether no parameter is known less well than the signal's range tells.
+    #[must_use]
+    pub fn is_determined(&self, signal: &[f64]) -> bool {
+        let size = range(signal);
+        let parameters = self.covariance.diagonal();
+        parameters.iter().all(|variance| variance.sqrt() < size)
+    }
+
+    /// What was sought: name, value and standard deviation.
+    pub fn named(&self) -> impl Iterator<Item = (String, f64, f64)> {
+        let deviation = |j: usize| self.covariance[(j, j)].max(0.0).sqrt();
+        let named = self.curve.parameters().into_iter().enumerate();
+        named.map(move |(j, (name, value))| (name, value, deviation(j)))
+    }
+}
+
+/// The runs of a problem with other inputs.
+fn with_inputs<'a>(problem: &Problem<'a>, inputs: &'a [(Vec<f64>, Vec<f64>)]) -> Problem<'a> {
+    let pairs = problem.runs.iter().zip(inputs);
+    Problem {
+        runs: pairs
+            .map(|(run, (past, inputs))| Run {
+                past,
+                inputs,
+                outputs: run.outputs,
+            })
+            .collect(),
+        ..problem.clone()
+    }
+}
+
+/// The curve of the input, of the kind of `start`, in front of linear dynamics of the problem's structure: that of the least output error
+/// near `start`; with its Bayesian criterion.
+///
+/// # Errors
+/// [`IdentificationError`], when the data does not determine dynamics or curve.
+pub(crate) fn in_front(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, f64)> {
+    let values: Vec<f64> = start.parameters().iter().map(|it| it.1).collect();
+    let (theta, at) = minimise_over(problem, start, &values)?;
+    let none = IdentificationError::Search("the search for the curve found no minimum");
+    let curve = start.with(theta.as_slice()).ok_or(none)?;
+    let covariance = match theta.len() {
+        0 => DMatrix::zeros(0, 0),
+        count => {
+            let residuals = samples_by_run(problem, at.errors.as_slice());
+            let parameters = problem.layout().count() + count;
+            let freedom = at.errors.len().saturating_sub(parameters).max(1);
+            let variance = at.errors.norm_squared() / freedom as f64;
+            let factor = coloured_factor(&at, &residuals, variance)?;
+            &factor * factor.transpose()
+        }
+    };
+    let criterion = criterion(at.errors.norm_squared(), at.errors.len(), theta.len());
+    Ok((FittedCurve { curve, covariance }, criterion))
+}
+
+/// Schwarz's Bayesian criterion of so many parameters of a curve, `N ln V + k ln N`.
+pub(crate) fn criterion(squares: f64, samples: usize, parameters: usize) -> f64 {
+    let n = samples.max(1) as f64;
+    n * squares.max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+}
+
+/// The output error that linear dynamics behind a curve leave; infinite where there are none.
+pub(crate) fn cost_in_front(problem: &Problem<'_>, curve: &StaticCurve) -> f64 {
+    let poles = RefCell::default();
+    errors_behind(problem, curve, &poles).map_or(f64::INFINITY, |it| it.norm_squared())
+}
+
+fn minimise_over(
+    problem: &Problem<'_>,
+    start: &StaticCurve,
+    values: &[f64],
+) -> Result<(DVector<f64>, Linearised)> {
+    let poles = RefCell::default();
+    let rows = problem.runs.iter().map(|run| run.outputs.len()).sum();
+    let inputs = || problem.runs.iter().flat_map(|run| run.inputs);
+    let least = inputs().copied().fold(f64::INFINITY, f64::min);
+    let size = inputs().copied().fold(f64::NEG_INFINITY, f64::max) - least;
+    let errors = |values: &[f64]| {
+        let curve = start.with(values);
+        let within = curve.filter(|it| it.bends_within(least, least + size));
+        within.and_then(|curve| errors_behind(problem, &curve, &poles))
+    };
+    let linearise = |theta: &DVector<f64>| {
+        let Some(at) = errors(theta.as_slice()) else {
+            return Linearised {
+                errors: DVector::repeat(rows, f64::INFINITY),
+                slopes: DMatrix::zeros(rows, theta.len()),
+            };
+        };
+        let mut slopes = DMatrix::zeros(rows, theta.len());
+        for j in 0..theta.len() {
+            // Away from where levels would cross.
+            let moved = [1.0, -1.0].into_iter().find_map(|sign| {
+                let step = sign * DIFFERENCE * size;
+                let mut there = theta.clone();
+                there[j] += step;
+                Some((errors(there.as_slice())?, step))
+            });
+            if let Some((there, step)) = moved {
+                slopes.set_column(j, &((&at - there) / step));
+            }
+        }
+        Linearised { errors: at, slopes }
+    };
+    lowered(
+        DVector::from_column_slice(values),
+        (STEPS, SHARE),
+        linearise,
+    )
+}
+
+/// The errors of the linear dynamics that fit best behind a curve; those before the first known output are 0. Poles that were found are where
+/// the next search begins.
+fn errors_behind(
+    problem: &Problem<'_>,
+    curve: &StaticCurve,
+    poles: &RefCell<Vec<f64>>,
+) -> Option<DVector<f64>> {
+    let inputs: Vec<_> = problem.runs.iter().map(|run| curve.of_run(run)).collect();
+    let behind = with_inputs(problem, &inputs);
+    let estimator = WarmStarted {
+        poles: poles.borrow().clone(),
+        noise: false,
+    };
+    let found = estimator.fit(&behind).ok()?;
+    poles.replace(found.theta.as_slice()[found.layout.a()].to_vec());
+    let errors = found.residuals.concat();
+    Some(DVector::from_vec(errors))
+}
+
+/// Output error with a static curve behind the dynamics.
+#[derive(Clone, Debug)]
+pub struct Wiener {
+    /// Where the search for the curve begins.
+    pub start: StaticCurve,
+    /// `a1 ... an` where the search for the dynamics begins; sought where there are not n of them.
+    pub poles: Vec<f64>,
+}
+
+impl Wiener {
+    /// Runs whose outputs are, as well as the model tells, those in front of the curve: measured ones where the curve slopes, simulated ones
+    /// where it does not, which say nothing there.
+    pub(crate) fn in_front_of(
+        curve: &StaticCurve,
+        runs: &[Run<'_>],
+        simulated: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let of_run = |(run, simulated): (&Run<'_>, &Vec<f64>)| {
+            let pairs = run.outputs.iter().zip(simulated);
+            pairs
+                .map(|(y, x)| match curve.slope(*x) {
+                    0.0 => *x,
+                    slope => x + (y - curve.of(&[*x])[0]) / slope,
+                })
+                .collect()
+        };
+        runs.iter().zip(simulated).map(of_run).collect()
+    }
+
+    /// Parameters of the dynamics to begin at.
+    fn dynamics(&self, problem: &Problem<'_>) -> Result<DVector<f64>> {
+        let mut poles = self.poles.clone();
+        let mut outputs: Vec<Vec<f64>> =
+            problem.runs.iter().map(|it| it.outputs.to_vec()).collect();
+        let mut theta = DVector::zeros(0);
+        for _ in 0..PASSES {
+            let runs = problem.runs.iter().zip(&outputs);
+            let in_front = Problem {
+                runs: runs.map(|(run, outputs)| Run { outputs, ..*run }).collect(),
+                ..problem.clone()
+            };
+            let found = WarmStarted {
+                poles,
+                noise: false,
+            }
+            .fit(&in_front)?;
+            poles = found.theta.as_slice()[found.layout.a()].to_vec();
+            let numbered = problem.runs.iter().enumerate();
+            let simulated: Vec<_> = numbered
+                .map(|(number, run)| found.simulate(number, *run))
+                .collect();
+            outputs = Self::in_front_of(&self.start, &problem.runs, &simulated);
+            theta = found.theta;
+        }
+        Ok(theta)
+    }
+
+    /// The errors behind the curve, and their slopes: of the dynamics' parameters, then of the curve's.
+    fn linearised(
+        &self,
+        problem: &Problem<'_>,
+        simulator: &Simulator<'_>,
+        theta: &DVector<f64>,
+    ) -> Linearised {
+        let count = problem.layout().count();
+        let values = &theta.as_slice()[count..];
+        let of_dynamics = simulator.linearised(&theta.rows(0, count).into_owned());
+        let rows = of_dynamics.errors.len();
+        let measured: Vec<f64> = problem
+            .runs
+            .iter()
+            .flat_map(|it| it.outputs)
+            .copied()
+            .collect();
+        let size = problem.runs.iter().map(|run| range(run.outputs));
+        let step = DIFFERENCE * size.fold(0.0, f64::max);
+        let mut slopes = of_dynamics.slopes.insert_columns(count, values.len(), 0.0);
+        let mut errors = of_dynamics.errors;
+        let Some(curve) = self.start.with(values) else {
+            errors.fill(f64::INFINITY);
+            return Linearised { errors, slopes };
+        };
+        let moved: Vec<Option<(StaticCurve, f64)>> = (0..values.len())
+            .map(|j| {
+                let moved = |sign: f64| {
+                    let mut there = values.to_vec();
+                    there[j] += sign * step;
+                    Some((self.start.with(&there)?, sign * step))
+                };
+                moved(1.0).or_else(|| moved(-1.0))
+            })
+            .collect();
+        let unknown = unknown_rows(problem);
+        for k in 0..rows {
+            if unknown[k] {
+                continue; // Their errors and slopes are 0.
+            }
+            let x = measured[k] - errors[k];
+            let y = curve.of(&[x])[0];
+            errors[k] = measured[k] - y;
+            slopes.row_mut(k).scale_mut(curve.slope(x));
+            for (j, moved) in moved.iter().enumerate() {
+                if let Some((there, step)) = moved {
+                    slopes[(k, count + j)] = (there.of(&[x])[0] - y) / step;
+                }
+            }
+        }
+        Linearised { errors, slopes }
+    }
+}
+
+/// Which samples come before the first output whose inputs are known.
+fn unknown_rows(problem: &Problem<'_>) -> Vec<bool> {
+    let unknown = problem.unknown();
+    let runs = problem.runs.iter().zip(unknown);
+    runs.flat_map(|(run, unknown)| (0..run.outputs.len()).map(move |k| k < unknown))
+        .collect()
+}
+
+impl Estimator for Wiener {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
+        let simulator = Simulator::new(problem);
+        let count = problem.layout().count();
+        let dynamics = self.dynamics(problem)?;
+        let values: Vec<f64> = self.start.parameters().iter().map(|it| it.1).collect();
+        let start =
+            DVector::from_iterator(count + values.len(), dynamics.iter().copied().chain(values));
+        let (theta, at) = minimise(start, |theta| self.linearised(problem, &simulator, theta))?;
+        let none = IdentificationError::Search("the search for the curve found no minimum");
+        let curve = (self.start.with(&theta.as_slice()[count..])).ok_or(none)?;
+        // The covariance of a part of the parameters is that of its slopes without what the others' make up.
+        let own = at.slopes.columns(0, count).into_owned();
+        let others = at.slopes.columns(count, theta.len() - count).into_owned();
+        let of_dynamics = Linearised {
+            slopes: beside(&own, &others)?,
+            errors: at.errors.clone(),
+        };
+        let estimate = simulator.estimate(theta.rows(0, count).into_owned(), &of_dynamics)?;
+        let of_curve = Linearised {
+            slopes: beside(&others, &own)?,
+            errors: at.errors,
+        };
+        let factor = coloured_factor(&of_curve, &estimate.residuals, estimate.noise_variance)?;
+        Ok(Estimate {
+            output_curve: Some(FittedCurve {
+                curve,
+                covariance: &factor * factor.transpose(),
+            }),
+            ..estimate
+        })
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
+        recursive::learner(Kind::OutputError, problem)
+    }
+}
+
+/// Columns without what other columns make up of them.
+fn beside(columns: &DMatrix<f64>, others: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    if others.ncols() == 0 || columns.ncols() == 0 {
+        return Ok(columns.clone());
+    }
+    let basis = others.clone().qr().q();
+    Ok(columns - &basis * (basis.transpose() * columns))
+}
+
+/// By how much the dynamics' parameters move with each of the curve's, one column each.
+///
+/// # Errors
+/// Those of the estimator.
+pub(crate) fn moved_by(
+    estimator: &dyn Estimator,
+    problem: &Problem<'_>,
+    fitted: &FittedCurve,
+) -> Result<DMatrix<f64>> {
+    let parameters = fitted.curve.parameters();
+    let find = |curve: &StaticCurve| -> Result<DVector<f64>> {
+        let inputs: Vec<_> = problem.runs.iter().map(|run| curve.of_run(run)).collect();
+        Ok(estimator.fit(&with_inputs(problem, &inputs))?.theta)
+    };
+    let here = find(&fitted.curve)?;
+    let mut slopes = DMatrix::zeros(here.len(), parameters.len());
+    for j in 0..parameters.len() {
+        let step = fitted.covariance[(j, j)].max(0.0).sqrt();
+        let moved = [1.0, -1.0].into_iter().find_map(|sign| {
+            let mut values: Vec<f64> = parameters.iter().map(|it| it.1).collect();
+            values[j] += sign * step;
+            let there = find(&fitted.curve.with(&values)?).ok()?;
+            (there.len() == here.len()).then_some((there, sign * step))
+        });
+        if let Some((there, step)) = moved.filter(|it| it.1 != 0.0) {
+            slopes.set_column(j, &((there - &here) / step));
+        }
+    }
+    Ok(slopes)
+}

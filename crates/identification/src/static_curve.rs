@@ -1,0 +1,354 @@
+//! Static curves beside linear dynamics: in front of them (Hammerstein's model) or behind (Wiener's).
+//!
+//! ```text
+//! Hammerstein   y = G(q) f(u) + offset      Wiener   y = f(G(q) u + offset)
+//! ```
+//! (Ljung 1999, sec. 5.2; Janczak, *Identification of Nonlinear Systems Using Neural Networks and Polynomial Models*, 2005, ch. 2 and 3.)
+//! The curve's largest slope is 1, so that the gain stands in `G`.
+
+use planesman_record::{Record, Run};
+
+/// Which side of the linear dynamics a curve is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// In front of them: of the input.
+    Input,
+    /// Behind them: of the output.
+    Output,
+}
+
+/// A curve. Levels and widths are in the signal's unit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StaticCurve {
+    /// Nothing between two levels, slope 1 beyond them: `x - upper`, 0, `x - lower`.
+    DeadZone {
+        /// The lower level.
+        lower: f64,
+        /// The upper level.
+        upper: f64,
+    },
+    /// Slope 1 between two levels, constant beyond them.
+    Saturation {
+        /// The lower level, where there is one.
+        lower: Option<f64>,
+        /// The upper level, where there is one.
+        upper: Option<f64>,
+    },
+    /// `x |x| + c x`, as of a thruster by its speed.
+    Square {
+        /// `c`, the signal's unit; `None` for 0, which is known.
+        linear: Option<f64>,
+    },
+    /// Straight lines that meet at levels.
+    Piecewise {
+        /// The levels, rising.
+        levels: Vec<f64>,
+        /// The slopes below the first level, between two, and above the last; one is 1, which is not sought.
+        slopes: Vec<f64>,
+    },
+    /// Play between a signal and what follows it; the width is all of it.
+    Backlash {
+        /// The width.
+        width: f64,
+    },
+}
+
+impl StaticCurve {
+    /// Its kind, as the field names it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::DeadZone { .. } => "dead zone",
+            Self::Saturation { .. } => "saturation",
+            Self::Square { .. } => "square law",
+            Self::Piecewise { .. } => "piecewise linear",
+            Self::Backlash { .. } => "backlash",
+        }
+    }
+
+    /// What is sought of it, by name.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<(String, f64)> {
+        let named = |name: &str, value: f64| (name.to_owned(), value);
+        match self {
+            Self::DeadZone { lower, upper } => {
+                vec![named("lower", *lower), named("upper", *upper)]
+            }
+            Self::Saturation { lower, upper } => {
+                let each = [("lower", lower), ("upper", upper)];
+                let known = each
+                    .iter()
+                    .filter_map(|(name, it)| Some(named(name, (**it)?)));
+                known.collect()
+            }
+            Self::Square { linear } => linear.iter().map(|c| named("linear", *c)).collect(),
+            Self::Piecewise { levels, slopes } => {
+                let levels = levels.iter().enumerate();
+                let levels = levels.map(|(i, w)| (format!("level {}", i + 1), *w));
+                let known = reference(slopes);
+                let slopes = slopes.iter().enumerate().filter(|(i, _)| *i != known);
+                let slopes = slopes.map(|(i, s)| (format!("slope {}", i + 1), *s));
+                levels.chain(slopes).collect()
+            }
+            Self::Backlash { width } => vec![named("width", *width)],
+        }
+    }
+
+    /// The curve of that kind with these parameters, by name; `None` where they are not its own.
+    #[must_use]
+    pub fn named(kind: &str, parameters: &[(&str, f64)]) -> Option<Self> {
+        let of = |name: &str| parameters.iter().find(|it| it.0 == name).map(|it| it.1);
+        let counted = |name: &str, count: usize| -> Vec<Option<f64>> {
+            (1..=count).map(|i| of(&format!("{name} {i}"))).collect()
+        };
+        let curve = match kind {
+            "dead zone" => Self::DeadZone {
+                lower: of("lower")?,
+                upper: of("upper")?,
+            },
+            "saturation" => Self::Saturation {
+                lower: of("lower"),
+                upper: of("upper"),
+            },
+            "square law" => Self::Square {
+                linear: of("linear"),
+            },
+            "piecewise linear" => {
+                let count = parameters.len() / 2;
+                let slopes = counted("slope", count + 1);
+                Self::Piecewise {
+                    levels: counted("level", count).into_iter().collect::<Option<_>>()?,
+                    slopes: slopes.into_iter().map(|it| it.unwrap_or(1.0)).collect(),
+                }
+            }
+            "backlash" => Self::Backlash {
+                width: of("width")?,
+            },
+            _ => return None,
+        };
+        let values: Vec<f64> = curve.parameters().iter().map(|it| it.1).collect();
+        (values.len() == parameters.len()).then(|| curve.with(&values))?
+    }
+
+    /// The curve with other values of what is sought, in the order of [`Self::parameters`]; `None` where levels cross or a width is
+    /// negative.
+    pub(crate) fn with(&self, values: &[f64]) -> Option<Self> {
+        if values.iter().any(|it| !it.is_finite()) {
+            return None;
+        }
+        let mut values = values.iter().copied();
+        let mut next = || values.next();
+        match self {
+            Self::DeadZone { .. } => {
+                let (lower, upper) = (next()?, next()?);
+                (lower < upper).then_some(Self::DeadZone { lower, upper })
+            }
+            Self::Saturation { lower, upper } => {
+                let lower = lower.and_then(|_| next());
+                let upper = upper.and_then(|_| next());
+                let apart = lower.zip(upper).is_none_or(|(lower, upper)| lower < upper);
+                apart.then_some(Self::Saturation { lower, upper })
+            }
+            Self::Square { linear } => Some(Self::Square {
+                linear: linear.and_then(|_| next()),
+            }),
+            Self::Piecewise { levels, slopes } => {
+                let levels: Vec<f64> = levels.iter().filter_map(|_| next()).collect();
+                let known = reference(slopes);
+                let slopes = slopes.iter().enumerate();
+                let slopes = slopes.map(|(i, s)| if i == known { Some(*s) } else { next() });
+                let slopes: Vec<f64> = slopes.collect::<Option<_>>()?;
+                let rising = levels.windows(2).all(|pair| pair[0] < pair[1]);
+                rising.then_some(Self::Piecewise { levels, slopes })
+            }
+            Self::Backlash { .. } => {
+                let width = next()?;
+                (width >= 0.0).then_some(Self::Backlash { width })
+            }
+        }
+    }
+
+    /// Whether it bends only between two levels of a signal, and a play is no wider.
+    pub(crate) fn bends_within(&self, least: f64, most: f64) -> bool {
+        let within = |level: &f64| (least..=most).contains(level);
+        match self {
+            Self::DeadZone { lower, upper } => within(lower) && within(upper),
+            Self::Saturation { lower, upper } => lower.iter().chain(upper).all(within),
+            Self::Square { .. } => true,
+            Self::Piecewise { levels, .. } => levels.iter().all(within),
+            Self::Backlash { width } => *width <= most - least,
+        }
+    }
+
+    /// The same but for its size, with 1 as the largest slope of straight lines.
+    pub(crate) fn normalised(self) -> Self {
+        match self {
+            Self::Piecewise { levels, slopes } => {
+                let larger = |largest: f64, it: &f64| {
+                    if it.abs() > largest.abs() {
+                        *it
+                    } else {
+                        largest
+                    }
+                };
+                let largest = slopes.iter().fold(0.0, larger);
+                let slopes = slopes.iter().map(|it| it / largest).collect();
+                Self::Piecewise { levels, slopes }
+            }
+            other => other,
+        }
+    }
+
+    /// What the curve makes of a signal; only backlash remembers, from the middle of its play on.
+    #[must_use]
+    pub fn of(&self, signal: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Backlash { width } => {
+                let mut at = signal.first().copied().unwrap_or_default();
+                let follow = |x: &f64| {
+                    at = at.clamp(x - width / 2.0, x + width / 2.0);
+                    at
+                };
+                signal.iter().map(follow).collect()
+            }
+            _ => signal.iter().map(|x| self.at(*x)).collect(),
+        }
+    }
+
+    /// The value at `x`.
+    fn at(&self, x: f64) -> f64 {
+        match self {
+            Self::DeadZone { lower, upper } => (x - upper).max(0.0) + (x - lower).min(0.0),
+            Self::Saturation { lower, upper } => x
+                .max(lower.unwrap_or(x))
+                .min(upper.unwrap_or(f64::INFINITY)),
+            Self::Square { linear } => x * x.abs() + linear.unwrap_or(0.0) * x,
+            Self::Piecewise { levels, slopes } => {
+                let changes = slopes.windows(2).map(|pair| pair[1] - pair[0]);
+                let bends = levels.iter().zip(changes);
+                let bends = bends.map(|(level, change)| change * (x - level).max(0.0));
+                slopes.first().map_or(x, |slope| slope * x) + bends.sum::<f64>()
+            }
+            Self::Backlash { .. } => x,
+        }
+    }
+
+    /// The slope at `x`.
+    pub(crate) fn slope(&self, x: f64) -> f64 {
+        match self {
+            Self::DeadZone { lower, upper } => f64::from(u8::from(x < *lower || x > *upper)),
+            Self::Saturation { lower, upper } => {
+                let inside = lower.is_none_or(|it| x > it) && upper.is_none_or(|it| x < it);
+                f64::from(u8::from(inside))
+            }
+            Self::Square { linear } => 2.0 * x.abs() + linear.unwrap_or(0.0),
+            Self::Piecewise { levels, slopes } => {
+                let below = levels.iter().take_while(|level| x > **level).count();
+                slopes.get(below).copied().unwrap_or(1.0)
+            }
+            Self::Backlash { .. } => 1.0,
+        }
+    }
+
+    /// A record whose first input is what the curve makes of it.
+    #[must_use]
+    pub fn of_input(&self, record: &Record) -> Record {
+        let mut record = record.clone();
+        for segment in &mut record.segments {
+            if let Some((past, inputs)) = segment.run().map(|run| self.of_run(&run)) {
+                if let Some(first) = segment.past.first_mut() {
+                    *first = past;
+                }
+                if let Some(first) = segment.inputs.first_mut() {
+                    *first = inputs;
+                }
+            }
+        }
+        record
+    }
+
+    /// The known and the following inputs of a run through the curve.
+    pub(crate) fn of_run(&self, run: &Run<'_>) -> (Vec<f64>, Vec<f64>) {
+        let mut past = self.of(&[run.past, run.inputs].concat());
+        let inputs = past.split_off(run.past.len());
+        (past, inputs)
+    }
+}
+
+/// Which slope is 1.
+fn reference(slopes: &[f64]) -> usize {
+    let at_one = slopes.iter().position(|it| *it == 1.0);
+    at_one.unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all() -> Vec<StaticCurve> {
+        vec![
+            StaticCurve::DeadZone {
+                lower: -0.5,
+                upper: 1.0,
+            },
+            StaticCurve::Saturation {
+                lower: Some(-1.0),
+                upper: Some(2.0),
+            },
+            StaticCurve::Saturation {
+                lower: None,
+                upper: Some(2.0),
+            },
+            StaticCurve::Square { linear: Some(0.5) },
+            StaticCurve::Piecewise {
+                levels: vec![-1.0, 1.0],
+                slopes: vec![0.25, 1.0, 0.5],
+            },
+            StaticCurve::Backlash { width: 1.0 },
+        ]
+    }
+
+    #[test]
+    fn each_curve_has_the_values_of_its_definition() {
+        let x = [-3.0, -0.75, 0.0, 0.5, 3.0];
+        let expected = [
+            [-2.5, -0.25, 0.0, 0.0, 2.0],
+            [-1.0, -0.75, 0.0, 0.5, 2.0],
+            [-3.0, -0.75, 0.0, 0.5, 2.0],
+            [-10.5, -0.9375, 0.0, 0.5, 10.5],
+            [-0.75, 0.0, 0.75, 1.25, 2.75],
+            [-3.0, -1.25, -0.5, 0.0, 2.5],
+        ];
+        for (curve, expected) in all().iter().zip(expected) {
+            assert_eq!(curve.of(&x), expected, "{curve:?}");
+        }
+    }
+
+    #[test]
+    fn the_parameters_of_a_curve_make_the_curve_and_slopes_are_its_differences() {
+        for curve in all() {
+            let values: Vec<f64> = curve.parameters().iter().map(|it| it.1).collect();
+            assert_eq!(curve.with(&values).as_ref(), Some(&curve));
+            let parameters = curve.parameters();
+            let named: Vec<_> = parameters.iter().map(|it| (it.0.as_str(), it.1)).collect();
+            assert_eq!(
+                StaticCurve::named(curve.name(), &named).as_ref(),
+                Some(&curve)
+            );
+            for x in [-2.9, -0.7, 0.1, 0.6, 1.5, 3.1] {
+                let h = 1e-6;
+                let by_difference = (curve.at(x + h) - curve.at(x - h)) / (2.0 * h);
+                assert!(
+                    (curve.slope(x) - by_difference).abs() < 1e-6,
+                    "{curve:?} at {x}"
+                );
+            }
+        }
+        let crossing = StaticCurve::DeadZone {
+            lower: 0.0,
+            upper: 1.0,
+        };
+        assert_eq!(crossing.with(&[1.0, 0.0]), None);
+        assert_eq!(crossing.with(&[f64::NAN, 0.0]), None);
+    }
+}
