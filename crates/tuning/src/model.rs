@@ -7,7 +7,7 @@ use planesman_linear::digits::with_interval;
 use planesman_linear::{
     TransferFunction, discrete_to_continuous, is_sampling_artefact, polynomial,
 };
-use planesman_model_file::ModelFile;
+use planesman_model_file::{ModelFile, Side};
 
 use crate::dynamics::Dynamics;
 use crate::error::{Result, TuneError};
@@ -132,6 +132,17 @@ impl UncertainModel {
                 (Kind::Equation { poles }, values, covariance)
             }
         };
+        if let Some(curve) = &file.static_curve {
+            let (side, undone) = match curve.side {
+                Side::Input => ("input", "what the controller sends"),
+                Side::Output => ("output", "what it measures"),
+            };
+            notes.push(format!(
+                "gains and margins are those of the linear dynamics: the {side} goes through a static curve ({}), which they do not count; \
+                 put its inverse on {undone}",
+                curve.kind
+            ));
+        }
         let factor = factor(&covariance);
         let is_exact =
             file.method == ModelFile::exact("", "", 1.0, vec![1.0], vec![1.0, 0.0]).method;

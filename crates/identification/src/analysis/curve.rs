@@ -131,15 +131,13 @@ impl CurveChoice {
             upper: Some(upper),
         };
         let piecewise = || {
-            let bent = |levels: Vec<f64>| StaticCurve::Piecewise {
-                slopes: (0..=levels.len())
-                    .map(|i| if i == 1 { 1.0 } else { SLIGHTLY_BENT })
-                    .collect(),
-                levels,
-            };
-            let mut curves = pairs(&|low, high| bent(vec![low, high]));
-            curves.extend(levels.iter().map(|level| bent(vec![*level])));
-            curves
+            let alone = levels.iter().map(|level| vec![*level]);
+            let places = levels.iter().enumerate();
+            let pairs =
+                places.flat_map(|(i, low)| levels[i + 1..].iter().map(|high| vec![*low, *high]));
+            let rising = |it: &Vec<f64>| it.windows(2).all(|pair| pair[0] < pair[1]);
+            let all = alone.chain(pairs).filter(rising);
+            all.flat_map(|it| bent(&it)).collect()
         };
         Some(match self {
             Self::Automatic | Self::None => return None,
@@ -157,6 +155,16 @@ impl CurveChoice {
             Self::OutputPiecewise => (Side::Output, piecewise()),
         })
     }
+}
+
+/// Straight lines that meet at levels, flatter on every other side of them.
+fn bent(levels: &[f64]) -> [StaticCurve; 2] {
+    [0, 1].map(|first| StaticCurve::Piecewise {
+        levels: levels.to_vec(),
+        slopes: (0..=levels.len())
+            .map(|i| if i % 2 == first { 1.0 } else { SLIGHTLY_BENT })
+            .collect(),
+    })
 }
 
 /// A curve that was found, and the linear model's held-out fit beside it.
@@ -293,16 +301,10 @@ fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
                 (own, levels)
             }
         };
-        let slightly = |levels: &[f64]| StaticCurve::Piecewise {
-            levels: levels.to_vec(),
-            slopes: (0..=levels.len())
-                .map(|i| if i == 1 { 1.0 } else { SLIGHTLY_BENT })
-                .collect(),
-        };
         let mut curves = vec![own];
-        curves.extend(levels.iter().map(|level| slightly(&[*level])));
+        curves.extend(levels.iter().flat_map(|level| bent(&[*level])));
         if levels.len() > 1 {
-            curves.push(slightly(&levels));
+            curves.extend(bent(&levels));
         }
         curves
     };
