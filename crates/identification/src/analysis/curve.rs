@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use super::{Analysis, Beside, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Estimate, Estimator, FittedCurve, Method, Wiener, cost_in_front, criterion, in_front, moved_by,
+    Estimate, Estimator, FittedCurve, Method, Wiener, cost_in_front, in_front, moved_by,
+    of_least_criterion,
 };
 use crate::static_curve::{Side, StaticCurve};
 use crate::structure::{Problem, Structure};
@@ -353,9 +354,9 @@ fn fitted(
     Ok(near(&part, &start)?.0)
 }
 
-/// The curve near one, and its Bayesian criterion: without a part of the input itself beside its square that may be 0, the largest
+/// The curve near one, and the errors that are left: without a part of the input itself beside its square that may be 0, the largest
 /// slope of straight lines 1.
-fn near(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, f64)> {
+fn near(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, Vec<f64>)> {
     let found = in_front(problem, start)?;
     let may_be_0 =
         |(_, value, deviation): (String, f64, f64)| value.abs() < SIGNIFICANT * deviation;
@@ -393,12 +394,13 @@ fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Res
     }
     let signal: Vec<f64> = (problem.runs.iter().flat_map(|it| it.inputs).copied()).collect();
     let found = kinds.into_values().filter_map(|(_, start)| {
-        let (found, criterion) = near(problem, start).ok()?;
-        (found.is_determined(&signal)).then_some((criterion, found.curve))
+        let (found, errors) = near(problem, start).ok()?;
+        let is_determined = found.is_determined(&signal);
+        is_determined.then_some((found.curve.parameters().len(), errors, found.curve))
     });
-    let least = found.min_by(|p, q| p.0.total_cmp(&q.0));
-    let none = IdentificationError::Undetermined("the record determines no curve of that kind");
-    Ok(least.ok_or(none)?.1)
+    of_least_criterion(found.collect()).ok_or(IdentificationError::Undetermined(
+        "the record determines no curve of that kind",
+    ))
 }
 
 fn beside(
@@ -517,13 +519,13 @@ fn wiener(
         };
         let found = estimator.fit(&all).ok()?;
         let curve = found.output_curve.as_ref()?;
-        let squares = found.residuals.iter().flatten().map(|e| e * e).sum();
-        let criterion = criterion(squares, signal.len(), curve.curve.parameters().len());
-        curve.is_determined(&signal).then_some((criterion, found))
+        let parameters = curve.curve.parameters().len();
+        let is_determined = curve.is_determined(&signal);
+        is_determined.then_some((parameters, found.residuals.concat(), found))
     });
-    let least = fitted.min_by(|p, q| p.0.total_cmp(&q.0));
+    let least = of_least_criterion(fitted.collect());
     let none = IdentificationError::Search("the search for the curve found no minimum");
-    let (_, mut first) = least.ok_or(none.clone())?;
+    let mut first = least.ok_or(none.clone())?;
     let start = first.output_curve.take().ok_or(none)?.curve.normalised();
     let simulated: Vec<_> = (all.runs.iter().enumerate())
         .map(|(number, run)| first.simulate(number, *run))
@@ -553,15 +555,17 @@ fn wiener(
             start: start.clone(),
         };
         let found = estimator.fit(&problem(record, &structure).ok()?).ok()?;
-        let squares = found.residuals.iter().flatten().map(|e| e * e).sum();
-        let criterion = criterion(squares, signal.len(), found.theta.len());
         let estimator = Wiener {
             poles: poles(&found),
             ..estimator
         };
-        Some((criterion, structure, estimator))
+        Some((
+            found.theta.len(),
+            found.residuals.concat(),
+            (structure, estimator),
+        ))
     });
-    let (_, structure, estimator) = (of_orders.min_by(|p, q| p.0.total_cmp(&q.0))).ok_or(
+    let (structure, estimator) = of_least_criterion(of_orders.collect()).ok_or(
         IdentificationError::Search("the search for the curve found no minimum"),
     )?;
     judged_on(

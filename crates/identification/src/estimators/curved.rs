@@ -8,6 +8,7 @@ use std::cell::RefCell;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::coloured::{independent_share, whitening};
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::levenberg_marquardt::{Linearised, lowered, minimise};
@@ -15,6 +16,7 @@ use super::recursive::{self, Kind};
 use super::refined::WarmStarted;
 use super::rows::samples_by_run;
 use super::simulator::{Simulator, coloured_factor};
+use super::sums::dot;
 use crate::error::{IdentificationError, Result};
 use crate::static_curve::StaticCurve;
 use crate::structure::{Problem, range};
@@ -79,11 +81,14 @@ fn with_inputs<'a>(problem: &Problem<'a>, inputs: &'a [(Vec<f64>, Vec<f64>)]) ->
 }
 
 /// The curve of the input, of the kind of `start`, in front of linear dynamics of the problem's structure: that of the least output error
-/// near `start`; with its Bayesian criterion.
+/// near `start`; with the errors that they leave.
 ///
 /// # Errors
 /// [`IdentificationError`], when the data does not determine dynamics or curve.
-pub(crate) fn in_front(problem: &Problem<'_>, start: &StaticCurve) -> Result<(FittedCurve, f64)> {
+pub(crate) fn in_front(
+    problem: &Problem<'_>,
+    start: &StaticCurve,
+) -> Result<(FittedCurve, Vec<f64>)> {
     let values: Vec<f64> = start.parameters().iter().map(|it| it.1).collect();
     let (theta, at) = minimise_over(problem, start, &values)?;
     let none = IdentificationError::Search("the search for the curve found no minimum");
@@ -99,14 +104,24 @@ pub(crate) fn in_front(problem: &Problem<'_>, start: &StaticCurve) -> Result<(Fi
             &factor * factor.transpose()
         }
     };
-    let criterion = criterion(at.errors.norm_squared(), at.errors.len(), theta.len());
-    Ok((FittedCurve { curve, covariance }, criterion))
+    Ok((
+        FittedCurve { curve, covariance },
+        at.errors.as_slice().to_vec(),
+    ))
 }
 
-/// Schwarz's Bayesian criterion of so many parameters of a curve, `N ln V + k ln N`.
-pub(crate) fn criterion(squares: f64, samples: usize, parameters: usize) -> f64 {
-    let n = samples.max(1) as f64;
-    n * squares.max(f64::MIN_POSITIVE).ln() + parameters as f64 * n.ln()
+/// That of several models of the same samples with the least Bayesian criterion, `N ln V + k ln N`, by its k parameters and the errors that it
+/// leaves; N counts what samples are worth beside the colour of the least errors.
+pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option<T> {
+    let squares = |errors: &[f64]| dot(errors, errors);
+    let least = (models.iter()).min_by(|p, q| squares(&p.1).total_cmp(&squares(&q.1)))?;
+    let share = independent_share(&whitening([least.1.as_slice()].into_iter()));
+    let n = (share * least.1.len() as f64).max(2.0);
+    let criterion = |(parameters, errors, _): &(usize, Vec<f64>, T)| {
+        n * squares(errors).max(f64::MIN_POSITIVE).ln() + *parameters as f64 * n.ln()
+    };
+    let best = (models.into_iter()).min_by(|p, q| criterion(p).total_cmp(&criterion(q)));
+    best.map(|it| it.2)
 }
 
 /// The output error that linear dynamics behind a curve leave; infinite where there are none.

@@ -56,7 +56,7 @@ pub use armax::Armax;
 pub(crate) use coloured::independent_share;
 pub(crate) use coloured::{whitened, whitening};
 pub use curved::{FittedCurve, Wiener};
-pub(crate) use curved::{cost_in_front, criterion, in_front, moved_by};
+pub(crate) use curved::{cost_in_front, in_front, moved_by, of_least_criterion};
 pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
