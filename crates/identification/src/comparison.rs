@@ -6,10 +6,10 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Error, Estimate, FittedCurve};
+use crate::estimators::{Error, Estimate};
 use crate::free_motion::free_motion;
 use crate::prediction::{self, Missed};
-use crate::static_curve::{Side, StaticCurve};
+use crate::static_curve::{FittedCurve, Side, StaticCurve};
 use crate::structure::{InitialState, Layout, Structure, monic};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;

@@ -6,6 +6,9 @@
 //! (Ljung 1999, sec. 5.2; Janczak, *Identification of Nonlinear Systems Using Neural Networks and Polynomial Models*, 2005, ch. 2 and 3.)
 //! The curve's largest slope is 1, so that the gain stands in `G`.
 
+use nalgebra::DMatrix;
+
+use crate::structure::range;
 use planesman_record::{Record, Run};
 
 /// Which side of the linear dynamics a curve is on.
@@ -272,6 +275,41 @@ impl StaticCurve {
         let mut past = self.of(&[run.past, run.inputs].concat());
         let inputs = past.split_off(run.past.len());
         (past, inputs)
+    }
+}
+
+/// A curve with the covariance of its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FittedCurve {
+    /// The curve.
+    pub curve: StaticCurve,
+    /// The covariance of [`StaticCurve::parameters`].
+    pub covariance: DMatrix<f64>,
+}
+
+impl FittedCurve {
+    /// A curve that is known.
+    pub(crate) fn known(curve: &StaticCurve) -> Self {
+        let count = curve.parameters().len();
+        Self {
+            curve: curve.clone(),
+            covariance: DMatrix::zeros(count, count),
+        }
+    }
+
+    /// Whether no parameter is known less well than the signal's range tells.
+    #[must_use]
+    pub fn is_determined(&self, signal: &[f64]) -> bool {
+        let size = range(signal);
+        let parameters = self.covariance.diagonal();
+        parameters.iter().all(|variance| variance.sqrt() < size)
+    }
+
+    /// What was sought: name, value and standard deviation.
+    pub fn named(&self) -> impl Iterator<Item = (String, f64, f64)> {
+        let deviation = |j: usize| self.covariance[(j, j)].max(0.0).sqrt();
+        let named = self.curve.parameters().into_iter().enumerate();
+        named.map(move |(j, (name, value))| (name, value, deviation(j)))
     }
 }
 

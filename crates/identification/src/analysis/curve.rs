@@ -9,10 +9,9 @@ use std::collections::BTreeMap;
 use super::{Analysis, Beside, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Estimate, Estimator, FittedCurve, Method, Wiener, cost_in_front, in_front, moved_by,
-    of_least_criterion,
+    Estimate, Estimator, Method, Wiener, cost_in_front, in_front, moved_by, of_least_criterion,
 };
-use crate::static_curve::{Side, StaticCurve};
+use crate::static_curve::{FittedCurve, Side, StaticCurve};
 use crate::structure::{Problem, Structure};
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::nonlinearity::{Cause, Curve};

@@ -18,7 +18,7 @@ use super::rows::samples_by_run;
 use super::simulator::{Simulator, coloured_factor};
 use super::sums::dot;
 use crate::error::{IdentificationError, Result};
-use crate::static_curve::StaticCurve;
+use crate::static_curve::{FittedCurve, StaticCurve};
 use crate::structure::{Problem, range};
 use planesman_record::Run;
 
@@ -29,41 +29,6 @@ const STEPS: usize = 20;
 const SHARE: f64 = 1e-4;
 /// Passes from measured outputs to those in front of a curve.
 const PASSES: usize = 8;
-
-/// A curve with the covariance of its parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FittedCurve {
-    /// The curve.
-    pub curve: StaticCurve,
-    /// The covariance of [`StaticCurve::parameters`].
-    pub covariance: DMatrix<f64>,
-}
-
-impl FittedCurve {
-    /// A curve that is known.
-    pub(crate) fn known(curve: &StaticCurve) -> Self {
-        let count = curve.parameters().len();
-        Self {
-            curve: curve.clone(),
-            covariance: DMatrix::zeros(count, count),
-        }
-    }
-
-    /// Whether no parameter is known less well than the signal's range tells.
-    #[must_use]
-    pub fn is_determined(&self, signal: &[f64]) -> bool {
-        let size = range(signal);
-        let parameters = self.covariance.diagonal();
-        parameters.iter().all(|variance| variance.sqrt() < size)
-    }
-
-    /// What was sought: name, value and standard deviation.
-    pub fn named(&self) -> impl Iterator<Item = (String, f64, f64)> {
-        let deviation = |j: usize| self.covariance[(j, j)].max(0.0).sqrt();
-        let named = self.curve.parameters().into_iter().enumerate();
-        named.map(move |(j, (name, value))| (name, value, deviation(j)))
-    }
-}
 
 /// The runs of a problem with other inputs.
 fn with_inputs<'a>(problem: &Problem<'a>, inputs: &'a [(Vec<f64>, Vec<f64>)]) -> Problem<'a> {

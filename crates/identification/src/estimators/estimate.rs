@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
-use super::curved::FittedCurve;
 use super::frequency_fit::FrequencyFit;
 use super::physical::Physical;
 use super::process_model::ProcessModel;
@@ -11,6 +10,7 @@ use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::{STATE_SAMPLES, STATE_SHARE, carried_on, without_free_motion};
 use crate::model::Model;
+use crate::static_curve::FittedCurve;
 use crate::structure::{InitialState, Layout, Problem, Structure};
 use planesman_record::{Run, filter};
 

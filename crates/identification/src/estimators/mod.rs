@@ -55,7 +55,7 @@ mod vehicle_fit;
 pub use armax::Armax;
 pub(crate) use coloured::independent_share;
 pub(crate) use coloured::{whitened, whitening};
-pub use curved::{FittedCurve, Wiener};
+pub use curved::Wiener;
 pub(crate) use curved::{cost_in_front, in_front, moved_by, of_least_criterion};
 pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
