@@ -105,9 +105,9 @@ enum Command {
         after_help = "Examples:\n  planesman report runs/dive\n  planesman report before after --html flights.html"
     )]
     Report(report::ReportArgs),
-    /// Run the live identifier on a bag and compare with its published estimates
+    /// Run the live identifier on a bag, table or log, and compare with a bag's published estimates
     #[command(
-        after_help = "Example:\n  planesman replay runs/dive/bag --params-file runs/dive/parameters.yaml"
+        after_help = "Examples:\n  planesman replay runs/dive/bag --params-file runs/dive/parameters.yaml\n  planesman replay log.csv -i u -o y -p order:=2 --history estimates.csv"
     )]
     Replay(planesman::sysid::replay::ReplayArgs),
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch

@@ -202,6 +202,6 @@ pub(crate) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, RuleError> + Clone 
 }
 
 /// A parser of pairs of edges that a rule lets.
-fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), RuleError> + Clone {
+pub(crate) fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), RuleError> + Clone {
     move |text| rule.parse(text)
 }

@@ -6,6 +6,7 @@ use clap::Subcommand;
 pub(crate) mod arguments;
 pub mod compare;
 pub mod fit;
+mod history;
 mod montecarlo;
 pub mod replay;
 pub mod topics;

@@ -1,21 +1,45 @@
-//! `planesman replay`: a bag's messages through the identifier ([`planesman_identifier::replay`]).
+//! `planesman replay`: a bag's messages, or a table's or log's samples, through the identifier ([`planesman_identifier::replay`]).
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use planesman_console::print_wrapped;
 use planesman_console::progress::spinner;
+use planesman_fit::rules::{RATE, WINDOW};
+use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions};
 use planesman_identifier::IdentifierParameters;
-use planesman_identifier::replay::{Replay, replay, text};
-use planesman_parameters::{Parameters as _, Values, file};
+use planesman_identifier::replay::{OnEstimate, Replay, replay, replay_record, text};
+use planesman_parameters::{Parameters as _, Value, Values, file};
+use planesman_signals::{LogKind, Outliers, TableTime, is_table};
 
-/// Run the live identifier on a bag and compare with its published estimates.
+use super::arguments::{DataArgs, by, span, together};
+use super::history::History;
+use crate::arguments::output_file;
+
+/// Jumps that are printed.
+const PRINTED: usize = 10;
+
+/// Run the live identifier on a bag, table or log, and compare with a bag's published estimates.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "replay")]
+#[command(name = "replay", mut_args = together)]
 pub struct ReplayArgs {
-    /// A bag folder, a metadata.yaml or an .mcap file
-    bag: PathBuf,
+    #[command(flatten)]
+    data: DataArgs,
+    /// Input signal: a column of a table, TOPIC:FIELD of a log or bag [default: the parameter input]
+    #[arg(long, short, value_name = "SIGNAL", allow_hyphen_values = true)]
+    input: Option<String>,
+    /// Output signal [default: the parameter output]
+    #[arg(long, short, value_name = "SIGNAL")]
+    output: Option<String>,
+    /// Sampling rate of a table or log (Hz) [default: 1/sample_time if that parameter is given, else that of the output]
+    #[arg(long, value_name = "HZ", value_parser = by(RATE), allow_hyphen_values = true)]
+    rate: Option<f64>,
+    /// Use only data of a table or log between these times, in seconds from the output's first sample
+    #[arg(long, value_name = "FROM..TO", value_parser = span(WINDOW), allow_hyphen_values = true)]
+    window: Vec<(f64, f64)>,
     /// A ROS 2 parameter file; the entries for the node sysid are used
     #[arg(long, value_name = "FILE")]
     params_file: Option<PathBuf>,
@@ -25,18 +49,122 @@ pub struct ReplayArgs {
     /// Name of the node in the parameter file
     #[arg(long, default_value = "/auv/sysid")]
     node: String,
+    /// Write the estimate after every sample: *.csv, with standard deviations, fit and events
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    history: Option<PathBuf>,
 }
 
 impl ReplayArgs {
-    /// Replays the bag.
+    /// Replays the data.
     ///
     /// # Errors
     /// As [`run`].
     pub fn replay(&self) -> Result<Replay> {
-        Ok(replay(&self.bag, &self.parameters()?)?)
+        let mut changes = self.changes()?;
+        let data = DataOptions::from(&self.data);
+        let bag = match &self.data.data[..] {
+            [path] if !is_record(path) => Some(path),
+            paths if paths.iter().all(|it| is_record(it)) => None,
+            _ => bail!("one bag, one log or some tables are replayed"),
+        };
+        if bag.is_some() {
+            self.refuse_options_of_tables(&data)?;
+            for (name, signal) in [("input", &self.input), ("output", &self.output)] {
+                let signal = signal.as_deref().map(Value::from);
+                changes.extend(signal.map(|it| (name.to_owned(), it)));
+            }
+        }
+        let is_sampled = changes.iter().any(|(name, _)| name == "sample_time");
+        let values = Values::of::<IdentifierParameters>().with(changes)?;
+        let parameters = IdentifierParameters::from_values(&values)?;
+        if let Some(path) = bag {
+            return self.with_history(&parameters, &|parameters, on_estimate| {
+                Ok(replay(path, parameters, on_estimate)?)
+            });
+        }
+        let rate = is_sampled.then(|| 1.0 / parameters.sample_time);
+        let signals = self.signals(data, self.rate.or(rate))?;
+        if !parameters.pairs.is_empty() {
+            bail!(
+                "the parameter pairs names topics; of a table or log one pair is replayed: -i and -o name it"
+            );
+        }
+        let record = signals.read(&*self.data.progress())?;
+        print_wrapped(record.description())?;
+        let record = record.resampled.record;
+        let parameters = IdentifierParameters {
+            sample_time: record.sample_time,
+            first_moment: false,
+            ..parameters
+        };
+        self.with_history(&parameters, &|parameters, on_estimate| {
+            Ok(replay_record(&record, parameters, on_estimate)?)
+        })
     }
 
-    fn parameters(&self) -> Result<IdentifierParameters> {
+    /// The signals of a table or log on a grid, as they are: a live node sees no outlier beforehand.
+    fn signals(&self, data: DataOptions, rate: Option<f64>) -> Result<SignalOptions> {
+        let named = |signal: &Option<String>, option| {
+            (signal.clone()).ok_or_else(|| {
+                anyhow!("{option} is missing: of a table or log -i and -o name the signals; `planesman sysid topics` lists them")
+            })
+        };
+        Ok(SignalOptions {
+            data,
+            input: named(&self.input, "-i")?,
+            output: named(&self.output, "-o")?,
+            grid: GridOptions {
+                rate,
+                window: self.window.clone(),
+                ..GridOptions::default()
+            },
+            preparation: PreparationOptions {
+                outliers: Outliers::Keep,
+                ..PreparationOptions::default()
+            },
+            ..SignalOptions::default()
+        })
+    }
+
+    fn refuse_options_of_tables(&self, data: &DataOptions) -> Result<()> {
+        let is_given = self.rate.is_some() || !self.window.is_empty();
+        if is_given || data.stamp.is_some() || data.time != TableTime::default() {
+            bail!(
+                "--stamp, --time, --time-unit, --sample-time, --rate and --window are for tables and logs; a bag's messages are \
+                 taken as the node took them: -p sample_time:=, -p start:= and -p resample:= say how"
+            );
+        }
+        Ok(())
+    }
+
+    /// Replays, and writes the history if it is asked for.
+    fn with_history(
+        &self,
+        parameters: &IdentifierParameters,
+        replay: &dyn Fn(&IdentifierParameters, &mut OnEstimate<'_>) -> Result<Replay>,
+    ) -> Result<Replay> {
+        let Some(path) = &self.history else {
+            return replay(parameters, &mut |_, _| {});
+        };
+        let cannot = || format!("cannot write '{}'", path.display());
+        let parameters = IdentifierParameters {
+            publish_rate: 1.0 / parameters.sample_time,
+            ..parameters.clone()
+        };
+        let file = BufWriter::new(File::create(path).with_context(cannot)?);
+        let mut history = History::new(file, &parameters)?;
+        let found = replay(&parameters, &mut |estimate, pair| {
+            history.take(estimate, pair);
+        })?;
+        history
+            .finish()
+            .and_then(|mut it| it.flush())
+            .with_context(cannot)?;
+        Ok(found)
+    }
+
+    /// The parameters that are given, by name.
+    fn changes(&self) -> Result<Vec<(String, Value)>> {
         let mut changes = Vec::new();
         if let Some(path) = &self.params_file {
             let text =
@@ -51,22 +179,40 @@ impl ReplayArgs {
                 .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
             changes.push((name.to_owned(), file::parse_value(name, value)?));
         }
-        let values = Values::of::<IdentifierParameters>().with(changes)?;
-        Ok(IdentifierParameters::from_values(&values)?)
+        Ok(changes)
     }
+}
+
+/// Whether the data is a table or a log, and no bag.
+fn is_record(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    is_table(path) || LogKind::of(path).is_some() || ending == "ulg" || ending == "ulog"
 }
 
 /// Runs the command and prints what it found.
 ///
 /// # Errors
-/// One line for the terminal: a bag, file or parameter that is refused, a bag without the signals.
+/// One line for the terminal: data, a file or parameter that is refused, data without the signals, a history that cannot be
+/// written.
 pub fn run(args: &ReplayArgs) -> Result<()> {
     let working = spinner("messages");
     let found = args.replay();
     working.finish_and_clear();
     let found = found?;
+    if let Some(path) = &args.history {
+        planesman_console::err!("{}: the history", path.display());
+    }
     let tables: Vec<String> = found.estimates.iter().map(text).collect();
     print_wrapped(tables.join("\n"))?;
+    for (name, jump) in found.jumps.iter().take(PRINTED) {
+        print_wrapped(format!("{name}: {jump}\n"))?;
+    }
+    if found.jumps.len() > PRINTED {
+        let more = found.jumps.len() - PRINTED;
+        print_wrapped(format!(
+            "{more} more changes of the plant (--history lists all)\n"
+        ))?;
+    }
     if let Some(live) = found.live {
         print_wrapped(format!(
             "live: {} published estimates compared, largest difference {:.1e}{}\n",

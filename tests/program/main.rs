@@ -21,6 +21,7 @@ mod params_file;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 mod remus_100;
+mod replay;
 mod reports;
 mod reproduce;
 #[path = "../stage/mod.rs"]

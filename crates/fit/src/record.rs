@@ -152,6 +152,16 @@ impl SignalOptions {
         record.map_err(|error| FitError::Validation(Box::new(error)))
     }
 
+    /// Reads the signals as a record, for something else than a fit.
+    ///
+    /// # Errors
+    /// Options that do not go together, data that cannot be read, a signal that is not in it, signals that have no instant in
+    /// common or do not move.
+    pub fn read(&self, progress: &dyn Progress) -> Result<PreparedRecord, FitError> {
+        self.check()?;
+        self.record(&self.data, &self.grid, Expected::ANY, false, progress)
+    }
+
     /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each
     /// source is a segment, or several. If it may be decimated, it is where it is sampled
     /// far faster than it moves, unless a rate was asked for.

@@ -112,8 +112,20 @@ impl RecursiveLeastSquares {
     /// Forgets how well theta is known, and keeps theta: P = p0 I.
     pub fn reset_covariance(&mut self) {
         let theta = self.parameters();
+        self.restart_about(&theta);
+    }
+
+    /// Forgets every row and begins at `theta`, P = p0 I.
+    pub fn restart_about(&mut self, theta: &DVector<f64>) {
         self.reset();
-        self.set_parameters(&theta);
+        self.set_parameters(theta);
+    }
+
+    /// Takes over what `other`, of as many parameters, has learnt. The rows folded in so far still count.
+    pub fn take_over(&mut self, other: &Self) {
+        let rows = self.rows;
+        self.clone_from(other);
+        self.rows = rows;
     }
 
     /// Moves the estimate to `theta`; how well it is known stays.
@@ -282,6 +294,12 @@ impl RecursiveLeastSquares {
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.cost
+    }
+
+    /// `sum_i lambda^(k-i)`, the rows that the estimate rests on.
+    #[must_use]
+    pub fn weight(&self) -> f64 {
+        self.weight
     }
 
     /// Rows folded in.

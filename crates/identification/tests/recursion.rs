@@ -257,6 +257,68 @@ fn variable_forgetting_forgets_when_it_is_surprised() {
     assert!((stubborn - 2.0).abs() > 0.2, "{stubborn}");
 }
 
+/// A second-order plant whose gain is `after` times as large from sample 500 on, its input a telegraph signal and its equation error `noise` times
+/// normal noise: by which sample each jump is detected, and the steady-state gain 40 samples after the change.
+fn jumps(seed: u32, after: f64, noisy: impl Fn(usize) -> f64) -> (Vec<usize>, f64) {
+    const N: usize = 1000;
+    let (signs, e) = (noise(seed, N), noise(1000 + seed, N));
+    let mut learner = recursion(
+        Kind::LeastSquares,
+        Structure::of_order(2).without_offset(),
+        Options {
+            forgetting: Forgetting::OnJump(1.0),
+            initial_covariance: 1e18,
+            ..Options::default()
+        },
+    );
+    let (mut y, mut u) = ([0.0, 0.0], [0.0, 0.0]);
+    let (mut found, mut gain) = (Vec::new(), 0.0);
+    learner.begin(0.0);
+    for k in 1..N {
+        u = [if signs[k / 3] < 0.0 { -1.0 } else { 1.0 }, u[0]];
+        let scale = if k >= 500 { after } else { 1.0 };
+        let next = 1.5 * y[0] - 0.7 * y[1] + scale * (0.1 * u[0] + 0.05 * u[1]) + noisy(k) * e[k];
+        y = [next, y[0]];
+        learner.push(u[0], next);
+        if learner.jump().is_some() {
+            found.push(k);
+        }
+        if k == 540 {
+            let theta = learner.parameters();
+            gain = (theta[2] + theta[3]) / (1.0 + theta[0] + theta[1]);
+        }
+    }
+    (found, gain)
+}
+
+#[test]
+fn a_jump_is_found_within_forty_samples_and_the_estimate_is_that_of_the_plant_since() {
+    let truth = 1.5 * 0.15 / 0.2;
+    let mut near = 0;
+    for seed in 1..=10 {
+        let (found, gain) = jumps(seed, 1.5, |_| 0.0);
+        assert!(matches!(found[..], [500..=520]), "{seed}: {found:?}");
+        assert!((gain / truth - 1.0).abs() < 1e-6, "{seed}: {gain}");
+        let (found, gain) = jumps(seed, 1.5, |_| 0.003);
+        assert!((500..=540).contains(&found[0]), "{seed}: {found:?}");
+        // Where errors had begun to grow by chance before the jump, a few rows of before are taken along.
+        assert!((gain / truth - 1.0).abs() < 0.08, "{seed}: {gain}");
+        near += u32::from((gain / truth - 1.0).abs() < 0.04);
+    }
+    assert!(near >= 9, "{near}");
+}
+
+#[test]
+fn a_constant_plant_never_jumps_whatever_its_noise_and_the_estimate_is_that_without_forgetting() {
+    for seed in 1..=20 {
+        assert_eq!(jumps(seed, 1.0, |_| 0.0).0, []);
+        assert_eq!(jumps(seed, 1.0, |_| 0.05).0, []);
+        // Three times the noise is another noise, not another plant.
+        let grown = |k| if k < 500 { 0.02 } else { 0.06 };
+        assert_eq!(jumps(seed, 1.0, grown).0, []);
+    }
+}
+
 #[test]
 fn a_limit_keeps_the_covariance_and_a_dead_zone_the_parameters() {
     let (inputs, outputs) = (pulses(), measured(1, 0.005, 0.0));

@@ -184,8 +184,21 @@ impl Learner {
         }
         self.samples = samples;
         self.predicted += 1;
+        if self.jump().is_some() {
+            // The fit is that of the model since.
+            self.recent = Recent::default();
+        }
         self.recent.update(error, sample.output);
         true
+    }
+
+    /// The samples that the estimate rests on, where the last sample has shown that the parameters had jumped.
+    #[must_use]
+    pub(crate) fn jump(&self) -> Option<u64> {
+        match &self.estimator {
+            Estimator::Recursion(it) => it.jump(),
+            Estimator::Vehicle(_) => None,
+        }
     }
 
     /// Samples predicted, learnt from or not.
@@ -282,14 +295,17 @@ impl Learner {
         }
     }
 
-    /// The forgetting factor per sample, where it is constant and every sample is
+    /// The forgetting factor per sample, where it is constant, nothing has jumped, and every sample is
     /// explained by the present parameters.
     fn constant_forgetting(&self) -> Option<f64> {
         match &self.estimator {
             Estimator::Recursion(it) if it.kind() == Kind::LeastSquares => {
                 match it.options().forgetting {
                     Forgetting::Constant(lambda) => Some(lambda),
-                    Forgetting::Directional(_) | Forgetting::Variable { .. } => None,
+                    Forgetting::OnJump(lambda) if it.jumps() == 0 => Some(lambda),
+                    Forgetting::OnJump(_)
+                    | Forgetting::Directional(_)
+                    | Forgetting::Variable { .. } => None,
                 }
             }
             Estimator::Recursion(_) | Estimator::Vehicle(_) => None,

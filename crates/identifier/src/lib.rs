@@ -21,6 +21,6 @@ pub mod replay;
 pub use crate::core::Identifier;
 pub use error::Error;
 pub use estimate::estimate_of;
-pub use pair::{Account, Change, DueEstimate, Pair, Scheduled};
+pub use pair::{Account, Change, DueEstimate, Jump, Pair, Scheduled};
 pub use parameters::IdentifierParameters;
 pub use reader::{Reader, Sample, TopicReader};

@@ -3,10 +3,12 @@
 //! - **A gap** in the stamps begins the history anew and keeps what was learnt.
 //! - **Time going back** (a vehicle put back, a bag that loops, a peer started again) begins everything
 //!   anew, and is counted; a frozen model is kept, only its history begins anew.
+//! - **A jump of the parameters** that the estimator detects is counted, and its estimate is due at once.
 //! - **An output whose message says that the input before it is not to be trusted** (`break_on`: the planes
 //!   were held, the actuator had not answered) is not learnt from.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::fmt;
 use std::sync::Arc;
 
 use planesman_identification::{Input, Model};
@@ -53,10 +55,33 @@ pub struct Account {
     pub gaps: u64,
     /// Number of times that time went back, each a restart of the estimate.
     pub restarts: u32,
+    /// Jumps of the parameters detected.
+    pub jumps: u64,
     /// Repeats, and what came too late or off the grid.
     pub left_out: u64,
     /// Messages without the signal as a finite number.
     pub refused: u64,
+}
+
+/// A jump of the parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Jump {
+    /// The stamp of the sample that showed it, ns.
+    pub stamp: i64,
+    /// The estimate rests on the samples since this stamp, ns.
+    pub since: i64,
+}
+
+impl fmt::Display for Jump {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let seconds = |stamp: i64| stamp as f64 * 1e-9;
+        write!(
+            f,
+            "the plant has changed: detected at {:.3} s, the estimate rests on the samples since {:.3} s",
+            seconds(self.stamp),
+            seconds(self.since)
+        )
+    }
 }
 
 /// A pair of signals and the model between them.
@@ -75,6 +100,8 @@ pub struct Pair {
     /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
     broken: BTreeSet<i64>,
     account: Account,
+    /// The last jump.
+    jump: Option<Jump>,
     /// Changes to come, in the order of time.
     changes: VecDeque<Scheduled>,
 }
@@ -195,6 +222,7 @@ impl Pair {
             last: 0,
             broken: BTreeSet::new(),
             account: Account::default(),
+            jump: None,
             changes: VecDeque::new(),
         })
     }
@@ -215,6 +243,12 @@ impl Pair {
     #[must_use]
     pub fn account(&self) -> Account {
         self.account
+    }
+
+    /// The last jump of the parameters.
+    #[must_use]
+    pub fn jump(&self) -> Option<Jump> {
+        self.jump
     }
 
     /// Whether it learns nothing.
@@ -424,12 +458,18 @@ impl Pair {
             if sample.input.is_none() && sample.stamp > began {
                 self.account.gaps += 1;
             }
-            let due_now = self.learner.take(sample)
-                && self
-                    .learner
-                    .predicted()
-                    .is_multiple_of(self.config.publish_every);
-            if due_now {
+            let is_predicted = self.learner.take(sample);
+            let jump = self.learner.jump();
+            if let Some(rows) = jump {
+                self.account.jumps += 1;
+                self.jump = Some(Jump {
+                    stamp: sample.stamp,
+                    since: sample.stamp - rows as i64 * period(&self.config),
+                });
+            }
+            let every = self.config.publish_every;
+            let is_due = jump.is_some() || self.learner.predicted().is_multiple_of(every);
+            if is_predicted && is_due {
                 due.push(self.due(sample.stamp));
             }
         }

@@ -89,9 +89,10 @@ pub struct IdentifierParameters {
     /// forgetting_kind variable.
     #[parameter(default = 1.0, range = 0.5..=1.0)]
     pub forgetting: f64,
-    /// Law of forgetting: constant (all past samples), directional (only in the direction of the new regressor)
-    /// or variable (by the prediction error).
-    #[parameter(default = ForgettingKind::Constant)]
+    /// Law of forgetting: on_jump (all past samples, and everything before a jump of the parameters once it is detected;
+    /// recursive and extended least squares), constant (all past samples), directional (only in the direction of the new
+    /// regressor) or variable (by the prediction error).
+    #[parameter(default = ForgettingKind::OnJump)]
     pub forgetting_kind: ForgettingKind,
     /// Information kept with forgetting_kind variable: noise variance times the number of samples to remember.
     #[parameter(default = 1e-4, unit = "output unit squared", range = 1e-30..=1e30)]
@@ -211,6 +212,8 @@ pub enum Reliability {
 /// The law of forgetting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum ForgettingKind {
+    /// All past rows alike, and all before a jump once it is detected.
+    OnJump,
     /// All past rows alike.
     Constant,
     /// Only in the direction of the new row.
@@ -394,6 +397,7 @@ fn options(p: &IdentifierParameters) -> Options {
     let limit = p.covariance_limit;
     Options {
         forgetting: match p.forgetting_kind {
+            ForgettingKind::OnJump => Forgetting::OnJump(p.forgetting),
             ForgettingKind::Constant => Forgetting::Constant(p.forgetting),
             ForgettingKind::Directional => Forgetting::Directional(p.forgetting),
             ForgettingKind::Variable => Forgetting::Variable {

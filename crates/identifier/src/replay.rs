@@ -1,4 +1,4 @@
-//! A bag's messages through the identifier, in the order in which the node took them.
+//! A bag's messages through the identifier, in the order in which the node took them; or a record's samples.
 //!
 //! The samples are put in the order of their stamps before they are used ([`planesman_signals::Aligner`]),
 //! so the replayed estimates equal those the node published from the same messages. Where the bag
@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use planesman_bag::reader::ReadError;
 use planesman_bag::{BagReader, Order, Topic};
+use planesman_identification::{Input, Record};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_linear::{Complex, pole_text};
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -19,8 +20,8 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 use planesman_signals as signals;
 
-use crate::pair::{Change, Scheduled};
-use crate::{Error, Identifier, IdentifierParameters, TopicReader};
+use crate::pair::{Change, FIRST, Pair, Scheduled};
+use crate::{Error, Identifier, IdentifierParameters, Jump, Sample, TopicReader};
 
 /// Why a bag is not replayed.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +52,8 @@ pub enum ReplayError {
 pub struct Replay {
     /// The estimate of each pair at the end of the bag, the first pair's first.
     pub estimates: Vec<ModelEstimate>,
+    /// The jumps that were detected, each with its pair's name.
+    pub jumps: Vec<(String, Jump)>,
     /// EstimateComparator the estimates the node published live; `None` when the bag holds none.
     pub live: Option<Comparison>,
     /// Messages that do not hold a signal as a finite number, and what is wrong with the first.
@@ -82,12 +85,96 @@ fn key(estimate: &ModelEstimate) -> Key {
     )
 }
 
+/// Takes each estimate that is due, with its pair as it stands.
+pub type OnEstimate<'a> = dyn FnMut(&ModelEstimate, &Pair) + 'a;
+
+/// Replays the record, of one input and one output, as the first pair, sampled as the record is. Its inputs are held over each interval.
+/// Between two segments is a gap.
+///
+/// # Errors
+/// Parameters that are refused.
+pub fn replay_record(
+    record: &Record,
+    parameters: &IdentifierParameters,
+    on_estimate: &mut OnEstimate<'_>,
+) -> Result<Replay, ReplayError> {
+    let parameters = IdentifierParameters {
+        sample_time: record.sample_time,
+        first_moment: false,
+        resample: false,
+        ..parameters.clone()
+    };
+    let mut pair = Pair::new(FIRST.to_owned(), &parameters)?;
+    let (mut jumps, mut stamp) = (Jumps::default(), Time::default());
+    let mut told = |due: Vec<ModelEstimate>, pair: &Pair| {
+        jumps.note(pair);
+        for mut estimate in due {
+            name_signals(&mut estimate, record);
+            on_estimate(&estimate, pair);
+        }
+    };
+    for segment in &record.segments {
+        let signals = segment.inputs.first().zip(segment.outputs.first());
+        let samples = signals.into_iter().flat_map(|(u, y)| u.iter().zip(y));
+        for (k, (input, output)) in samples.enumerate() {
+            let since = k as f64 * record.sample_time * 1e9;
+            stamp = Time::from_nanos(segment.start + since.round() as i64);
+            let sample = Sample {
+                input: Some(Input::held(*input)),
+                output: Some(*output),
+                ..Sample::default()
+            };
+            told(pair.on_sample(stamp.clone(), &sample), &pair);
+        }
+    }
+    told(pair.finish(), &pair);
+    let mut estimate = pair.estimate(stamp);
+    name_signals(&mut estimate, record);
+    Ok(Replay {
+        estimates: vec![estimate],
+        jumps: jumps.found,
+        live: None,
+        refused: None,
+        incomplete: None,
+    })
+}
+
+/// Gives the estimate the names of the record's signals.
+fn name_signals(estimate: &mut ModelEstimate, record: &Record) {
+    estimate.input = record.inputs.join(", ");
+    estimate.output = record.outputs.join(", ");
+}
+
+/// The jumps of some pairs, in the order in which they are seen.
+#[derive(Default)]
+struct Jumps {
+    found: Vec<(String, Jump)>,
+    /// The last of each pair.
+    last: BTreeMap<String, Jump>,
+}
+
+impl Jumps {
+    fn note(&mut self, pair: &Pair) {
+        if let Some(jump) = pair.jump()
+            && self.last.get(pair.name()) != Some(&jump)
+        {
+            self.last.insert(pair.name().to_owned(), jump);
+            self.found.push((pair.name().to_owned(), jump));
+        }
+    }
+}
+
 /// Replays the bag.
 ///
 /// # Errors
 /// Parameters that are refused, a bag that cannot be read or that lacks a signal.
-pub fn replay(path: &Path, parameters: &IdentifierParameters) -> Result<Replay, ReplayError> {
+pub fn replay(
+    path: &Path,
+    parameters: &IdentifierParameters,
+    on_estimate: &mut OnEstimate<'_>,
+) -> Result<Replay, ReplayError> {
     let mut identifier = Identifier::new(parameters)?;
+    let mut jumps = Jumps::default();
     let bag = BagReader::open(path)?;
     for (name, scheduled) in changes(&bag) {
         identifier.schedule(&name, scheduled);
@@ -149,6 +236,7 @@ pub fn replay(path: &Path, parameters: &IdentifierParameters) -> Result<Replay, 
         let sent = Time::from_nanos(message.publish_time);
         let outcome = identifier.on_payload(reader, &sent, &message.payload);
         last = outcome.stamp.unwrap_or(last);
+        tell(&identifier, &outcome.estimates, &mut jumps, on_estimate);
         if let Some(live) = &mut live {
             let again = outcome.estimates.iter();
             again.for_each(|again| live.replayed(again));
@@ -158,6 +246,7 @@ pub fn replay(path: &Path, parameters: &IdentifierParameters) -> Result<Replay, 
         }
     }
     let rest = identifier.finish();
+    tell(&identifier, &rest, &mut jumps, on_estimate);
     if let Some(live) = &mut live {
         rest.iter().for_each(|again| live.replayed(again));
     }
@@ -177,10 +266,26 @@ pub fn replay(path: &Path, parameters: &IdentifierParameters) -> Result<Replay, 
     let whole = bag.completeness().is_whole();
     Ok(Replay {
         estimates: pairs.map(|pair| pair.estimate(last.clone())).collect(),
+        jumps: jumps.found,
         live: live.and_then(EstimateComparator::finish),
         refused: refused.first.map(|first| (refused.count, first)),
         incomplete: damage.or_else(|| (!whole).then(|| bag.completeness().to_string())),
     })
+}
+
+/// Notes what has become of the pairs, and hands on their estimates.
+fn tell(
+    identifier: &Identifier,
+    due: &[ModelEstimate],
+    jumps: &mut Jumps,
+    on_estimate: &mut OnEstimate<'_>,
+) {
+    for estimate in due {
+        if let Some(pair) = identifier.pair(&estimate.name) {
+            jumps.note(pair);
+            on_estimate(estimate, pair);
+        }
+    }
 }
 
 /// Messages that are passed over.

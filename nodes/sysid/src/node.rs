@@ -16,7 +16,9 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder
 use planesman_parameters::Choice as _;
 
 use planesman_identifier::parameters::{Config, Reliability};
-use planesman_identifier::{Change, Identifier, IdentifierParameters, Pair, TopicReader, pair};
+use planesman_identifier::{
+    Account, Change, Identifier, IdentifierParameters, Pair, TopicReader, pair,
+};
 
 /// Time between two looks at who has fallen silent.
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
@@ -228,11 +230,8 @@ impl Node {
 
     fn learn(&mut self, rt: &Runtime<Event>, place: usize, sample: &RawSample) {
         self.last_message = rt.now();
-        let restarts = |identifier: &Identifier| -> Vec<u32> {
-            let pairs = identifier.pairs().iter();
-            pairs.map(|pair| pair.account().restarts).collect()
-        };
-        let before = restarts(&self.identifier);
+        let pairs = self.identifier.pairs().iter();
+        let before: Vec<Account> = pairs.map(Pair::account).collect();
         let Some(topic) = self.topics.get_mut(place) else {
             return;
         };
@@ -250,7 +249,10 @@ impl Node {
         }
         topic.trouble = trouble.or(topic.trouble.take());
         for (pair, before) in self.identifier.pairs().iter().zip(before) {
-            if pair.account().restarts != before {
+            if let Some(jump) = pair.jump().filter(|_| pair.account().jumps != before.jumps) {
+                log::warn!("{}: {jump}", pair.name());
+            }
+            if pair.account().restarts != before.restarts {
                 log::warn!(
                     "{}: time went back: {}",
                     pair.name(),
@@ -306,6 +308,12 @@ impl Node {
                     ("estimator", config.estimator.name().to_owned()),
                     ("rows", estimate.samples.to_string()),
                     ("frozen", pair.frozen().to_string()),
+                    ("jumps", account.jumps.to_string()),
+                    (
+                        "last_jump",
+                        pair.jump()
+                            .map_or_else(|| "none".to_owned(), |it| it.to_string()),
+                    ),
                     ("gaps", account.gaps.to_string()),
                     ("restarts", account.restarts.to_string()),
                     ("left_out", account.left_out.to_string()),

@@ -29,6 +29,7 @@ mod estimator;
 mod fir;
 mod frequency_domain;
 mod frequency_fit;
+mod jumps;
 pub mod kalman;
 mod least_squares;
 mod levenberg_marquardt;

@@ -25,6 +25,7 @@ use planesman_linear::polynomial;
 
 use super::estimate::{Error, Estimate};
 use super::estimator::Recursive;
+use super::jumps::JumpDetector;
 use crate::error::{IdentificationError, Result};
 use crate::rls::{RecursiveLeastSquares, check_forgetting};
 use crate::structure::{Layout, Problem, Structure};
@@ -48,6 +49,9 @@ pub enum Kind {
 pub enum Forgetting {
     /// The forgetting factor per sample, in every direction.
     Constant(f64),
+    /// The same, and all that came before a jump of the parameters once it is detected: by (extended) least
+    /// squares. The other two recursions take it for constant.
+    OnJump(f64),
     /// The same, only in the direction of the new row: what it says nothing about is kept (Cao and
     /// Schwartz, *Automatica* 36, 2000).
     Directional(f64),
@@ -88,7 +92,9 @@ impl Options {
             return refuse("the covariance's limit must be above 0");
         }
         match self.forgetting {
-            Forgetting::Constant(lambda) => check_forgetting(lambda).map(|()| lambda),
+            Forgetting::Constant(lambda) | Forgetting::OnJump(lambda) => {
+                check_forgetting(lambda).map(|()| lambda)
+            }
             Forgetting::Directional(lambda) => check_forgetting(lambda).map(|()| 1.0),
             Forgetting::Variable { least, information } if information > 0.0 => {
                 check_forgetting(least).map(|()| 1.0)
@@ -127,6 +133,11 @@ pub struct Recursion {
     layout: Layout,
     sample_time: f64,
     rls: RecursiveLeastSquares,
+    /// Watches for jumps, if they are to be forgotten upon.
+    detector: Option<JumpDetector>,
+    /// The rows that the estimate rests on, where the last sample has shown a jump.
+    jump: Option<u64>,
+    jumps: u64,
     /// First moments are regressed on.
     with_moments: bool,
     /// Predicts and learns nothing.
@@ -189,12 +200,16 @@ impl Recursion {
         let layout = Layout { structure, runs: 1 };
         let count = Self::count(kind, &layout, false);
         let lambda = options.row_forgetting()?;
+        let rls = RecursiveLeastSquares::new(count, lambda, options.initial_covariance)?;
         Ok(Self {
+            detector: detector(kind, options, &rls),
+            jump: None,
+            jumps: 0,
             kind,
             options,
             layout,
             sample_time,
-            rls: RecursiveLeastSquares::new(count, lambda, options.initial_covariance)?,
+            rls,
             with_moments: false,
             frozen: false,
             outputs: VecDeque::new(),
@@ -220,6 +235,7 @@ impl Recursion {
             self.options.row_forgetting()?,
             self.options.initial_covariance,
         )?;
+        self.detector = detector(self.kind, self.options, &self.rls);
         Ok(self)
     }
 
@@ -242,6 +258,8 @@ impl Recursion {
     pub fn set_options(&mut self, options: Options) -> Result<()> {
         self.rls.set_forgetting(options.row_forgetting()?)?;
         self.options = options;
+        let new = detector(self.kind, options, &self.rls);
+        self.detector = new.map(|new| self.detector.take().unwrap_or(new));
         Ok(())
     }
 
@@ -249,6 +267,7 @@ impl Recursion {
     /// moved within.
     pub fn push_input(&mut self, input: Input, output: f64) {
         self.error = None;
+        self.jump = None;
         self.inputs.push(input.mean, &self.layout.structure);
         self.moments.push(input.moment, &self.layout.structure);
         self.since += 1;
@@ -282,6 +301,18 @@ impl Recursion {
     #[must_use]
     pub fn rows(&self) -> &RecursiveLeastSquares {
         &self.rls
+    }
+
+    /// The rows that the estimate rests on, where the last sample has shown that the parameters had jumped.
+    #[must_use]
+    pub fn jump(&self) -> Option<u64> {
+        self.jump
+    }
+
+    /// Jumps detected.
+    #[must_use]
+    pub fn jumps(&self) -> u64 {
+        self.jumps
     }
 
     /// Which recursion it is.
@@ -340,6 +371,7 @@ impl Recursion {
     /// Restores the first covariance about the present estimate: what follows is believed again.
     pub fn reset_covariance(&mut self) {
         self.rls.reset_covariance();
+        self.detector = detector(self.kind, self.options, &self.rls);
     }
 
     fn offset(&self, theta: &DVector<f64>) -> f64 {
@@ -422,10 +454,18 @@ impl Recursion {
         if self.frozen || dead {
             return theta;
         }
-        self.forget(psi, error);
-        // psi . theta + e, which is the output itself where psi is phi.
-        self.rls
-            .update(psi.as_slice(), output + (psi - phi).dot(&theta));
+        if let (Some(detector), Forgetting::OnJump(lambda)) =
+            (&mut self.detector, self.options.forgetting)
+        {
+            let row = psi.as_slice();
+            self.jump = detector.update(&mut self.rls, &theta, row, output, error, lambda);
+            self.jumps += u64::from(self.jump.is_some());
+        } else {
+            self.forget(psi, error);
+            // psi . theta + e, which is the output itself where psi is phi.
+            self.rls
+                .update(psi.as_slice(), output + (psi - phi).dot(&theta));
+        }
         let theta = self.keep_stable(theta);
         if let Some(limit) = self.options.covariance_limit {
             self.rls.limit_covariance(limit);
@@ -443,7 +483,7 @@ impl Recursion {
                 let surprise = error * error / (1.0 + self.rls.leverage(phi.as_slice()));
                 (1.0 - surprise / information).max(least)
             }
-            Forgetting::Constant(lambda) => match self.kind {
+            Forgetting::Constant(lambda) | Forgetting::OnJump(lambda) => match self.kind {
                 Kind::LeastSquares | Kind::ExtendedLeastSquares => lambda,
                 Kind::PredictionError | Kind::OutputError => {
                     let fading = FORGETTING_FADES.powf(self.rls.rows() as f64);
@@ -476,6 +516,14 @@ impl Recursion {
     }
 }
 
+/// The detector of a recursion that forgets on jumps. Only where the slopes are the regressors themselves are the rows'
+/// residuals the prediction errors, which the test takes them for.
+fn detector(kind: Kind, options: Options, rls: &RecursiveLeastSquares) -> Option<JumpDetector> {
+    let is_tested = matches!(kind, Kind::LeastSquares | Kind::ExtendedLeastSquares);
+    let is_asked = matches!(options.forgetting, Forgetting::OnJump(_));
+    (is_tested && is_asked).then(|| JumpDetector::new(rls))
+}
+
 fn is_stable(polynomial: &[f64]) -> bool {
     polynomial.len() == 1
         || polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.norm() <= 1.0))
@@ -496,6 +544,7 @@ impl Recursive for Recursion {
         self.slopes.clear();
         self.since = 0;
         self.error = None;
+        self.jump = None;
         self.resumed = self.rls.rows() > 0;
         let first = match (self.kind, self.resumed) {
             (Kind::OutputError, false) => 0.0,
@@ -542,6 +591,8 @@ impl Recursive for Recursion {
 
     fn reset(&mut self) {
         self.rls.reset();
+        self.detector = detector(self.kind, self.options, &self.rls);
+        self.jumps = 0;
         self.begin(0.0);
     }
 }
