@@ -23,6 +23,7 @@ mod recorded;
 mod remus_100;
 mod reports;
 mod reproduce;
+mod review;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_compare;
