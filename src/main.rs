@@ -121,6 +121,11 @@ enum Command {
         after_help = "Examples:\n  planesman tune model.yaml --html tune.html\n  planesman tune step.csv -i valve -o temperature --ms 1.4\n  planesman tune model.yaml --controller pid --method optimise --period 50ms"
     )]
     Tune(Box<planesman::tune::TuneArgs>),
+    /// Put data, model, validation, margins and robustness of gains on one page for colleagues, each number with its samples
+    #[command(
+        after_help = "Examples:\n  planesman review step.csv -i valve -o temperature\n  planesman review flight1 flight2 -i 'cmd:data[0]' -o imu:angular_velocity.y --html gains.html\n  planesman review runs/dive/bag"
+    )]
+    Review(Box<planesman::review::ReviewArgs>),
     /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
     #[command(
         after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
@@ -359,6 +364,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => planesman::sysid::replay::run(&args),
         Command::Sysid(command) => command.run(),
         Command::Tune(args) => planesman::tune::run(&args),
+        Command::Review(args) => planesman::review::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),

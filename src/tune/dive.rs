@@ -13,6 +13,7 @@ use planesman_flight::sink::write_text;
 use planesman_flight::sweep::Sweep;
 use planesman_flight::sweep::outcomes::Outcomes;
 use planesman_model_file::ModelFile;
+use planesman_pages::review::{Gains, drawn_text, of_dive, worst};
 use planesman_tuning::{MISSED, Spread, drawn};
 use planesman_vehicle::vehicle_file;
 use serde_json::json;
@@ -43,6 +44,12 @@ pub(super) struct DiveArgs {
     /// Largest overshoot of a depth step (%)
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = within(0.0, 100.0))]
     overshoot: f64,
+}
+
+/// What is written of the gains.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Depth and pitch gains, for a model of the vehicle's pitch")]
+pub(super) struct DiveFileArgs {
     /// Write the gains as a parameter file of depth_controller, *.yaml
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     gains: Option<PathBuf>,
@@ -53,15 +60,14 @@ pub(super) struct DiveArgs {
 }
 
 impl DiveArgs {
-    /// Prints the gains, writes what is asked for, flies.
-    pub(super) fn run(
+    /// What the gains of a model are for.
+    pub(super) fn task(
         &self,
         model: ModelFile,
         controller: &ControllerArgs,
         limits: &LimitArgs,
         trial: &TrialArgs,
-        json: bool,
-    ) -> Result<()> {
+    ) -> DiveTask {
         let mut subject = Subject {
             actuator: self.actuator.clone(),
             computing_delay: controller.computing_delay,
@@ -70,7 +76,7 @@ impl DiveArgs {
         if let Some(period) = controller.period {
             subject.rate = 1.0 / period;
         }
-        let task = DiveTask {
+        DiveTask {
             base: self.base.clone(),
             subject,
             phase_margin: limits.phase_margin.to_radians(),
@@ -81,24 +87,80 @@ impl DiveArgs {
             duration: DURATION,
             draws: drawn(&model, (limits.draws as usize).min(MOST_DRAWS), limits.seed),
             model,
-        };
-        let found = task.gains()?;
+        }
+    }
+}
+
+impl DiveFileArgs {
+    /// Prints the gains, writes what is asked for, flies.
+    pub(super) fn write(&self, task: &DiveTask, found: &DiveGains, json: bool) -> Result<()> {
         if json {
-            planesman_console::print(
-                serde_json::to_string_pretty(&as_json(&task, &found))? + "\n",
-            )?;
+            planesman_console::print(serde_json::to_string_pretty(&as_json(task, found))? + "\n")?;
         } else {
-            print_wrapped(text(&task, &found))?;
+            print_wrapped(text(task, found))?;
         }
         if let Some(path) = &self.gains {
             write_text(path, found.parameter_file())?;
             planesman_console::err!("{}: the gains, for ros2 param load", path.display());
         }
         if let Some(folder) = &self.fly {
-            fly(folder, &task, &found)?;
+            fly(folder, task, found)?;
         }
         Ok(())
     }
+}
+
+/// The gains as a review has them.
+///
+/// # Errors
+/// As [`DiveTask::depths`].
+pub(crate) fn review(task: &DiveTask, found: &DiveGains, seed: u32) -> Result<Gains<'static>> {
+    let [margins, steps] = [0..3, 3..5].map(|of| table(&rows(found)[of]));
+    let phase = found.phase();
+    let kept = match found.draws.len() {
+        0 => "limits kept by the model, which is taken as exact".to_owned(),
+        n => format!("limits kept by 95 % of {n} vehicles that the model's uncertainty allows"),
+    };
+    Ok(Gains {
+        keeps_limits: true,
+        sentences: vec![
+            kept,
+            worst(
+                [phase.clone(), found.gain(), found.sensitivity()],
+                found.draws.len(),
+            ),
+        ],
+        lines: vec![
+            ("depth_controller", gains_text(&found.gains)),
+            (
+                "loop",
+                format!(
+                    "{} at {}, behind {}, {} Hz",
+                    task.base,
+                    speed_text(found.speed),
+                    task.subject.actuator,
+                    task.subject.rate
+                ),
+            ),
+            ("limits", limits(task)),
+        ],
+        crossover: None,
+        plants: drawn_text(found.draws.len(), seed),
+        margins,
+        steps,
+        causes: None,
+        plots: of_dive(&phase, task.phase_margin, &task.depths(found)?),
+    })
+}
+
+/// What all but a share of the vehicles are to keep.
+fn limits(task: &DiveTask) -> String {
+    format!(
+        "phase margin {:.1} deg, gain margin {:.1} dB, sensitivity peak Ms {:.2}",
+        task.phase_margin.to_degrees(),
+        20.0 * task.gain_margin.log10(),
+        task.sensitivity
+    )
 }
 
 fn cell(value: f64, decimals: usize) -> String {
@@ -117,6 +179,20 @@ fn rows(found: &DiveGains) -> [(&'static str, Spread, bool, usize); 5] {
         ("overshoot, %", found.overshoot(), true, 2),
         ("settling time (5 %), s", found.settling(), true, 2),
     ]
+}
+
+fn table(rows: &[(&'static str, Spread, bool, usize)]) -> Table {
+    let mut table = Table::of(["", "model", "worst of 95 %", "median"]);
+    for (name, spread, is_peak, decimals) in rows {
+        let share = if *is_peak { 1.0 - MISSED } else { MISSED };
+        table.row([
+            (*name).to_owned(),
+            cell(spread.model, *decimals),
+            cell(spread.quantile(share), *decimals),
+            cell(spread.quantile(0.5), *decimals),
+        ]);
+    }
+    table
 }
 
 fn text(task: &DiveTask, found: &DiveGains) -> String {
@@ -140,17 +216,7 @@ fn text(task: &DiveTask, found: &DiveGains) -> String {
     if let Some((reason, count)) = &found.left_out {
         let _ = writeln!(text, "{count} more are no vehicles and left out ({reason})");
     }
-    let mut table = Table::of(["", "model", "worst of 95 %", "median"]);
-    for (name, spread, is_peak, decimals) in rows(found) {
-        let share = if is_peak { 1.0 - MISSED } else { MISSED };
-        table.row([
-            name.to_owned(),
-            cell(spread.model, decimals),
-            cell(spread.quantile(share), decimals),
-            cell(spread.quantile(0.5), decimals),
-        ]);
-    }
-    text += &table.text(Format::Table);
+    text += &table(&rows(found)).text(Format::Table);
     let set = found
         .parameters()
         .map(|(name, value)| format!("--set depth_controller.{name}={value:.4}"));
@@ -159,7 +225,7 @@ fn text(task: &DiveTask, found: &DiveGains) -> String {
         + ", or --gains gains.yaml, or --fly FOLDER\n"
 }
 
-fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
+pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
     let spread = |of: &Spread| {
         let finite = |value: f64| Some(value).filter(|it| it.is_finite());
         json!({

@@ -3,21 +3,23 @@
 
 mod arguments;
 mod dive;
+mod gains;
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Parser;
 use planesman_console::print_wrapped;
-use planesman_fit::{FitOptions, MethodChoice, fit};
+use planesman_fit::{FitData, FitError, FitOptions, FitResult, MethodChoice};
 use planesman_flight::sink::write_text;
 use planesman_identification::estimators::Method as Estimator;
 use planesman_model_file::ModelFile;
 use planesman_pages::tuning;
-use planesman_tuning::{TuneOptions, tune};
-use planesman_vehicle::identified;
+use planesman_parallel::Progress;
 
-use self::arguments::{ControllerArgs, LimitArgs, TrialArgs};
+use self::dive::DiveFileArgs;
+pub(crate) use self::dive::{as_json as json_of_dive, review as review_of_dive};
+pub(crate) use self::gains::{GainArgs, Gains};
 use crate::arguments::output_file;
 use crate::sysid::arguments::SignalArgs;
 
@@ -46,13 +48,9 @@ pub struct TuneArgs {
     #[command(flatten)]
     signals: SignalArgs,
     #[command(flatten)]
-    controller: ControllerArgs,
+    gains: GainArgs,
     #[command(flatten)]
-    limits: LimitArgs,
-    #[command(flatten)]
-    trial: TrialArgs,
-    #[command(flatten)]
-    dive: dive::DiveArgs,
+    files: DiveFileArgs,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -61,32 +59,30 @@ pub struct TuneArgs {
     html: Option<PathBuf>,
 }
 
-impl From<&TuneArgs> for TuneOptions {
-    fn from(args: &TuneArgs) -> Self {
-        let TuneArgs {
-            controller,
-            limits,
-            trial,
-            ..
-        } = args;
-        Self {
-            method: controller.method,
-            controller: controller.controller,
-            period: controller.period,
-            computing_delay: controller.computing_delay,
-            phase_margin: limits.phase_margin,
-            gain_margin: limits.gain_margin,
-            ms: limits.ms,
-            crossover: controller.crossover,
-            closed_loop_time: controller.closed_loop_time,
-            damping_ratio: controller.damping_ratio,
-            draws: limits.draws as usize,
-            seed: limits.seed,
-            step: trial.step,
-            input_limit: trial.input_limit,
-            anyway: limits.anyway,
-        }
+/// The model that gains are best found for: the default one, or a process model where that simulates held-out data as well to 1 %. Its
+/// gain, time constants and dead time have intervals of their own, which those of a larger model's modes are not.
+///
+/// # Errors
+/// As [`FitData::fit`] of the default model.
+pub(crate) fn model_for_gains(
+    data: &FitData,
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Result<FitResult, FitError> {
+    let found = data.fit(options, progress)?;
+    if found.analysis.estimate.process.is_some() || options.vehicle.speed.is_some() {
+        return Ok(found);
     }
+    let options = FitOptions {
+        method: MethodChoice::One(Estimator::Process),
+        ..options.clone()
+    };
+    let held_out = |it: &FitResult| it.analysis.held_out_fit.or(it.analysis.fit);
+    let as_good = data.fit(&options, &()).ok().filter(|it| {
+        let fits = held_out(it).zip(held_out(&found));
+        fits.is_some_and(|(own, default)| own > default - AS_GOOD)
+    });
+    Ok(as_good.unwrap_or(found))
 }
 
 impl TuneArgs {
@@ -115,43 +111,22 @@ impl TuneArgs {
             signals: (&self.signals).into(),
             ..FitOptions::default()
         };
-        options.vehicle.speed = self.dive.speed;
-        let found = fit(&options, &*self.signals.data.progress())?;
-        if found.analysis.estimate.process.is_some() || self.dive.speed.is_some() {
-            return Ok(found.model_file()?);
-        }
-        // Gain, time constants and dead time have intervals of their own, which those of a larger model's modes are not.
-        options.method = MethodChoice::One(Estimator::Process);
-        let process = fit(&options, &());
-        let as_good = process.ok().filter(|it| {
-            let [own, default] =
-                [it, &found].map(|it| it.analysis.held_out_fit.or(it.analysis.fit));
-            own.zip(default)
-                .is_some_and(|(own, default)| own > default - AS_GOOD)
-        });
-        Ok(as_good.as_ref().unwrap_or(&found).model_file()?)
+        options.vehicle.speed = self.gains.speed();
+        let progress = self.signals.data.progress();
+        let data = FitData::read(&options, &*progress)?;
+        Ok(model_for_gains(&data, &options, &*progress)?.model_file()?)
     }
 }
 
 /// Runs the command: prints the gains, writes the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`tune()`] and [`planesman_design::DiveTask::gains`]; a page that cannot be written.
+/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_design::DiveTask::gains`]; a page that cannot be written.
 pub fn run(args: &TuneArgs) -> Result<()> {
-    let model = args.model()?;
-    let asked = args.controller.method.is_some() || args.controller.controller.is_some();
-    if identified::is_of_pitch(&model) && !asked {
-        let TuneArgs {
-            controller,
-            limits,
-            trial,
-            dive,
-            json,
-            ..
-        } = args;
-        return dive.run(model, controller, limits, trial, *json);
-    }
-    let found = tune(&model, &args.into())?;
+    let found = match args.gains.gains(args.model()?)? {
+        Gains::Dive(task, found) => return args.files.write(&task, &found, args.json),
+        Gains::Controller(found) => found,
+    };
     if args.json {
         planesman_console::print(serde_json::to_string_pretty(&found.as_json())? + "\n")?;
     } else {

@@ -102,8 +102,8 @@ fn chromium(folder: &Path) -> Command {
     command
 }
 
-/// Checks that the plots of the page are printed as lines, and not as pictures of the screen's resolution.
-pub(crate) fn assert_prints_lines(page: &Path) {
+/// Checks that the plots of the page are printed as lines, and not as pictures of the screen's resolution. How many pages are printed.
+pub(crate) fn assert_prints_lines(page: &Path) -> Option<usize> {
     let folder = tempfile::tempdir().expect("a folder");
     let print = folder.path().join("page.pdf");
     let run = chromium(folder.path())
@@ -111,16 +111,20 @@ pub(crate) fn assert_prints_lines(page: &Path) {
         .arg(format!("file://{}", page.display()))
         .output();
     if run.is_err() {
-        return peers::skip("there is no chromium");
+        peers::skip("there is no chromium");
+        return None;
     }
     let print = std::fs::read(print).expect("a PDF");
-    let has = |part: &[u8]| print.windows(part.len()).any(|it| it == part);
-    assert!(has(b"/Type /Page\n"), "{}: no page", page.display());
-    assert!(
-        !has(b"/Subtype /Image"),
+    let count = |part: &[u8]| print.windows(part.len()).filter(|it| *it == part).count();
+    let pages = count(b"/Type /Page\n");
+    assert!(pages > 0, "{}: no page", page.display());
+    assert_eq!(
+        count(b"/Subtype /Image"),
+        0,
         "{}: a plot is printed as a picture",
         page.display()
     );
+    Some(pages)
 }
 
 /// The page in Chromium; `None`, having said so, where there is none.

@@ -24,6 +24,7 @@ mod remus_100;
 mod replay;
 mod reports;
 mod reproduce;
+mod review;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_compare;

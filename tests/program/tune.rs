@@ -9,22 +9,25 @@ use serde_json::Value;
 
 use crate::stage::Stage;
 
+/// Of the plant below: the interval between samples, s, and the pole in z, exp(-0.2 / 4).
+pub(crate) const SAMPLE_TIME: f64 = 0.2;
+pub(crate) const POLE: f64 = 0.951_229_424_500_714;
+
 /// Steps of a valve, and 2 e^(-s) / (4 s + 1) of it with noise, every 0.2 s.
-fn steps(stage: &Stage) -> String {
+pub(crate) fn steps(stage: &Stage) -> String {
     let noise = noise(5, 600);
     let mut y = vec![0.0_f64];
     let u = |k: usize| [0.0, 2.0, -1.0, 1.0][k / 150];
-    let pole = (-0.2_f64 / 4.0).exp();
     for k in 1..600 {
         let late = if k > 5 { u(k - 6) } else { 0.0 };
-        y.push(pole * y[k - 1] + 2.0 * (1.0 - pole) * late);
+        y.push(POLE * y[k - 1] + 2.0 * (1.0 - POLE) * late);
     }
     let mut text = String::from("t,valve,temperature");
     for k in 0..600 {
         let _ = write!(
             text,
             "\n{:.1},{},{}",
-            0.2 * k as f64,
+            SAMPLE_TIME * k as f64,
             u(k),
             20.0 + y[k] + 0.02 * noise[k]
         );

@@ -80,6 +80,12 @@ impl Table {
     /// The table as HTML.
     #[must_use]
     pub fn html(&self) -> Markup {
+        self.html_with(|cell| html! { (cell) })
+    }
+
+    /// The same, each cell as that makes it of its text.
+    #[must_use]
+    pub fn html_with(&self, made: impl Fn(&str) -> Markup) -> Markup {
         let of_words: Vec<bool> = (0..self.columns.len())
             .map(|it| self.is_of_words(it))
             .collect();
@@ -90,7 +96,7 @@ impl Table {
                     @if column.is_empty() { td {} } @else { th class=[class(at)] { (column) } }
                 } } }
                 @for row in &self.rows { tr {
-                    @for (at, cell) in row.iter().enumerate() { td class=[class(at)] { (cell) } }
+                    @for (at, cell) in row.iter().enumerate() { td class=[class(at)] { (made(cell)) } }
                 } }
             } }
         }

@@ -9,7 +9,7 @@ use planesman_control::design::optimise::Wishes;
 use planesman_control::gains::LoopGains;
 use planesman_flight::During as _;
 use planesman_model_file::ModelFile;
-use planesman_tuning::{MISSED, Spread};
+use planesman_tuning::{Band, MISSED, Spread};
 use planesman_vehicle::identified;
 use planesman_vehicle::vehicle_file;
 
@@ -63,12 +63,29 @@ pub struct DiveGains {
     pub left_out: Option<(String, usize)>,
 }
 
+/// What the loops are closed around: the model's vehicle, the drawn ones, and why others are none.
+struct Plants {
+    speed: f64,
+    drive: Drive,
+    own: DivePlant,
+    drawn: Vec<DivePlant>,
+    refused: Vec<String>,
+}
+
+impl Plants {
+    fn dive(&self, plant: &DivePlant, gains: LoopGains) -> DiveLoop {
+        DiveLoop {
+            plant: plant.clone(),
+            gains,
+            memory: Memory::default(),
+            path: self.drive.path,
+        }
+    }
+}
+
 impl DiveTask {
-    /// The gains.
-    ///
-    /// # Errors
-    /// A model that is no vehicle's, a base vehicle or actuator that is refused, limits that no gains keep.
-    pub fn gains(&self) -> Result<DiveGains> {
+    /// The plants that the loops are closed around.
+    fn plants(&self) -> Result<Plants> {
         let base = vehicle_file::load(&self.base)?;
         let drive = self.subject.drive()?;
         let speed = self
@@ -89,35 +106,67 @@ impl DiveTask {
             .plant(&drive, speed)
         };
         let own = plant(&self.model)?;
-        let (mut plants, mut refused): (Vec<DivePlant>, Vec<String>) = (Vec::new(), Vec::new());
+        let (mut drawn, mut refused): (Vec<DivePlant>, Vec<String>) = (Vec::new(), Vec::new());
         for file in &self.draws {
             match plant(file) {
-                Ok(plant) => plants.push(plant),
+                Ok(plant) => drawn.push(plant),
                 Err(reason) => refused.push(reason.to_string()),
             }
         }
+        Ok(Plants {
+            speed,
+            drive,
+            own,
+            drawn,
+            refused,
+        })
+    }
+
+    /// The depth after a unit step of its setpoint, of the model's vehicle and of the drawn ones that are stable.
+    ///
+    /// # Errors
+    /// As [`DiveTask::gains`].
+    pub fn depths(&self, found: &DiveGains) -> Result<Band> {
+        let plants = self.plants()?;
+        let stable = plants.drawn.iter().zip(&found.draws);
+        let stable = stable.filter(|it| it.1.is_stable()).map(|it| it.0);
+        let after = |plant| {
+            let dive = plants.dive(plant, found.gains);
+            dive.step(self.duration)
+                .during(|| format!("the loop at {} m/s", plants.speed))
+        };
+        let all = std::iter::once(&plants.own).chain(stable).map(after);
+        let all: Vec<Vec<(f64, f64)>> = all.collect::<Result<_, _>>()?;
+        let times: Vec<f64> = all[0].iter().map(|it| it.0).collect();
+        let depths = all.iter().map(|it| it.iter().map(|it| it.1).collect());
+        let depths: Vec<Vec<f64>> = depths.collect();
+        let depths: Vec<&[f64]> = depths.iter().map(Vec::as_slice).collect();
+        Ok(Band::of(&times, &depths))
+    }
+
+    /// The gains.
+    ///
+    /// # Errors
+    /// A model that is no vehicle's, a base vehicle or actuator that is refused, limits that no gains keep.
+    pub fn gains(&self) -> Result<DiveGains> {
+        let plants = self.plants()?;
         let mut nearest = None;
         for step in 0..STEPS {
             let share = f64::from(step) / f64::from(STEPS - 1);
-            let Some(gains) = self.proposed(&own, &drive, speed, share)? else {
+            let Some(gains) = self.proposed(&plants, share)? else {
                 break;
             };
             let judged = |plant: &DivePlant| {
-                let dive = DiveLoop {
-                    plant: plant.clone(),
-                    gains,
-                    memory: Memory::default(),
-                    path: drive.path,
-                };
+                let dive = plants.dive(plant, gains);
                 dive.judge(self.duration)
-                    .during(|| format!("the loop at {speed} m/s"))
+                    .during(|| format!("the loop at {} m/s", plants.speed))
             };
             let found = DiveGains {
                 gains,
-                speed,
-                model: judged(&own)?,
-                draws: plants.iter().map(judged).collect::<Result<_, _>>()?,
-                left_out: refused.first().map(|first| (first.clone(), refused.len())),
+                speed: plants.speed,
+                model: judged(&plants.own)?,
+                draws: plants.drawn.iter().map(judged).collect::<Result<_, _>>()?,
+                left_out: (plants.refused.first()).map(|it| (it.clone(), plants.refused.len())),
             };
             if found.keeps(self) {
                 return Ok(found);
@@ -141,18 +190,12 @@ impl DiveTask {
     }
 
     /// The best gains for the model itself within margins that are tightened by a share.
-    fn proposed(
-        &self,
-        own: &DivePlant,
-        drive: &Drive,
-        speed: f64,
-        share: f64,
-    ) -> Result<Option<LoopGains>> {
+    fn proposed(&self, plants: &Plants, share: f64) -> Result<Option<LoopGains>> {
         let (phase, gain) = TIGHTER;
         let wishes = Wishes {
-            plants: vec![(speed, own.clone())],
+            plants: vec![(plants.speed, plants.own.clone())],
             memory: Memory::default(),
-            path: drive.path,
+            path: plants.drive.path,
             phase_margin: self.phase_margin + share * phase,
             gain_margin: self.gain_margin * gain.powf(share),
             overshoot: self.overshoot,

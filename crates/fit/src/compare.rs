@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use planesman_identification::validation::residuals::Correlation;
+use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{Judgement, Reading, Uncertain};
 use planesman_linear::unwrapped_phases;
 use planesman_model_file::ModelFile;
@@ -188,15 +188,7 @@ impl Compared {
     #[must_use]
     pub fn tests(&self) -> Vec<(&'static str, Correlation)> {
         let tests = self.judgement.residuals.iter();
-        tests
-            .flat_map(|it| {
-                [
-                    ("white", it.whiteness.clone()),
-                    ("free of earlier inputs", it.of_earlier_inputs()),
-                    ("free of later inputs", it.of_later_inputs()),
-                ]
-            })
-            .collect()
+        tests.flat_map(ResidualTests::each).collect()
     }
 }
 

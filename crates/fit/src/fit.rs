@@ -35,55 +35,108 @@ pub struct FitResult {
     pub tried: Vec<Trial>,
 }
 
+/// The data of a fit, read once: several models may be fitted to it.
+#[derive(Clone, Debug)]
+pub struct FitData {
+    /// The record, and how it was made.
+    pub prepared: PreparedRecord,
+    /// The record that models are judged on, where one was given.
+    pub validation: Option<PreparedRecord>,
+}
+
 /// Reads the data and identifies the model. `progress` is told how far it has come.
 ///
 /// # Errors
 /// Options that do not go together, a vehicle that is refused, data that cannot be read, a record that determines no model.
 pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, FitError> {
-    // Refused before anything is read.
-    options.check()?;
-    if options.signals.are_several() {
-        return Err(FitError::Several);
-    }
-    let of_method = match options.method {
-        MethodChoice::One(method) => Some(options.analysis(method)?),
-        MethodChoice::All => None,
-    };
-    let (prepared, validation) = options.read(progress)?;
-    let record = &prepared.resampled.record;
-    let analyse = |options: &Options| match &validation {
-        None => analyse(record, options),
-        Some(validation) => analyse_validated(record, options, &validation.resampled.record),
-    };
-    let (analysis, tried) = match &of_method {
-        Some(options) => {
-            progress.begin("models", 0, 0);
-            let analysis = analyse(options);
-            progress.end();
-            (analysis?, Vec::new())
+    let data = FitData::read(options, progress)?;
+    let (analysis, tried) = data.analysed(options, progress)?;
+    data.result(options, analysis, tried)
+}
+
+impl FitData {
+    /// Reads the data.
+    ///
+    /// # Errors
+    /// Options that do not go together, a vehicle that is refused, data that cannot be read.
+    pub fn read(options: &FitOptions, progress: &dyn Progress) -> Result<Self, FitError> {
+        // Refused before anything is read.
+        options.check()?;
+        if options.signals.are_several() {
+            return Err(FitError::Several);
         }
-        None => {
-            let tried = options.try_all(&analyse, progress);
-            let best = ranked(&tried).first().and_then(|it| it.found().cloned());
-            (best.ok_or(FitError::NoMethod)?, tried)
+        if let MethodChoice::One(method) = options.method {
+            options.analysis(method)?;
         }
-    };
-    let mut result = FitResult {
-        prepared,
-        validation,
-        analysis,
-        tried,
-    };
-    if result.analysis.lines.is_some()
-        && let Some(means) = options.signals.means_of_motion()?
-    {
-        let told = format!(
-            "{means} has the mean over each interval, which needs no guess: --input {means}"
-        );
-        result.analysis.reasons.insert(0, Reason::Data(told));
+        let (prepared, validation) = options.read(progress)?;
+        Ok(Self {
+            prepared,
+            validation,
+        })
     }
-    result.judge_clock();
-    Ok(result)
+
+    /// The model of the method that is asked for.
+    ///
+    /// # Errors
+    /// Options that do not go together, a record that determines no model.
+    pub fn fit(
+        &self,
+        options: &FitOptions,
+        progress: &dyn Progress,
+    ) -> Result<FitResult, FitError> {
+        let (analysis, tried) = self.analysed(options, progress)?;
+        self.clone().result(options, analysis, tried)
+    }
+
+    fn analysed(
+        &self,
+        options: &FitOptions,
+        progress: &dyn Progress,
+    ) -> Result<(Analysis, Vec<Trial>), FitError> {
+        let record = &self.prepared.resampled.record;
+        let analyse = |options: &Options| match &self.validation {
+            None => analyse(record, options),
+            Some(validation) => analyse_validated(record, options, &validation.resampled.record),
+        };
+        match options.method {
+            MethodChoice::One(method) => {
+                let options = options.analysis(method)?;
+                progress.begin("models", 0, 0);
+                let analysis = analyse(&options);
+                progress.end();
+                Ok((analysis?, Vec::new()))
+            }
+            MethodChoice::All => {
+                let tried = options.try_all(&analyse, progress);
+                let best = ranked(&tried).first().and_then(|it| it.found().cloned());
+                Ok((best.ok_or(FitError::NoMethod)?, tried))
+            }
+        }
+    }
+
+    fn result(
+        self,
+        options: &FitOptions,
+        analysis: Analysis,
+        tried: Vec<Trial>,
+    ) -> Result<FitResult, FitError> {
+        let mut result = FitResult {
+            prepared: self.prepared,
+            validation: self.validation,
+            analysis,
+            tried,
+        };
+        if result.analysis.lines.is_some()
+            && let Some(means) = options.signals.means_of_motion()?
+        {
+            let told = format!(
+                "{means} has the mean over each interval, which needs no guess: --input {means}"
+            );
+            result.analysis.reasons.insert(0, Reason::Data(told));
+        }
+        result.judge_clock();
+        Ok(result)
+    }
 }
 
 impl FitOptions {

@@ -5,6 +5,7 @@
 //! SamplesOptions -> samples -> every sample  DataOptions    -> survey  -> Survey
 //! ```
 //! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
+//! - [`FitData`]: the data of a fit, read once for several models.
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
@@ -56,7 +57,7 @@ pub use compare::{
 };
 pub use data::{Columns, DataOptions, Sources};
 pub use error::FitError;
-pub use fit::{FitResult, fit};
+pub use fit::{FitData, FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
     StructureOptions, Validation, VehicleOptions, options,

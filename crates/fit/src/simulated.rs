@@ -22,20 +22,32 @@ impl<'a> Simulated<'a> {
     /// # Errors
     /// When the record is another one.
     pub fn new(analysis: &Analysis, record: &'a Record) -> Result<Self, IdentificationError> {
+        Self::of_run(analysis, record, analysis.longest)
+    }
+
+    /// A run of that record, as [`Analysis::segments`] counts them.
+    ///
+    /// # Errors
+    /// As [`Simulated::new`]; a run that is not there.
+    pub fn of_run(
+        analysis: &Analysis,
+        record: &'a Record,
+        run: usize,
+    ) -> Result<Self, IdentificationError> {
         let refused = |reason: &str| IdentificationError::Record(reason.to_owned());
         let segment = analysis
             .segments
-            .get(analysis.longest)
+            .get(run)
             .and_then(|number| record.segments.get(*number))
             .ok_or_else(|| refused("the record does not hold the segment of the model"))?;
-        let run = segment
+        let values = segment
             .run()
             .ok_or_else(|| refused("the record has no input or no output"))?;
         Ok(Self {
             start: segment.start,
-            input: run.inputs,
-            measured: run.outputs,
-            simulated: analysis.simulate(analysis.longest, run),
+            input: values.inputs,
+            measured: values.outputs,
+            simulated: analysis.simulate(run, values),
         })
     }
 }

@@ -1,5 +1,7 @@
 //! What of a log may be identified from what: a first command to run.
 
+use planesman_text::shell_word;
+
 use crate::data::{DataOptions, Sources};
 
 /// Words in the name of a command, and of a measurement.
@@ -50,8 +52,8 @@ pub(crate) fn suggestion<'s>(
             (rank != [last, last]).then_some(rank)
         };
         let signal = match topic {
-            "" => quoted(path),
-            topic => quoted(&format!("{topic}:{path}")),
+            "" => shell_word(path),
+            topic => shell_word(&format!("{topic}:{path}")),
         };
         match (rank(&INPUTS), rank(&OUTPUTS)) {
             (Some(rank), _) => inputs.push((rank, signal)),
@@ -64,7 +66,7 @@ pub(crate) fn suggestion<'s>(
     let (input, output) = (&inputs.first()?.1, &outputs.first()?.1);
     let files: Vec<String> = paths
         .iter()
-        .map(|it| quoted(&it.display().to_string()))
+        .map(|it| shell_word(&it.display().to_string()))
         .collect();
     let others = |of: &[([usize; 2], String)]| {
         let names: Vec<&str> = of.iter().skip(1).take(4).map(|it| it.1.as_str()).collect();
@@ -93,7 +95,7 @@ fn time(data: &DataOptions, has_time: bool) -> String {
     };
     let options = [
         ("stamp", stamp),
-        ("time", time.column.as_deref().map(quoted)),
+        ("time", time.column.as_deref().map(shell_word)),
         ("time-unit", unit),
         ("sample-time", step),
     ];
@@ -124,13 +126,4 @@ fn has(name: &str, word: &str) -> bool {
     let mut parts = name.split(|sign: char| !sign.is_ascii_alphanumeric());
     let begins = |part: &str| word.len() > 2 && part.starts_with(word) && part != "controller";
     parts.any(|part| part == word || begins(part))
-}
-
-/// As a shell takes it.
-fn quoted(text: &str) -> String {
-    let is_plain = |sign: char| sign.is_alphanumeric() || "/:._-+=,".contains(sign);
-    match text.chars().all(is_plain) {
-        true => text.to_owned(),
-        false => format!("'{}'", text.replace('\'', r"'\''")),
-    }
 }

@@ -48,7 +48,7 @@ pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
         p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
         (fits(models).html())
         h2 { "Poles" }
-        (poles::table_with_note(&readings))
+        (poles::table_with_note(&readings, |cell| html! { (cell) }))
         h2 { "Plots" }
         (figures(&plots(models, prepared, &input, &output)))
         details { summary { "The data" } pre { (prepared.description()) } }

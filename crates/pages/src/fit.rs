@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
-use maud::{Markup, html};
+use maud::html;
 use planesman_fit::{Response, Simulated, frequency_response};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Estimate, Row, StepResponse};
@@ -60,10 +60,10 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         h1 { (title) }
         ul.verdict { li { (analysis.verdict) } @for reason in &analysis.reasons { li { (reason) } } }
         h2 { "The model" }
-        (in_words(analysis))
+        div.scroll { table.words { @for (name, value) in words(analysis) { tr { td { (name) } td { (value) } } } } }
         @if analysis.reading().poles().is_ok_and(|it| !it.is_empty()) {
             h2 { "Poles" }
-            (poles::table_with_note(&[("", analysis.reading())]))
+            (poles::table_with_note(&[("", analysis.reading())], |cell| html! { (cell) }))
         }
         h2 { "Plots" }
         (figures(&plots))
@@ -72,43 +72,63 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
     Ok(document(&title, "", &body, ""))
 }
 
-/// What the model does, in the words of the field.
-fn in_words(analysis: &Analysis) -> Markup {
+/// What the model does, in the words of the field: what, and its value.
+pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
     let structure = &analysis.estimate.layout.structure;
     let sample_time = analysis.estimate.sample_time;
     let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
-    let gain = analysis
-        .reading()
-        .steady_state_gain()
-        .map(|gain| with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation()));
-    html! {
-        div.scroll { table.words {
-            @for mode in analysis.modes() { tr { td { "mode" } td { (mode) } } }
-            @if let Some(process) = &analysis.estimate.process {
-                tr { td { "process" } td { (process.form.equation()) } }
-                @for (name, unit, value, deviation) in process.named() {
-                    tr { td { (name) } td { (with_interval(value, SIGMAS_95 * deviation)) " " (unit) } }
-                }
-            }
-            @if let Some(fit) = &analysis.estimate.frequency {
-                tr { td { "in s" } td { (fit.equation()) } }
-                @for (name, value, deviation) in fit.named() {
-                    tr { td { (name) } td { (with_interval(value, SIGMAS_95 * deviation)) (if name == "theta" { " s" } else { "" }) } }
-                }
-            }
-            tr { td { "delay" } td {
-                (structure.delay) (if structure.delay == 1 { " sample, " } else { " samples, " }) (format!("{:.4}", structure.delay as f64 * sample_time)) " s"
-                @if let Some(lag) = analysis.lag {
-                    "; with 95 % " (lag.interval.0) " to " (lag.interval.1) " samples"
-                }
-            } }
-            tr { td { "steady-state gain" } td { (gain.unwrap_or_else(|| "none: it integrates".to_owned())) } }
-            @if let Some(gain) = analysis.reading().integrator_gain_text() { tr { td { "gain" } td { (gain) } } }
-            tr { td { "simulated fit" } td { (percent(analysis.fit)) } }
-            tr { td { "on held-out data" } td { (percent(analysis.held_out_fit)) } }
-            tr { td { "method" } td { (analysis.method_name()) ", " (structure.poles) " poles, every " (format!("{sample_time:.6}").trim_end_matches('0')) " s" } }
-        } }
+    let mut rows: Vec<(String, String)> = Vec::new();
+    let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    for mode in analysis.modes() {
+        row("mode", mode);
     }
+    if let Some(process) = &analysis.estimate.process {
+        row("process", process.form.equation().to_owned());
+        for (name, unit, value, deviation) in process.named() {
+            let value = with_interval(value, SIGMAS_95 * deviation);
+            row(name, format!("{value} {unit}"));
+        }
+    }
+    if let Some(fit) = &analysis.estimate.frequency {
+        row("in s", fit.equation());
+        for (name, value, deviation) in fit.named() {
+            let unit = if name == "theta" { " s" } else { "" };
+            row(&name, with_interval(value, SIGMAS_95 * deviation) + unit);
+        }
+    }
+    let delay = structure.delay;
+    let mut late = format!(
+        "{delay} sample{}, {:.4} s",
+        if delay == 1 { "" } else { "s" },
+        delay as f64 * sample_time
+    );
+    if let Some(lag) = analysis.lag {
+        let (from, to) = lag.interval;
+        late += &format!("; with 95 % {from} to {to} samples");
+    }
+    row("delay", late);
+    let gain = analysis.reading().steady_state_gain();
+    let gain = gain.map(|it| with_interval(it.value.re, SIGMAS_95 * it.real_deviation()));
+    row(
+        "steady-state gain",
+        gain.unwrap_or_else(|| "none: it integrates".to_owned()),
+    );
+    if let Some(gain) = analysis.reading().integrator_gain_text() {
+        row("gain", gain);
+    }
+    row("simulated fit", percent(analysis.fit));
+    row("on held-out data", percent(analysis.held_out_fit));
+    let every = format!("{sample_time:.6}");
+    row(
+        "method",
+        format!(
+            "{}, {} poles, every {} s",
+            analysis.method_name(),
+            structure.poles,
+            every.trim_end_matches('0')
+        ),
+    );
+    rows
 }
 
 /// The least and the greatest of values.
@@ -178,7 +198,9 @@ fn plots<'a>(
             .line("input", timed(input)),
         step(analysis, record, output_title),
     ];
-    plots.extend(bode(analysis));
+    let rows = analysis.estimate.frequency.as_ref();
+    let rows = rows.map(|it| (it.rows(record.sample_time), it.coherence));
+    plots.extend(bode(analysis, rows));
     plots.push(map(analysis)?);
     if let Some(tests) = &analysis.residuals {
         plots.push(correlation(
@@ -253,7 +275,7 @@ pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
 }
 
 /// The model's step response beside the one that the data has without it, each with its band.
-fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> Plot<'a> {
+pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> Plot<'a> {
     let estimate = &analysis.estimate;
     let plot = Plot::new("Step response", [SINCE_STEP, output_title]);
     let Some(settled) = settling(estimate, analysis.longest) else {
@@ -305,7 +327,7 @@ fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<Step
     StepResponse::new(&problem, length)
 }
 
-fn map(analysis: &Analysis) -> Result<Plot<'static>> {
+pub(crate) fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     let reading = analysis.reading();
     let (poles, zeros) = (reading.poles()?, reading.zeros()?);
     let at = |found: &[Uncertain]| {
@@ -350,11 +372,16 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     )
 }
 
-fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
+/// The model's frequency response with its band; beside what was measured, and the least coherence that counts, where that is given.
+pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Plot<'static>> {
     let mut responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
     let mut reach = "up to half the sampling rate";
-    if let Some(fit) = &analysis.estimate.frequency {
-        let (low, high) = fit.band;
+    let fitted = analysis.estimate.frequency.as_ref().map(|it| it.band);
+    let ends = rows.as_ref().and_then(|(rows, _)| {
+        let (first, last) = (rows.first()?, rows.last()?);
+        Some((first.omega, last.omega))
+    });
+    if let Some((low, high)) = fitted.or(ends) {
         responses.retain(|it| (low / BESIDE_BAND..=high * BESIDE_BAND).contains(&it.omega));
         reach = "about the band that was measured";
     }
@@ -372,25 +399,20 @@ fn bode(analysis: &Analysis) -> Vec<Plot<'static>> {
     let phase = |it: &Response, sigmas: f64| {
         it.phase + sigmas * it.value.phase_deviation().min(PI).to_degrees()
     };
-    let mut plots = vec![
+    let plots = vec![
         banded("Magnitude", MAGNITUDE, &Response::magnitude).note(format!(
             "Of the frequency response, with the 95 % band at each frequency, {reach}."
         )),
         banded("Phase", PHASE, &phase).note("The same for the phase."),
     ];
-    if let Some(fit) = &analysis.estimate.frequency {
-        plots = measured(
-            plots,
-            &fit.rows(analysis.estimate.sample_time),
-            &responses,
-            fit.coherence,
-        );
+    match rows {
+        Some((rows, coherence)) => measured(plots, &rows, &responses, coherence),
+        None => plots,
     }
-    plots
 }
 
 /// The plots of the model's response with what was measured over them, and the coherence.
-fn measured(
+pub(crate) fn measured(
     plots: Vec<Plot<'static>>,
     rows: &[Row],
     responses: &[Response],
@@ -431,7 +453,7 @@ fn measured(
         .map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
     plots.push(
         Plot::new("Coherence", ["frequency [rad/s]", "coherence"])
-            .note("The share of the output that follows the input at each frequency: 1 without noise. The model is fitted where it is above the bound.")
+            .note("The share of the output that follows the input at each frequency: 1 without noise. The response of the data counts where it is above the bound.")
             .log_x()
             .linked(FREQUENCY)
             .line("coherence", coherence)

@@ -215,7 +215,7 @@ fn poles_table(flown: &Flown) -> Markup {
         details {
             summary { "Poles and gains of plane angle to pitch rate" }
             @match &estimate {
-                Some(estimate) => (poles::table_with_note(&[("", Reading::new(estimate, 0))])),
+                Some(estimate) => (poles::table_with_note(&[("", Reading::new(estimate, 0))], |cell| html! { (cell) })),
                 None => p { "The model has no covariance: its poles have no intervals." },
             }
             p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }

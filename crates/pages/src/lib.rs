@@ -5,6 +5,7 @@
 //! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
 //! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
+//! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
 //! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
@@ -17,9 +18,11 @@ use planesman_text::shown;
 pub mod book;
 pub mod coefficients;
 pub mod compare;
+mod evidence;
 pub mod fit;
 pub mod flights;
 mod poles;
+pub mod review;
 pub mod several;
 pub mod sweep;
 pub mod tables;

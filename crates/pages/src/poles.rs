@@ -14,13 +14,16 @@ pub(crate) const ARTEFACT: &str = "artefact of sampling";
 pub(crate) const NOTE: &str = "An artefact of sampling is as fast as half the sampling rate or faster: the sampled model needs it, \
      and the data does not tell whether the system has it.";
 
-/// The table with what its words mean; nothing for models without poles.
-pub(crate) fn table_with_note(models: &[(&str, Reading<'_>)]) -> Markup {
+/// The table with what its words mean, each cell as that makes it of its text; nothing for models without poles.
+pub(crate) fn table_with_note(
+    models: &[(&str, Reading<'_>)],
+    cell: impl Fn(&str) -> Markup,
+) -> Markup {
     let table = table(models);
     let has_artefact = table.cells().any(|it| it == ARTEFACT);
     html! {
         @if !table.is_empty() {
-            (table.html())
+            (table.html_with(cell))
             p { "Poles with their 95 % intervals, a pair once." @if has_artefact { " " (NOTE) } }
         }
     }

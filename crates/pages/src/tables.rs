@@ -148,26 +148,32 @@ pub fn tables(models: &[Compared]) -> Vec<Table> {
     ]
 }
 
+/// The columns of residual tests.
+pub(crate) const TESTS: [&str; 5] = [
+    "residual",
+    "passes",
+    "lags outside",
+    "largest",
+    "99 % bound",
+];
+
+/// The row of a test.
+pub(crate) fn of_test(what: &str, found: &Correlation) -> [String; 5] {
+    [
+        what.to_owned(),
+        if found.passes() { "yes" } else { "no" }.to_owned(),
+        format!("{} of {}", found.outside(), found.values.len()),
+        format!("{:.3}", found.largest()),
+        format!("{:.3}", found.bound),
+    ]
+}
+
 fn tests(models: &[Compared]) -> Table {
-    let columns = [
-        "model",
-        "residual",
-        "passes",
-        "lags outside",
-        "largest",
-        "99 % bound",
-    ];
-    let mut table = Table::new(columns);
+    let mut table = Table::of(["model"].into_iter().chain(TESTS));
     for model in models {
         for (what, found) in model.tests() {
-            table.row([
-                model.name.clone(),
-                what.to_owned(),
-                if found.passes() { "yes" } else { "no" }.to_owned(),
-                format!("{} of {}", found.outside(), found.values.len()),
-                format!("{:.3}", found.largest()),
-                format!("{:.3}", found.bound),
-            ]);
+            let name = std::iter::once(model.name.clone());
+            table.row(name.chain(of_test(what, &found)));
         }
     }
     table

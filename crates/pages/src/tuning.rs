@@ -109,7 +109,7 @@ pub fn page(of: &Tuning) -> String {
     document(&title, "", &body, "")
 }
 
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let text = significant(value, DIGITS);
     match text.contains('.') && !text.contains('e') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
@@ -117,7 +117,7 @@ fn number(value: f64) -> String {
     }
 }
 
-fn method_text(of: &Tuning) -> String {
+pub(crate) fn method_text(of: &Tuning) -> String {
     let mut text = of.method.name().to_owned();
     if let Some((name, value)) = of.pace {
         text += &format!(", {name} {} s", number(value));
@@ -128,7 +128,7 @@ fn method_text(of: &Tuning) -> String {
     text
 }
 
-fn reduced_text(of: &Tuning) -> Option<String> {
+pub(crate) fn reduced_text(of: &Tuning) -> Option<String> {
     let reduced = of.reduced.as_ref()?;
     let lags = reduced.time_constants.iter().filter(|tau| tau.is_finite());
     let integrators = match reduced.integrators() {
@@ -146,7 +146,7 @@ fn reduced_text(of: &Tuning) -> Option<String> {
     ))
 }
 
-fn parallel_text(of: &Tuning) -> String {
+pub(crate) fn parallel_text(of: &Tuning) -> String {
     let gains = &of.controller;
     let mut text = format!("kp {}, ki {} 1/s", number(gains.kp), number(gains.ki));
     if gains.kd != 0.0 {
@@ -159,7 +159,7 @@ fn parallel_text(of: &Tuning) -> String {
     text
 }
 
-fn ideal_text(of: &Tuning) -> String {
+pub(crate) fn ideal_text(of: &Tuning) -> String {
     let gains = &of.controller;
     let mut text = format!("K {}, Ti {} s", number(gains.kp), number(gains.ti()));
     if gains.kd != 0.0 {
@@ -181,7 +181,7 @@ fn cell(value: f64, decimals: usize) -> String {
 }
 
 /// Margins of the model, and of the drawn plants.
-fn margins(of: &Tuning) -> Table {
+pub(crate) fn margins(of: &Tuning) -> Table {
     let robustness = &of.robustness;
     let has_draws = !robustness.draws.is_empty();
     let mut table = Table::of(["margin", "model", "worst of 95 %", "median", "limit"]);
@@ -245,7 +245,7 @@ fn unstable_or(value: f64, decimals: usize, is_peak: bool) -> String {
 }
 
 /// Whether the limits are kept, in a sentence.
-fn verdict(of: &Tuning) -> String {
+pub(crate) fn verdict(of: &Tuning) -> String {
     let drawn = of.robustness.draws.len();
     let share = of.robustness.unstable();
     let over = match drawn {
@@ -264,7 +264,7 @@ fn verdict(of: &Tuning) -> String {
     }
 }
 
-fn responses(of: &Tuning) -> Table {
+pub(crate) fn responses(of: &Tuning) -> Table {
     let steps = &of.steps;
     let has_draws = !of.robustness.draws.is_empty();
     let mut table = Table::of(["after a step", "model", "5 %", "median", "95 %"]);
@@ -303,7 +303,7 @@ fn responses(of: &Tuning) -> Table {
 }
 
 /// Which property limits the margins, in a sentence or two.
-fn limiting(of: &Tuning) -> String {
+pub(crate) fn limiting(of: &Tuning) -> String {
     let Some(first) = of.causes.first() else {
         return String::new();
     };
@@ -328,7 +328,7 @@ fn with_degrees(half: f64) -> String {
     format!("{} deg", significant(half, 2))
 }
 
-fn causes(of: &Tuning) -> Table {
+pub(crate) fn causes(of: &Tuning) -> Table {
     let mut table = Table::of([
         "property",
         "value, 95 %",
@@ -347,41 +347,49 @@ fn causes(of: &Tuning) -> Table {
 }
 
 fn plots<'a>(of: &'a Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
+    let mut plots = after_steps(of, input, output);
+    plots.extend(of_margins(of));
+    plots
+}
+
+/// A line of the model over the band of the drawn plants.
+pub(crate) fn banded<'a>(plot: Plot<'a>, band: &Band) -> Plot<'a> {
+    let times = || band.times.iter().copied();
+    let range = times().zip(&band.range);
+    let range = range.map(|(t, (low, high))| (t, *low, *high));
+    plot.with_all([Series::band("90 % of plants", range)])
+        .line("model", times().zip(band.model.iter().copied()))
+}
+
+/// Outputs and input after steps.
+pub(crate) fn after_steps<'a>(of: &Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
     let steps = &of.steps;
     let over = "The band holds 90 % of the plants that the model's uncertainty allows.";
-    let banded = |plot: Plot<'a>, band: &'a Band| {
-        let range = band
-            .times
-            .iter()
-            .zip(&band.range)
-            .map(|(t, (low, high))| (*t, *low, *high));
-        let model = band.times.iter().copied().zip(band.model.iter().copied());
-        plot.with_all([Series::band("90 % of plants", range)])
-            .line("model", model)
-    };
     let ends = [0.0, steps.output.times.last().copied().unwrap_or(0.0)];
-    let mut plots = vec![
+    let plot = |title, axis| Plot::new(title, [SINCE_STEP, axis]).linked(STEP);
+    vec![
         banded(
-            Plot::new("Output after a step of the setpoint", [SINCE_STEP, output])
-                .note(over)
-                .linked(STEP),
+            plot("Output after a step of the setpoint", output).note(over),
             &steps.output,
         )
         .with(Style::Bound, "setpoint", ends.map(|t| (t, steps.step))),
         banded(
-            Plot::new("Input after a step of the setpoint", [SINCE_STEP, input]).linked(STEP),
+            plot("Input after a step of the setpoint", input),
             &steps.input,
         ),
         banded(
-            Plot::new("Output after a unit step of the load", [SINCE_STEP, output])
-                .note("The load acts at the plant's input.")
-                .linked(STEP),
+            plot("Output after a unit step of the load", output)
+                .note("The load acts at the plant's input."),
             &steps.load,
         ),
-    ];
-    plots.extend(bode(of));
+    ]
+}
+
+/// The open loop, and the distribution of its phase margin.
+pub(crate) fn of_margins(of: &Tuning) -> Vec<Plot<'static>> {
+    let mut plots = Vec::from(bode(of));
     plots.push(nyquist(of));
-    plots.extend(histogram(of));
+    plots.extend(histogram(&of.robustness.phase(), of.limits.phase));
     plots
 }
 
@@ -484,9 +492,8 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
     .with(Style::Crosses, "-1", [(-1.0, 0.0)])
 }
 
-/// How many of the drawn plants have which phase margin.
-fn histogram(of: &Tuning) -> Option<Plot<'static>> {
-    let spread = of.robustness.phase();
+/// How many of the drawn plants have which phase margin, beside the least, rad.
+pub(crate) fn histogram(spread: &Spread, least: f64) -> Option<Plot<'static>> {
     let finite: Vec<f64> = spread
         .sorted
         .iter()
@@ -520,7 +527,7 @@ fn histogram(of: &Tuning) -> Option<Plot<'static>> {
         .plane()
         .with(Style::Area, "share", outline.clone())
         .line("plants", outline)
-        .with(Style::Dashed, "limit", at(of.limits.phase.to_degrees()))
+        .with(Style::Dashed, "limit", at(least.to_degrees()))
         .with(Style::Bound, "worst of 95 %", at(spread.quantile(MISSED))),
     )
 }

@@ -265,6 +265,12 @@
       ctx.clip();
       ctx.lineJoin = "round";
       if (data.heat) this.fields(ctx);
+      if (this.range) {
+        const [a, b] = this.range.map((x) => chart.valToPos(x, "x", true));
+        ctx.fillStyle = theme.colour("--accent");
+        ctx.globalAlpha = 0.25;
+        ctx.fillRect(a, top, Math.max(b - a, 2 * px), height);
+      }
       for (const it of this.series) if (it.shown) this.one(ctx, it, px);
       ctx.restore();
     }
@@ -633,7 +639,20 @@
     if (figure.getBoundingClientRect().top < innerHeight) draw(figure); else watcher.observe(figure);
   }
 
-  const PAPER = 640; // px
+  // A link to a plot may name a range of its x axis, which is shaded there.
+  addEventListener("click", (event) => {
+    const link = event.target.closest?.("a[data-from]");
+    const figure = link && document.getElementById(link.hash.slice(1))?.querySelector("figure.plot:has(script)");
+    if (!figure) return;
+    draw(figure);
+    for (const it of drawings) {
+      it.range = it.figure === figure ? [Number(link.dataset.from), Number(link.dataset.to)] : null;
+      it.chart.redraw(false);
+    }
+  });
+
+  // px; a page may print its plots narrower.
+  const PAPER = Number(document.querySelector("[data-paper]")?.dataset.paper ?? 640);
   let before = null;
   addEventListener("beforeprint", () => {
     before = theme.isSet();

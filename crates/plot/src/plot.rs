@@ -196,6 +196,17 @@ impl<'a> Plot<'a> {
         }
     }
 
+    /// With a range of x shaded, over these heights; it has the colour of the series after it.
+    #[must_use]
+    pub fn shaded(
+        self,
+        name: impl Into<Cow<'a, str>>,
+        (from, to): (f64, f64),
+        (low, high): (f64, f64),
+    ) -> Self {
+        self.with_all([Series::band(name, [(from, low, high), (to, low, high)])])
+    }
+
     /// A logarithmic x axis; points at or below zero are left out.
     #[must_use]
     pub fn log_x(self) -> Self {
@@ -269,6 +280,8 @@ impl<'a> Plot<'a> {
             let number = match it.style {
                 Style::Bound | Style::Grid => 0,
                 Style::Area => colour + 1,
+                // A further part of the series before.
+                Style::Line | Style::Broad if it.name.is_empty() => colour,
                 _ => {
                     colour += 1;
                     colour

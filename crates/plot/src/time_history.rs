@@ -60,14 +60,32 @@ impl Column {
 }
 
 /// A time history that grows point by point, x never falling. What is not finite is left out.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct TimeHistory {
+    /// Columns that are kept at most.
+    most: usize,
     columns: Vec<Column>,
     /// How wide a column is; 0 while each holds one point.
     width: f64,
 }
 
+impl Default for TimeHistory {
+    fn default() -> Self {
+        Self::within(COLUMNS)
+    }
+}
+
 impl TimeHistory {
+    /// One of so many columns at most: those of a smaller plot.
+    #[must_use]
+    pub fn within(most: usize) -> Self {
+        Self {
+            most: most.max(2),
+            columns: Vec::new(),
+            width: 0.0,
+        }
+    }
+
     /// Takes the next point.
     pub fn take(&mut self, x: f64, y: f64) {
         if !(x.is_finite() && y.is_finite()) {
@@ -81,7 +99,7 @@ impl TimeHistory {
             }
             _ => self.columns.push(next),
         }
-        while self.columns.len() > COLUMNS {
+        while self.columns.len() > self.most {
             self.widen();
         }
     }
@@ -102,9 +120,9 @@ impl TimeHistory {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else {
             return;
         };
-        let finest = (last.last.0 - first.first.0) / COLUMNS as f64;
+        let finest = (last.last.0 - first.first.0) / self.most as f64;
         self.width = (2.0 * self.width).max(finest);
-        let mut wide: Vec<Column> = Vec::with_capacity(COLUMNS + 1);
+        let mut wide: Vec<Column> = Vec::with_capacity(self.most + 1);
         for column in &self.columns {
             match wide.last().copied() {
                 // Without any width all points have one x.

@@ -43,6 +43,8 @@ pub struct Record {
 /// Numbers without a gap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment {
+    /// Of which of several sources of data it is, counted from 0.
+    pub source: usize,
     /// The first instant, ns on the data's own clock.
     pub start: i64,
     /// `past[i]`: input i over the intervals before the first instant, the latest last, where it is known there. Empty,
@@ -72,6 +74,7 @@ impl Segment {
         };
         let later = (first as f64 * sample_time * 1e9).round() as i64;
         Self {
+            source: self.source,
             start: self.start.saturating_add(later),
             past: self.inputs.iter().enumerate().map(past).collect(),
             inputs: cut(&self.inputs),
@@ -117,10 +120,9 @@ impl Record {
             inputs: inputs.0,
             outputs: outputs.0,
             segments: vec![Segment {
-                start: 0,
-                past: Vec::new(),
                 inputs: inputs.1,
                 outputs: outputs.1,
+                ..Segment::default()
             }],
         };
         record.check()?;

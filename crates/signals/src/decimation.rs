@@ -92,6 +92,7 @@ fn means(segment: &Segment, factor: usize, sample_time: f64) -> Segment {
     };
     let inputs = segment.inputs.iter().enumerate();
     Segment {
+        source: segment.source,
         past: inputs.map(|(number, input)| past(number, input)).collect(),
         start: segment.start.saturating_add(later),
         inputs: segment.inputs.iter().map(|it| from(it, half)).collect(),

@@ -73,7 +73,7 @@ pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
 };
-pub use prepared_record::{PreparedRecord, read_record};
+pub use prepared_record::{PreparedRecord, SourceOfRecord, read_record};
 pub use publishers::{Publishers, Senders};
 pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};

@@ -19,11 +19,22 @@ const DECIMATED_RATE_FACTOR: f64 = 1.9;
 /// The share of samples in wrong order that is told.
 const LATE: f64 = 0.02;
 
+/// One of the sources of a record, as [`Segment::source`](planesman_record::Segment) counts them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceOfRecord {
+    /// Its files.
+    pub name: String,
+    /// The signals of it alone, inputs first, and how each came onto the grid.
+    pub channels: Vec<Channel>,
+}
+
 /// A record, and how it was made from data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreparedRecord {
     /// The record, and how its signals came onto the grid.
     pub resampled: Resampled,
+    /// The sources, in the order in which they were read.
+    pub sources: Vec<SourceOfRecord>,
     /// How the data was read.
     pub reading: Reading,
     /// How the record was prepared.
@@ -34,7 +45,11 @@ impl PreparedRecord {
     /// The same, followed by runs from another source.
     #[must_use]
     pub fn followed_by(mut self, next: Self) -> Self {
-        let (ours, theirs) = (&mut self.resampled, next.resampled);
+        let (ours, mut theirs) = (&mut self.resampled, next.resampled);
+        for segment in &mut theirs.record.segments {
+            segment.source += self.sources.len();
+        }
+        self.sources.extend(next.sources);
         ours.record.segments.extend(theirs.record.segments);
         let channels = ours.inputs.iter_mut().chain(&mut ours.outputs);
         for (channel, other) in channels.zip(theirs.inputs.into_iter().chain(theirs.outputs)) {
@@ -164,7 +179,12 @@ pub fn read_record(
         reading.mixed.extend(told);
     }
     reading.question_unit(1.0 / resampled.record.sample_time);
+    let channels = resampled.inputs.iter().chain(&resampled.outputs);
     Ok(PreparedRecord {
+        sources: vec![SourceOfRecord {
+            name: source.name(),
+            channels: channels.cloned().collect(),
+        }],
         resampled,
         reading,
         steps: Vec::new(),

@@ -365,6 +365,7 @@ impl Resampler {
                 // As long as the outputs are: a delay is no longer.
                 let longest = (end - first).min(LONGEST_PAST as i64);
                 Segment {
+                    source: 0,
                     start: running.grids[1].time(first),
                     past: (inputs.zip(&known))
                         .map(|(it, known)| it.runs.before(first, longest, known))

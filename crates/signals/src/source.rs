@@ -190,6 +190,24 @@ impl Source {
         }
     }
 
+    /// Its files, for people.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let path = match self {
+            Self::Bag(bag) => bag.bag().path(),
+            Self::Csv(table) => table.path(),
+            Self::Tables(tables) => {
+                let paths = tables.tables().iter();
+                let paths: Vec<_> = paths.map(|it| it.path().display().to_string()).collect();
+                return paths.join(", ");
+            }
+            Self::Ulog(log) => log.path(),
+            Self::Log(log) => log.path(),
+            Self::Columns(_) => return "columns in memory".to_owned(),
+        };
+        path.display().to_string()
+    }
+
     /// Bytes to be read.
     #[must_use]
     pub fn bytes(&self) -> u64 {

@@ -6,6 +6,7 @@
 //! - [`shown()`]: text as it may be shown, on a terminal or a page, whatever it holds.
 //! - [`in_one_line`]: an error with its causes.
 //! - [`number()`]: a number for a reader.
+//! - [`shell_word`]: a word as a shell takes it.
 //! - [`did_you_mean`]: the name that was probably meant.
 //! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!
@@ -15,6 +16,7 @@ mod draft;
 mod number;
 mod one_line;
 mod read;
+mod shell_word;
 mod shown;
 mod suggestion;
 pub mod yaml;
@@ -23,5 +25,6 @@ pub use draft::{Draft, write_text, write_whole};
 pub use number::number;
 pub use one_line::in_one_line;
 pub use read::{LARGEST, decoded, read, unmarked};
+pub use shell_word::shell_word;
 pub use shown::{Shown, shown};
 pub use suggestion::did_you_mean;

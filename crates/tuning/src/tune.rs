@@ -934,12 +934,15 @@ impl Steps {
             Spread::new(of(&motions[0]), motions[1..].iter().map(of))
         };
         let times: Vec<f64> = (0..ticks).map(|k| k as f64 * tick).collect();
+        let band = |motions: &[Motion], of: fn(&Motion) -> &[f64]| {
+            Band::of(&times, &motions.iter().map(of).collect::<Vec<_>>())
+        };
         let metrics = |motion: &Motion| StepMetrics::of(&times, &motion.output, 0.0, step).ok();
         Self {
             step,
-            output: Band::new(&after_step, tick, |it| &it.output),
-            input: Band::new(&after_step, tick, |it| &it.input),
-            load: Band::new(&after_load, tick, |it| &it.output),
+            output: band(&after_step, |it| &it.output),
+            input: band(&after_step, |it| &it.input),
+            load: band(&after_load, |it| &it.output),
             overshoot: spread(
                 &|it| metrics(it).map_or(f64::INFINITY, |it| it.overshoot),
                 &after_step,
@@ -964,14 +967,17 @@ impl Steps {
 }
 
 impl Band {
-    fn new(motions: &[Motion], tick: f64, of: impl Fn(&Motion) -> &Vec<f64>) -> Self {
-        let ticks = motions.first().map_or(0, |it| of(it).len());
-        let every = ticks.div_ceil(INSTANTS).max(1);
+    /// Of lines over the same times, s, the model's own first; every so many instants where these are many.
+    #[must_use]
+    pub fn of(times: &[f64], lines: &[&[f64]]) -> Self {
+        let every = times.len().div_ceil(INSTANTS).max(1);
         let mut band = Self::default();
-        for k in (0..ticks).step_by(every) {
-            let at = |motion: &Motion| of(motion)[k];
-            let spread = Spread::new(at(&motions[0]), motions[1..].iter().map(at));
-            band.times.push(k as f64 * tick);
+        let Some((own, drawn)) = lines.split_first() else {
+            return band;
+        };
+        for (k, time) in times.iter().enumerate().step_by(every) {
+            let spread = Spread::new(own[k], drawn.iter().map(|line| line[k]));
+            band.times.push(*time);
             band.model.push(spread.model);
             band.range
                 .push((spread.quantile(MISSED), spread.quantile(1.0 - MISSED)));

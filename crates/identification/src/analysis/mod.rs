@@ -31,7 +31,7 @@ pub use verdict::Verdict;
 
 use std::borrow::Cow;
 
-use crate::comparison::GivenModel;
+use crate::comparison::{GivenModel, Judgement};
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
@@ -173,6 +173,8 @@ pub struct Analysis {
     pub searched: usize,
     /// Of each run, the number of the record's segment.
     pub segments: Vec<usize>,
+    /// Samples at the beginning of the longest run, behind which it was held out where there is no other data to validate on.
+    pub held_out_from: usize,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, or on the validation data, %.
@@ -195,6 +197,8 @@ pub struct Analysis {
     pub lag: Option<Lag>,
     /// Intervals by a bootstrap, where one was asked for.
     pub bootstrap: Option<Bootstrap>,
+    /// The model on the record for validation, where one was given.
+    pub validation: Option<Judgement>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
     /// What another model than a linear and steady one would explain of the longest run, where the fit lies well below what
@@ -386,7 +390,8 @@ fn judged_on(
         .get(longest)
         .and_then(|residuals| ResidualTests::new(residuals, tested_against));
     let run = problem.runs[longest];
-    let held_out = &run.outputs[first_part(&run).outputs.len()..];
+    let held_out_from = first_part(&run).outputs.len();
+    let held_out = &run.outputs[held_out_from..];
     let held_out_spread = match validation {
         None => Some((variance(held_out) / variance(run.outputs)).sqrt()),
         Some(_) => None,
@@ -417,6 +422,7 @@ fn judged_on(
         output: name(&record.outputs, 0).unwrap_or_default(),
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
+        held_out_from,
         held_out_fit,
         carried_fit,
         held_out_spread,
@@ -442,6 +448,7 @@ fn judged_on(
             })
             .transpose()?,
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
+        validation: None,
         residuals,
         finding: None,
         curved: match &beside {
@@ -938,11 +945,9 @@ impl Analysis {
             .is_none_or(|fit| fit > UNINFORMATIVE_FIT);
         self.held_out_fit = judgement.fit.filter(|_| moves);
         self.predicted_fit = judgement.predicted[0].1;
-        Ok(Reason::Validated(
-            judgement.samples,
-            judgement.fit,
-            self.predicted_fit,
-        ))
+        let reason = Reason::Validated(judgement.samples, judgement.fit, self.predicted_fit);
+        self.validation = Some(judgement);
+        Ok(reason)
     }
 
     /// What the error of the longest run points to, where the noise would leave a better fit.

@@ -22,7 +22,8 @@ const ACCEPTED: f64 = 100.0;
 
 impl Verdict {
     /// In a word, and what to do next.
-    pub(crate) const fn words(self) -> (&'static str, &'static str) {
+    #[must_use]
+    pub const fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::NoEffect => (
                 "no model of what the input does",

@@ -28,13 +28,11 @@ use super::levenberg_marquardt::{Linearised, lowered, unit_factor};
 use super::rows::impulse;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::frequency::{Columns, DECIBEL, Point, Settings, Spectra};
+use crate::frequency::{COHERENCE, Columns, DECIBEL, Settings, Spectra, band};
 use crate::structure::{Problem, Structure, monic};
 use planesman_parallel::on_all_cores;
 use planesman_record::filter;
 
-/// The least coherence used, unless another is given.
-pub const COHERENCE: f64 = 0.6;
 /// Tischler's weight of a phase error, 1 deg against 1 dB, and the scale of the cost.
 const PHASE_WEIGHT: f64 = 0.017_45;
 const SCALE: f64 = 20.0;
@@ -59,11 +57,6 @@ const BEYOND_DOUBT: f64 = 10.0;
 /// Rounds of the linear start, and of the correction for leakage.
 const ROUNDS: usize = 6;
 const CORRECTIONS: usize = 3;
-/// Frequencies in a row that the coherence may leave within a band.
-const GAP: usize = 2;
-/// The narrowest band, and the fewest frequencies in it.
-const OCTAVE: f64 = 2.0;
-const FEWEST: usize = 8;
 /// The share of a band, of its logarithm, that other data must cover to judge a model of it.
 const COVERED: f64 = 0.9;
 /// The bandwidth of a Hann window, in cycles per window (Harris, *Proc. IEEE* 66, 1978).
@@ -355,39 +348,6 @@ impl Fitted<'_> {
 
 /// Orders to be tried, and parameters nearby where those are known.
 type Choice = (Orders, Option<DVector<f64>>);
-
-/// The band that the coherence holds in, and the points of it.
-fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
-    let holds = |it: &Point| it.coherence >= least.max(it.coherence_by_chance());
-    let (mut best, mut run): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
-    let width = |run: &[usize]| match (run.first(), run.last()) {
-        (Some(first), Some(last)) => points[*last].omega / points[*first].omega,
-        _ => 0.0,
-    };
-    for (at, point) in points.iter().enumerate() {
-        if run.last().is_some_and(|last| at - last > GAP + 1) {
-            run.clear();
-        }
-        if holds(point) {
-            run.push(at);
-            if width(&run) > width(&best) {
-                best.clone_from(&run);
-            }
-        }
-    }
-    if width(&best) < OCTAVE || best.len() < FEWEST {
-        let most = points
-            .iter()
-            .max_by(|p, q| p.coherence.total_cmp(&q.coherence));
-        let (most, at) = most.map_or((0.0, 0.0), |it| (it.coherence, it.omega));
-        return Err(IdentificationError::NoBand(format!(
-            "the coherence holds in no band: {least} or more, and more than chance, is needed over an octave; the most is {most:.2}, at \
-             {at:.3} rad/s. Next: excite a band of frequencies (a chirp or a PRBS) beyond the noise, record for longer, or ask for \
-             less: --coherence 0.4"
-        )));
-    }
-    Ok((0..points.len()).map(|at| best.contains(&at)).collect())
-}
 
 impl FrequencyDomain {
     /// The same for the orders that were found, of data that covers the band.

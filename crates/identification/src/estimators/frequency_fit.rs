@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, DelayedLoop};
 
 use super::delayed_transfer::{Held, Orders};
-use crate::frequency::{DECIBEL, Point};
+use crate::frequency::{Point, Row, rows};
 
 /// Orders that were tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,31 +46,6 @@ pub struct FrequencyFit {
     pub cost: f64,
     /// The orders tried, the best first.
     pub candidates: Vec<Candidate>,
-}
-
-/// The response at one frequency, as a table has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// The frequency, rad/s.
-    pub omega: f64,
-    /// The magnitude, dB.
-    pub decibels: f64,
-    /// Its standard deviation, dB.
-    pub decibel_deviation: f64,
-    /// The phase, deg, within half a turn of the model's.
-    pub phase: f64,
-    /// Its standard deviation, deg.
-    pub phase_deviation: f64,
-    /// Standard deviations of the 95 % intervals of both.
-    pub sigmas_95: f64,
-    /// The coherence.
-    pub coherence: f64,
-    /// Independent averages.
-    pub averages: f64,
-    /// Whether the transfer function was fitted to it.
-    pub is_used: bool,
-    /// The model's magnitude, dB, and phase, deg; none at a pole.
-    pub model: Option<(f64, f64)>,
 }
 
 impl FrequencyFit {
@@ -126,34 +101,7 @@ impl FrequencyFit {
     #[must_use]
     pub fn rows(&self, sample_time: f64) -> Vec<Row> {
         let held = Held::new(&self.transfer, sample_time).ok();
-        let models = self.points.iter().map(|it| held.as_ref()?.at(it.omega));
-        let models: Vec<Option<Complex<f64>>> = models.collect();
-        let mut phase_before = None;
-        let each = self.points.iter().zip(&self.used).zip(models);
-        each.map(|((point, is_used), model)| {
-            let near = |phase: f64, other: f64| phase + 360.0 * ((other - phase) / 360.0).round();
-            let model = model.map(|it| {
-                let phase = it.arg().to_degrees();
-                let phase = phase_before.map_or(phase, |before| near(phase, before));
-                phase_before = Some(phase);
-                (DECIBEL * it.norm().ln(), phase)
-            });
-            let phase = point.values[0].arg().to_degrees();
-            let (decibels, decibel_deviation) = point.decibels(0);
-            Row {
-                omega: point.omega,
-                decibels,
-                decibel_deviation,
-                phase: model.map_or(phase, |model| near(phase, model.1)),
-                phase_deviation: point.phase_deviation(0).to_degrees(),
-                sigmas_95: point.sigmas_95(),
-                coherence: point.coherence,
-                averages: point.averages,
-                is_used: *is_used,
-                model,
-            }
-        })
-        .collect()
+        rows(&self.points, &self.used, |omega| held.as_ref()?.at(omega))
     }
 
     /// The response of the model to samples of a held input at a frequency, rad/s.

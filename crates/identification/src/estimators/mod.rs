@@ -53,6 +53,7 @@ mod two_stages;
 pub mod vehicle;
 mod vehicle_fit;
 
+pub use crate::frequency::{COHERENCE, Row};
 pub use armax::Armax;
 pub(crate) use coloured::independent_share;
 pub(crate) use coloured::{whitened, whitening};
@@ -62,8 +63,8 @@ pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;
-pub use frequency_domain::{COHERENCE, FrequencyDomain, Given};
-pub use frequency_fit::{Candidate, FrequencyFit, Row};
+pub use frequency_domain::{FrequencyDomain, Given};
+pub use frequency_fit::{Candidate, FrequencyFit};
 pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
 pub use method::{Knowledge, Method};

@@ -71,6 +71,8 @@ pub struct Point {
     pub coherence: f64,
     /// Independent averages that the response is worth.
     pub averages: f64,
+    /// The spectrum of each input, as the variance of white noise of that spectrum, input unit squared.
+    pub inputs: Vec<f64>,
     /// The spectrum of the noise on the output, as the variance of white noise of that spectrum, output unit squared.
     pub noise: f64,
     /// The mean length of the windows, samples.
@@ -380,6 +382,7 @@ impl<'a> Spectra<'a> {
             coherences,
             coherence,
             averages: inputs as f64 / taken,
+            inputs: sums.xx.iter().copied().collect(),
             noise,
             window: window.sum(),
         };
@@ -468,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn response_and_coherence_are_scipys() {
+    fn spectrum_response_and_coherence_are_scipys() {
         // scipy 1.17.1, signal.csd over signal.welch, and signal.coherence: hann, nperseg 128, noverlap 64, detrend constant.
         let expected = [
             (0.36799258898267817, -0.9064955360662572, 0.9891767689462285),
@@ -484,12 +487,22 @@ mod tests {
                 0.527992854019801,
             ),
         ];
+        // signal.welch of u, one-sided and per Hz: half of it is the variance of white noise.
+        let spectrum = [
+            0.759_223_321_533_792,
+            0.980_955_973_276_935_6,
+            0.904_006_479_877_993_5,
+            0.647_567_647_201_313_1,
+        ];
         let [u, _, y] = &signals();
         let points = at_bins(Columns {
             inputs: vec![u],
             output: y,
             references: Vec::new(),
         });
+        for (point, of_input) in points.iter().zip(spectrum) {
+            near(point.inputs[0], of_input);
+        }
         for (point, (re, im, coherence)) in points.iter().zip(expected) {
             near(point.values[0].re, re);
             near(point.values[0].im, im);

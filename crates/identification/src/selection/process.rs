@@ -61,11 +61,34 @@ pub(crate) struct Chosen {
 }
 
 /// The best process model of some records, of a form that is named or of any; of records at rest as the problem has it the
-/// output `stood` until a step, or was said to be at rest.
+/// output `stood` until a step, or was said to be at rest. Of long records the form is chosen where the input varies most
+/// ([`Problem::part`]) and then fitted to all; a step test is one whole.
 ///
 /// # Errors
 /// [`IdentificationError`]: records that determine none.
 pub(crate) fn choose(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Chosen> {
+    let is_whole = stood || is_step_test(problem);
+    let Some(part) = problem.part().filter(|_| !is_whole) else {
+        return chosen(problem, named, stood);
+    };
+    let found = chosen(&part, named, false)?;
+    let of_part = Process {
+        begins: Begins::AsGiven,
+        ..found.estimator
+    };
+    let estimate = of_part.fit(problem)?;
+    Ok(Chosen {
+        estimator: Process {
+            near: estimate.process.clone(),
+            ..of_part
+        },
+        estimate,
+        ..found
+    })
+}
+
+/// The best process model of all samples.
+fn chosen(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Chosen> {
     let forms: Vec<Process> = match named {
         Some(form) => vec![Process {
             is_named: true,

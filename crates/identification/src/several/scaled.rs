@@ -74,6 +74,7 @@ impl Scaled {
                 .collect()
         };
         Segment {
+            source: segment.source,
             start: segment.start,
             past: of(&segment.past),
             inputs: of(&segment.inputs),

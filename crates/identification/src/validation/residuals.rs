@@ -140,6 +140,16 @@ impl ResidualTests {
         Some(Self { whiteness, input })
     }
 
+    /// What the residual should be, and the correlations that tell.
+    #[must_use]
+    pub fn each(&self) -> [(&'static str, Correlation); 3] {
+        [
+            ("white", self.whiteness.clone()),
+            ("free of earlier inputs", self.of_earlier_inputs()),
+            ("free of later inputs", self.of_later_inputs()),
+        ]
+    }
+
     /// The lags at which an earlier input is still seen in the residual.
     #[must_use]
     pub fn of_earlier_inputs(&self) -> Correlation {

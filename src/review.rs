@@ -1,0 +1,180 @@
+//! `planesman review`: data, model and gains on one page for colleagues, each number with its samples.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow};
+use clap::Parser;
+use planesman_console::print_wrapped;
+use planesman_fit::{
+    DataOptions, FitData, FitOptions, FitResult, SamplesOptions, Sources, Validation, samples,
+};
+use planesman_flight::sink::write_text;
+use planesman_flight::titles;
+use planesman_identification::frequency::MeasuredResponse;
+use planesman_pages::review::{self, Review};
+use planesman_text::{in_one_line, shell_word};
+use serde_json::json;
+
+use crate::arguments::output_file;
+use crate::sysid::arguments::SignalArgs;
+use crate::tune::{GainArgs, Gains, model_for_gains, review_of_dive};
+
+/// The signals of the suite's own bags, where none are named.
+const OWN: [&str; 2] = ["plane_motion:dive_planes", "state:pitch_rate"];
+/// The page, where it is not named.
+const PAGE: &str = "review.html";
+
+/// The vehicle's speed in its own bags, m/s, and how many samples at the begin it is the mean of.
+const SPEED: (&str, usize) = ("state:surge", 100);
+
+/// The speed that a bag of the suite's own begins with, m/s; nothing is read behind that.
+fn speed_at_begin(data: &DataOptions) -> Option<f64> {
+    let Sources::Files(paths) = &data.sources else {
+        return None;
+    };
+    let first = Sources::Files(paths.iter().take(1).cloned().collect());
+    let options = SamplesOptions {
+        data: DataOptions {
+            sources: first,
+            ..data.clone()
+        },
+        signals: vec![SPEED.0.to_owned()],
+    };
+    let mut speeds = Vec::new();
+    samples(&options, &mut |_, _, value| {
+        speeds.extend(value);
+        speeds.len() < SPEED.1
+    })
+    .ok()?;
+    let mean = speeds.iter().sum::<f64>() / speeds.len() as f64;
+    (mean > 0.0).then_some(mean)
+}
+
+fn of_own_bags(argument: clap::Arg) -> clap::Arg {
+    match argument.get_id().as_str() {
+        "input" | "output" => argument.required(false),
+        _ => argument,
+    }
+}
+
+/// Put data, model, validation, margins and robustness of gains on one page for colleagues, each number with its samples.
+#[derive(Clone, Debug, Parser)]
+#[command(
+    name = "review",
+    mut_args = of_own_bags,
+    override_usage = "planesman review [OPTIONS] -i <SIGNAL> -o <SIGNAL> <DATA>...\n       planesman review [OPTIONS] <BAG>..."
+)]
+pub struct ReviewArgs {
+    #[command(flatten)]
+    signals: SignalArgs,
+    /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data
+    /// [default: a model of the first seven tenths is judged on the rest]
+    #[arg(long, value_name = "DATA|FROM..TO", value_parser = |text: &str| text.parse::<Validation>(), allow_hyphen_values = true, help_heading = "Data")]
+    validation: Option<Validation>,
+    #[command(flatten)]
+    gains: GainArgs,
+    /// Print JSON
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+    /// The page
+    #[arg(long, value_name = "FILE", default_value = PAGE, value_parser = output_file, help_heading = "Output")]
+    html: PathBuf,
+}
+
+impl ReviewArgs {
+    fn options(&self) -> Result<FitOptions> {
+        let mut signals = self.signals.clone();
+        let is_own = signals.input.is_empty() && signals.output.is_empty();
+        if is_own {
+            [signals.input, signals.output] = OWN.map(|it| vec![it.to_owned()]);
+        }
+        if signals.input.len() != 1 || signals.output.len() != 1 {
+            return Err(anyhow!(
+                "a controller of one input and one output is reviewed: name one --input and one --output (planesman sysid topics lists them)"
+            ));
+        }
+        let mut options = FitOptions {
+            signals: (&signals).into(),
+            validation: self.validation.clone(),
+            ..FitOptions::default()
+        };
+        let own = || {
+            is_own
+                .then(|| speed_at_begin(&options.signals.data))
+                .flatten()
+        };
+        options.vehicle.speed = self.gains.speed().or_else(own);
+        Ok(options)
+    }
+}
+
+/// Runs the command: writes the page, prints its conclusion. Without a usable model the page says so, and what to do.
+///
+/// # Errors
+/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_design::DiveTask::gains`], the page written but where no data is
+/// read; a page that cannot be written.
+pub fn run(args: &ReviewArgs) -> Result<()> {
+    let options = args.options()?;
+    let progress = args.signals.data.progress();
+    let data = FitData::read(&options, &*progress)?;
+    let record = &data.prepared.resampled.record;
+    let response = MeasuredResponse::new(record);
+    let model = model_for_gains(&data, &options, &*progress);
+    let found = match &model {
+        Ok(found) => (found.model_file().map_err(Into::into)).and_then(|it| args.gains.gains(it)),
+        Err(_) => Err(anyhow!("there is no model")),
+    };
+    let title = |names: &[String]| {
+        let name = names.first().map_or("", String::as_str);
+        titles::title(data.prepared.reading.column(name))
+    };
+    let [input, output] = [title(&record.inputs), title(&record.outputs)];
+    let seed = args.gains.seed();
+    let gains = match &found {
+        Err(refusal) => Err(in_one_line(refusal.as_ref())),
+        Ok(Gains::Controller(of)) => Ok(review::Gains::of_tuning(of, [&input, &output], seed)),
+        Ok(Gains::Dive(task, of)) => Ok(review_of_dive(task, of, seed)?),
+    };
+    let arguments = std::env::args().skip(1).map(|it| shell_word(&it));
+    let command = std::iter::once("planesman".to_owned()).chain(arguments);
+    let review = Review {
+        command: &command.collect::<Vec<_>>().join(" "),
+        program: concat!("planesman ", env!("CARGO_PKG_VERSION")),
+        data: &data,
+        response: response.as_ref().map_err(ToString::to_string),
+        model: model.as_ref().map_err(|it| in_one_line(it)),
+        gains,
+    };
+    let page = review::page(&review);
+    write_text(&args.html, &page)?;
+    if args.json {
+        let tuned = match &found {
+            Ok(Gains::Controller(of)) => of.as_json(),
+            Ok(Gains::Dive(task, of)) => crate::tune::json_of_dive(task, of),
+            Err(_) => json!(null),
+        };
+        let as_json = json!({
+            "conclusion": review.text().lines().map(|it| it.trim_start_matches("- ")).collect::<Vec<_>>(),
+            "command": review.command,
+            "page": args.html,
+            "identification": model.as_ref().ok().map(FitResult::as_json).transpose()?,
+            "response": response.as_ref().ok().map(|it| json!({
+                "band": it.band(),
+                "omega": it.points.iter().map(|it| it.omega).collect::<Vec<_>>(),
+                "input_spectrum": it.points.iter().map(|it| it.inputs.first()).collect::<Vec<_>>(),
+                "coherence": it.points.iter().map(|it| it.coherence).collect::<Vec<_>>(),
+            })),
+            "tuning": tuned,
+        });
+        planesman_console::print(serde_json::to_string_pretty(&as_json)? + "\n")?;
+    } else {
+        print_wrapped(review.text())?;
+    }
+    planesman_console::err!(
+        "{}: the review, {} kB",
+        args.html.display(),
+        page.len() / 1000
+    );
+    model?;
+    found.map(|_| ())
+}
