@@ -110,7 +110,7 @@ pub(crate) fn response<'py>(
 ) -> PyResult<[Bound<'py, PyAny>; 3]> {
     let (mut values, mut magnitudes, mut phases) = (Vec::new(), Vec::new(), Vec::new());
     released(py, || {
-        let estimate = given(&parse(model)?).estimate(1)?;
+        let estimate = given(&parse(model)?)?.estimate(1)?;
         let reading = Reading::new(&estimate, 0);
         for omega in numbers(&omega) {
             let found = reading.response(omega);
