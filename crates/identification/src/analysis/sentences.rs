@@ -22,7 +22,8 @@ const ACCEPTED: f64 = 100.0;
 
 impl Verdict {
     /// In a word, and what to do next.
-    pub(crate) const fn words(self) -> (&'static str, &'static str) {
+    #[must_use]
+    pub const fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::NoEffect => (
                 "no model of what the input does",
@@ -95,6 +96,10 @@ impl Verdict {
             Self::GainUndetermined => (
                 "usable with care: the steady-state gain is not determined",
                 "record steps that are held until the output settles",
+            ),
+            Self::ParametersUndetermined => (
+                "usable with care: the data does not determine every parameter",
+                "fix one of those that are named above (fixed: VALUE), or record what tells them apart",
             ),
             Self::DynamicsMissing => (
                 "usable with care: dynamics are missing",
