@@ -1,14 +1,15 @@
 //! `planesman sysid fit`: a model with uncertainty, tests and a verdict, from a bag or a CSV file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Parser;
 use planesman_console::print_wrapped;
+use planesman_equations::EquationsFile;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
-    FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation, VehicleOptions,
-    compared, fit, fit_several,
+    FitError, FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation,
+    VehicleOptions, compared, fit, fit_equations, fit_several,
 };
 use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};
@@ -20,7 +21,7 @@ use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
 
 /// The options that `-h` shows; `--help` shows all.
-const SHORT: [&str; 15] = [
+const SHORT: [&str; 16] = [
     "data",
     "input",
     "output",
@@ -32,6 +33,7 @@ const SHORT: [&str; 15] = [
     "method",
     "order",
     "delay",
+    "equations",
     "speed",
     "json",
     "model",
@@ -67,6 +69,10 @@ pub struct FitArgs {
     vehicle: VehicleArgs,
     #[command(flatten)]
     recursion: RecursionArgs,
+    /// State equations of one's own, with unknown parameters: a file of equations, fitted at the stamps themselves. -i NAME=SIGNAL and
+    /// -o NAME=SIGNAL name the signals of its inputs and outputs; what is not named is called as in the file
+    #[arg(long, value_name = "FILE", help_heading = "Model")]
+    equations: Option<PathBuf>,
     /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
     #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(rules::BOOTSTRAP), help_heading = "Model")]
     bootstrap: Option<u32>,
@@ -224,6 +230,9 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let options = FitOptions::from(args);
+    if let Some(path) = &args.equations {
+        return run_equations(args, &options, path);
+    }
     if options.signals.are_several() {
         return run_several(args, &options);
     }
@@ -269,6 +278,31 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
+/// The same of equations of one's own.
+fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()> {
+    if args.response.is_some() {
+        return Err(FitError::NoResponse.into());
+    }
+    let file = EquationsFile::read(path)?;
+    let found = fit_equations(options, file, &*args.signals.data.progress());
+    let found = found.with_context(|| path.display().to_string())?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
+        planesman_console::print(text)?;
+    } else {
+        print_wrapped(planesman_pages::equations::text(&found))?;
+    }
+    if let Some(path) = &args.model {
+        found.file().write(path)?;
+        planesman_console::err!("{}: the equations", path.display());
+    }
+    if let Some(path) = &args.html {
+        write_text(path, planesman_pages::equations::page(&found))?;
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
 /// The same of several inputs or outputs.
 fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
     let found = fit_several(options, &*args.signals.data.progress())?;
@@ -304,7 +338,7 @@ mod tests {
     #[test]
     fn the_command_line_has_the_options_of_the_library() {
         let command = FitArgs::command();
-        let own = ["json", "model", "response", "html", "quiet", "help"];
+        let own = ["equations", "json", "model", "response", "html", "quiet", "help"];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
             .filter_map(|it| {
                 let values = it.get_possible_values();

@@ -144,6 +144,21 @@ impl EquationsFile {
         let text = planesman_text::read(path).map_err(|error| EquationsError::file(path, error))?;
         text_of(&text).map_err(|error| EquationsError::file(path, error))
     }
+
+    /// Writes a file: YAML, or JSON by its ending.
+    ///
+    /// # Errors
+    /// [`EquationsError`]: a file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), EquationsError> {
+        let text = match path.extension().is_some_and(|it| it == "json") {
+            true => serde_json::to_string_pretty(self).map_err(|it| it.to_string()),
+            false => serde_yaml_ng::to_string(self).map_err(|it| it.to_string()),
+        };
+        let written = text.and_then(|text| {
+            planesman_text::write_text(path, text).map_err(|it| it.to_string())
+        });
+        written.map_err(|error| EquationsError::file(path, error))
+    }
 }
 
 /// The equations of a text.

@@ -6,6 +6,7 @@
 //! ```
 //! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
+//! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
 //! - [`rules`]: the values that options take.
@@ -35,6 +36,7 @@
 
 mod compare;
 mod data;
+mod equations;
 mod error;
 mod fit;
 pub mod model_file;
@@ -45,6 +47,7 @@ pub mod rules;
 mod samples;
 mod several;
 mod simulated;
+mod stamped;
 mod steps_in_words;
 mod suggestion;
 mod survey;
@@ -55,6 +58,7 @@ pub use compare::{
     frequency_responses,
 };
 pub use data::{Columns, DataOptions, Sources};
+pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
 pub use fit::{FitResult, fit};
 pub use options::{
@@ -66,5 +70,6 @@ pub use several::{
     SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,
 };
 pub use simulated::Simulated;
+pub use stamped::StampedRuns;
 pub use survey::{FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
 pub use trial::{Trial, compared, order, ranked};

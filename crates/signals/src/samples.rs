@@ -2,8 +2,7 @@
 
 use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
-use crate::repeats::Repeats;
-use crate::request::{Reading, Request};
+use crate::request::{Reading, Request, Role};
 use crate::sieve::Sieve;
 use crate::signal::LARGEST;
 use crate::source::Source;
@@ -60,22 +59,17 @@ pub fn read_samples(
     reading.clock = clock.notes();
     let mut signals = Vec::new();
     for (request, stretches) in requests.iter().zip(found) {
-        let is_output = request.role == crate::request::Role::Output;
+        let is_output = request.role == Role::Output;
         let mut of = Stretches::default();
         for mut stretch in stretches {
-            let mut sieve = Sieve::find(&mut stretch, is_output, unwrap);
-            // The last sample of a stamp counts.
-            stretch.reverse();
-            stretch.dedup_by_key(|it| it.0);
-            stretch.reverse();
             if stretch.is_empty() {
                 continue;
             }
+            let mut sieve = Sieve::find(&mut stretch, is_output, unwrap);
+            of.stretches.push(sieve.through(&stretch));
+            of.interval = sieve.interval * 1e-9;
             let changes = sieve.changes().into_iter().map(|it| it.to_string());
             of.changes.extend(changes);
-            of.interval = sieve.interval * 1e-9;
-            sift(&mut sieve, &mut stretch);
-            of.stretches.push(stretch);
         }
         if of.stretches.is_empty() {
             return Err(SourceError::Data(format!(
