@@ -9,7 +9,7 @@ use planesman_equations::EquationsFile;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
     FitError, FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation,
-    VehicleOptions, compared, fit, fit_equations, fit_several,
+    VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
 };
 use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};
@@ -21,7 +21,7 @@ use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
 
 /// The options that `-h` shows; `--help` shows all.
-const SHORT: [&str; 16] = [
+const SHORT: [&str; 17] = [
     "data",
     "input",
     "output",
@@ -34,6 +34,7 @@ const SHORT: [&str; 16] = [
     "order",
     "delay",
     "equations",
+    "continuous",
     "speed",
     "json",
     "model",
@@ -73,6 +74,10 @@ pub struct FitArgs {
     /// -o NAME=SIGNAL name the signals of its inputs and outputs; what is not named is called as in the file
     #[arg(long, value_name = "FILE", help_heading = "Model")]
     equations: Option<PathBuf>,
+    /// A transfer function in s with dead time, fitted at the stamps themselves, however uneven: --order and --numerator are those of s,
+    /// --delay 0 is none of a dead time
+    #[arg(long, conflicts_with = "equations", help_heading = "Model")]
+    continuous: bool,
     /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
     #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(rules::BOOTSTRAP), help_heading = "Model")]
     bootstrap: Option<u32>,
@@ -233,6 +238,9 @@ pub fn run(args: &FitArgs) -> Result<()> {
     if let Some(path) = &args.equations {
         return run_equations(args, &options, path);
     }
+    if args.continuous {
+        return run_continuous(args, &options);
+    }
     if options.signals.are_several() {
         return run_several(args, &options);
     }
@@ -303,6 +311,28 @@ fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()
     Ok(())
 }
 
+/// The same of a transfer function in s.
+fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
+    if args.response.is_some() {
+        return Err(FitError::NoResponse.into());
+    }
+    if args.model.is_some() {
+        return Err(FitError::NoSampledModel.into());
+    }
+    let found = fit_continuous(options, &*args.signals.data.progress())?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
+        planesman_console::print(text)?;
+    } else {
+        print_wrapped(planesman_pages::continuous::text(&found))?;
+    }
+    if let Some(path) = &args.html {
+        write_text(path, planesman_pages::continuous::page(&found))?;
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
 /// The same of several inputs or outputs.
 fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
     let found = fit_several(options, &*args.signals.data.progress())?;
@@ -338,7 +368,7 @@ mod tests {
     #[test]
     fn the_command_line_has_the_options_of_the_library() {
         let command = FitArgs::command();
-        let own = ["equations", "json", "model", "response", "html", "quiet", "help"];
+        let own = ["continuous", "equations", "json", "model", "response", "html", "quiet", "help"];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
             .filter_map(|it| {
                 let values = it.get_possible_values();

@@ -30,7 +30,7 @@ const STARTS: usize = 4;
 /// How often outputs without a noise of their own are weighed anew.
 const WEIGHINGS: usize = 4;
 /// The share of a record that is fitted where the rest is to judge by.
-const FITTED: f64 = 0.7;
+pub(crate) const FITTED: f64 = 0.7;
 /// Relative to the largest singular value, one below which a direction is not determined.
 const SINGULAR: f64 = 1e-7;
 /// Searches that end with costs this near have found one minimum.
@@ -295,12 +295,12 @@ fn halton(mut number: usize, base: usize) -> f64 {
     value
 }
 
-fn mean_square(values: &[f64]) -> f64 {
+pub(crate) fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64
 }
 
 /// The fit, %, of an output over runs, each about its own mean: measured values beside simulated ones.
-fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
+pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut errors, mut spread) = (0.0, 0.0);
     for (measured, simulated) in runs {
         let mut of = Spread::default();

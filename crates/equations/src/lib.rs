@@ -12,6 +12,7 @@ mod fit;
 mod model;
 mod named;
 mod simulation;
+mod transfer;
 
 pub use determined::Undetermined;
 pub use error::EquationsError;
@@ -21,6 +22,7 @@ pub use fit::{EquationsFit, Found, OutputFit, fit};
 pub use model::{Equations, Unknown};
 pub use named::Named;
 pub use simulation::{Between, Run, Track};
+pub use transfer::{TransferFit, TransferOptions, fit_transfer};
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,10 @@
 use planesman_identification::SIGMAS_95;
 use planesman_record::noise;
 
-use crate::{Between, Equations, EquationsError, EquationsFit, Run, Track, fit, text_of};
+use crate::{
+    Between, Equations, EquationsError, EquationsFit, Run, Track, TransferOptions, fit,
+    fit_transfer, text_of,
+};
 
 fn equations(text: &str) -> Result<Equations, EquationsError> {
     Equations::new(text_of(text).unwrap())
@@ -161,4 +164,34 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
     let refusal = fit(&equations(&divided).unwrap(), &[noisy(0.1)], &[]).unwrap_err().to_string();
     assert!(refusal.contains("states: x: derivative is not finite at the start, with"), "{refusal}");
     assert!(refusal.contains("b = 1"), "{refusal}");
+}
+
+#[test]
+fn a_transfer_function_with_dead_time_is_found_at_uneven_stamps() {
+    let times = times(400);
+    let input = input(times[399]);
+    let mut late = input.clone();
+    late.times.iter_mut().for_each(|it| *it += 0.37);
+    // Before its first sample the input has that value: it is steady until the second.
+    let steady = 2.1 / 1.3 * input.values[0];
+    late.times[0] = 0.0;
+    let clean = first_order(1.3, 2.1, steady, &late, &times);
+    let options = TransferOptions {
+        order: Some(1),
+        ..TransferOptions::default()
+    };
+    for (deviation, within) in [(0.0, 1e-4), (0.1, 0.2)] {
+        let noise = noise(17, 400).into_iter();
+        let values = clean.iter().zip(noise).map(|(y, e)| 0.5 + y + deviation * e);
+        let run = run(values.collect(), &times, &input);
+        let found = fit_transfer(&[run], &[], options).unwrap();
+        for (at, truth) in [1.3, 2.1, 0.37].into_iter().enumerate() {
+            let of = found.parameters[at];
+            let sigma = found.covariance[(at, at)].sqrt();
+            assert!((of - truth).abs() < within && (of - truth).abs() < 3.0 * sigma + 1e-4, "{of} ± {sigma}, {truth}");
+        }
+        assert!((found.offsets[0] - 0.5).abs() < within, "{:?}", found.offsets);
+        let (gain, sigma) = found.gain();
+        assert!((gain - 2.1 / 1.3).abs() < 3.0 * sigma + 1e-4 && sigma < 0.1);
+    }
 }

@@ -100,6 +100,14 @@ pub enum FitError {
     /// An option that says nothing of equations.
     #[error("--{} says nothing of {}; leave it out", dashed(.0), .1)]
     NotOf(&'static str, &'static str),
+    /// A model file of a model that has no sampling interval.
+    #[error(
+        "--model writes models of a sampling interval, and --continuous has none: --json has its numbers, and without --continuous a model is written"
+    )]
+    NoSampledModel,
+    /// A delay in samples for a model that has none.
+    #[error("--delay counts samples, of which --continuous has no interval: --delay 0 is no dead time, without it one is sought")]
+    DelayInSamples,
     /// A signal for an input or output that is none of the equations.
     #[error(
         "--{option} {given}: the equations have the {option}s {}; write --{option} NAME=SIGNAL, NAME one of them",

@@ -6,6 +6,7 @@
 //! ```
 //! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
+//! - [`fit_continuous`]: a transfer function in s, on the stamps themselves.
 //! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
@@ -35,6 +36,7 @@
 //! ```
 
 mod compare;
+mod continuous;
 mod data;
 mod equations;
 mod error;
@@ -57,6 +59,7 @@ pub use compare::{
     CompareOptions, Compared, Comparison, Response, compare, frequency_response,
     frequency_responses,
 };
+pub use continuous::{ContinuousResult, fit_continuous};
 pub use data::{Columns, DataOptions, Sources};
 pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;

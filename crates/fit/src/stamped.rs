@@ -14,6 +14,8 @@ use planesman_identification::analysis::{Reason, Verdict};
 const GAP: f64 = 5.0;
 /// Runs at most, the longest.
 const MOST_RUNS: usize = 40;
+/// Samples of an input that are kept from before a run.
+const PAST: usize = 1000;
 /// Samples of each output in a run at least.
 const FEWEST: usize = 3;
 
@@ -247,12 +249,13 @@ fn common(
     spans
 }
 
-/// The samples of a span, and of an input the last before it; times in s from its begin.
+/// The samples of a span, and of an input those before it too; times in s from its begin.
 fn track(of: &Stretches, (from, to): Span, is_input: bool) -> Track {
     let all: Vec<&(i64, f64)> = of.stretches.iter().flatten().collect();
     let mut begin = all.partition_point(|it| it.0 < from);
-    if is_input && all.get(begin).is_none_or(|it| it.0 > from) {
-        begin = begin.saturating_sub(1);
+    if is_input {
+        // What acts at the begin, and within a dead time before it.
+        begin = begin.saturating_sub(PAST);
     }
     let end = all.partition_point(|it| it.0 <= to).max(begin);
     let of = &all[begin..end];

@@ -2,8 +2,8 @@
 
 use maud::html;
 use planesman_console::{Format, Table};
-use planesman_equations::Found;
-use planesman_fit::EquationsResult;
+use planesman_equations::{Found, Run, Track};
+use planesman_fit::{EquationsResult, StampedRuns};
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::{significant, value_and_interval};
 use planesman_plot::{Plot, Style};
@@ -18,11 +18,8 @@ const SHOWN: usize = 6;
 #[must_use]
 pub fn text(of: &EquationsResult) -> String {
     let fit = &of.fit;
-    let seconds: f64 = of.data.runs.iter().map(planesman_equations::Run::end).sum();
-    let count = of.data.runs.len();
-    let mut text = of.data.description.join("\n");
-    let s = if count == 1 { "" } else { "s" };
-    text += &format!("\n{count} segment{s}, {seconds:.3} s\n\n");
+    let mut text = format!("{}\n", of.data.description.join("\n"));
+    text += &format!("{}\n", span(&of.data));
     text += &parameters(of).text(Format::Table);
     let initial = initial(of);
     if !initial.is_empty() {
@@ -33,6 +30,42 @@ pub fn text(of: &EquationsResult) -> String {
         text += &format!("- {reason}\n");
     }
     text + &format!("- {}\n", fit.verdict)
+}
+
+/// How long the data is.
+pub(crate) fn span(data: &StampedRuns) -> String {
+    let seconds: f64 = data.runs.iter().map(Run::end).sum();
+    let count = data.runs.len();
+    let s = if count == 1 { "" } else { "s" };
+    format!("{count} segment{s}, {seconds:.3} s, at the stamps themselves\n")
+}
+
+/// A segment as the titles of several have it.
+fn named(segment: Option<usize>) -> String {
+    segment.map_or(String::new(), |number| format!(", segment {number}"))
+}
+
+/// An output measured and simulated, and what lies between.
+pub(crate) fn measured_and_simulated<'a>(
+    name: &'a str,
+    track: &Track,
+    values: &[f64],
+    segment: Option<usize>,
+) -> [Plot<'a>; 2] {
+    let points = |of: &[f64]| track.times.iter().copied().zip(of.iter().copied()).collect::<Vec<_>>();
+    let errors: Vec<f64> = track.values.iter().zip(values).map(|(y, x)| y - x).collect();
+    let of = named(segment);
+    [
+        Plot::new(format!("{name}, measured and simulated{of}"), [TIME, name])
+            .note("The model is simulated on the inputs alone.")
+            .linked(RECORD)
+            .with(Style::Broad, "measured", points(&track.values))
+            .line("simulated", points(values)),
+        Plot::new(format!("{name}, measured less simulated{of}"), [TIME, name])
+            .note("What the model does not explain.")
+            .linked(RECORD)
+            .line("error", points(&errors)),
+    ]
 }
 
 fn row(found: &Found) -> Vec<String> {
@@ -88,38 +121,15 @@ pub fn page(of: &EquationsResult) -> String {
     let title = title.lines().next().unwrap_or_default().to_owned();
     let mut plots = Vec::new();
     for (number, (run, simulated)) in of.data.runs.iter().zip(&fit.simulated).enumerate().take(SHOWN) {
-        let of_segment = match of.data.runs.len() {
-            1 => String::new(),
-            _ => format!(", segment {}", number + 1),
-        };
+        let segment = (of.data.runs.len() > 1).then_some(number + 1);
         for ((output, track), values) in fit.outputs.iter().zip(&run.outputs).zip(simulated) {
-            let points = |of: &[f64]| track.times.iter().copied().zip(of.iter().copied()).collect::<Vec<_>>();
-            let errors: Vec<f64> = track.values.iter().zip(values).map(|(y, x)| y - x).collect();
-            plots.push(
-                Plot::new(
-                    format!("{}, measured and simulated{of_segment}", output.name),
-                    [TIME, output.name.as_str()],
-                )
-                .note("The equations are simulated on the inputs alone.")
-                .linked(RECORD)
-                .with(Style::Broad, "measured", points(&track.values))
-                .line("simulated", points(values)),
-            );
-            plots.push(
-                Plot::new(
-                    format!("{}, measured less simulated{of_segment}", output.name),
-                    [TIME, output.name.as_str()],
-                )
-                .note("What the equations do not explain.")
-                .linked(RECORD)
-                .line("error", points(&errors)),
-            );
+            plots.extend(measured_and_simulated(&output.name, track, values, segment));
         }
         for (name, track) in file.inputs.names().zip(&run.inputs) {
             let points = track.times.iter().copied().zip(track.values.iter().copied());
             let within: Vec<(f64, f64)> = points.filter(|it| it.0 >= 0.0).collect();
             plots.push(
-                Plot::new(format!("Input {name}{of_segment}"), [TIME, name.as_str()])
+                Plot::new(format!("Input {name}{}", named(segment)), [TIME, name.as_str()])
                     .linked(RECORD)
                     .line("input", within),
             );
