@@ -368,7 +368,16 @@ mod tests {
     #[test]
     fn the_command_line_has_the_options_of_the_library() {
         let command = FitArgs::command();
-        let own = ["continuous", "equations", "json", "model", "response", "html", "quiet", "help"];
+        let own = [
+            "continuous",
+            "equations",
+            "json",
+            "model",
+            "response",
+            "html",
+            "quiet",
+            "help",
+        ];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
             .filter_map(|it| {
                 let values = it.get_possible_values();

@@ -65,7 +65,9 @@ pub(crate) fn null_directions(
     theta: &DVector<f64>,
 ) -> Vec<Direction> {
     let scale = |i: usize| if theta[i] == 0.0 { 1.0 } else { theta[i].abs() };
-    let null: Vec<usize> = (0..sigma.len()).filter(|j| sigma[*j] <= singular * sigma.max()).collect();
+    let null: Vec<usize> = (0..sigma.len())
+        .filter(|j| sigma[*j] <= singular * sigma.max())
+        .collect();
     // Rows of null vectors, relative to the parameters; reduced to as few entries as can be.
     let mut rows = DMatrix::from_fn(null.len(), active.len(), |r, c| {
         v[(c, null[r])] / (lengths[active[c]] * scale(active[c]))
@@ -93,9 +95,14 @@ pub(crate) fn null_directions(
         let largest = row.amax();
         let entries = active.iter().zip(row.iter());
         let entries = entries.filter(|(_, it)| it.abs() > PART * largest);
-        entries.map(|(at, it)| (*at, it / largest)).collect::<Direction>()
+        entries
+            .map(|(at, it)| (*at, it / largest))
+            .collect::<Direction>()
     };
-    (0..rows.nrows()).map(direction).filter(|it| !it.is_empty()).collect()
+    (0..rows.nrows())
+        .map(direction)
+        .filter(|it| !it.is_empty())
+        .collect()
 }
 
 /// What each direction leaves, and the parameters that do nothing.
@@ -125,7 +132,12 @@ fn kept(
     covariance: &DMatrix<f64>,
     direction: &Direction,
 ) -> Vec<(String, f64, f64)> {
-    let Some((last, most)) = direction.iter().rev().find(|it| it.1.abs() > 1.0 - WHOLE).copied() else {
+    let Some((last, most)) = direction
+        .iter()
+        .rev()
+        .find(|it| it.1.abs() > 1.0 - WHOLE)
+        .copied()
+    else {
         return Vec::new();
     };
     let scale = |i: usize| if theta[i] == 0.0 { 1.0 } else { theta[i].abs() };
@@ -159,7 +171,11 @@ fn kept(
             .map(|(other, by)| {
                 let exponent = -(by * theta[*other].signum()) / (most * theta[last].signum());
                 let whole = exponent.round();
-                let exponent = if (exponent - whole).abs() < WHOLE { whole } else { exponent };
+                let exponent = if (exponent - whole).abs() < WHOLE {
+                    whole
+                } else {
+                    exponent
+                };
                 let (a, b) = (name(*other), name(last));
                 let text = match exponent {
                     1.0 => format!("{a}*{b}"),

@@ -23,7 +23,9 @@ pub enum EquationsError {
         reason: String,
     },
     /// The model is no number where the search begins.
-    #[error("{entry} is not finite {when}, with {at}: give another start, or keep away from a division by 0 with min")]
+    #[error(
+        "{entry} is not finite {when}, with {at}: give another start, or keep away from a division by 0 with min"
+    )]
     NotFinite {
         /// The equation.
         entry: String,
@@ -33,7 +35,9 @@ pub enum EquationsError {
         at: String,
     },
     /// Too little data.
-    #[error("{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more, or fix some: fixed: VALUE")]
+    #[error(
+        "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more, or fix some: fixed: VALUE"
+    )]
     TooFew {
         /// Samples of all outputs.
         samples: usize,
@@ -44,7 +48,9 @@ pub enum EquationsError {
     #[error("{0} is constant: it determines nothing")]
     Constant(String),
     /// The parameters do nothing.
-    #[error("no parameter changes any output near the start: give another start, or a richer input")]
+    #[error(
+        "no parameter changes any output near the start: give another start, or a richer input"
+    )]
     NoEffect,
     /// Nothing is sought.
     #[error("parameters: none is to be found; give one a start")]

@@ -608,7 +608,10 @@ mod tests {
                     value(text, at)
                 };
                 let expected = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-                assert!((slope - expected).abs() < 1e-8, "{text}, {slot}: {slope} {expected}");
+                assert!(
+                    (slope - expected).abs() < 1e-8,
+                    "{text}, {slot}: {slope} {expected}"
+                );
             }
         }
     }

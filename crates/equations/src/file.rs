@@ -142,7 +142,15 @@ impl EquationsFile {
     /// [`EquationsError`], with the line where it is none.
     pub fn read(path: &Path) -> Result<Self, EquationsError> {
         let text = planesman_text::read(path).map_err(|error| EquationsError::file(path, error))?;
-        text_of(&text).map_err(|error| EquationsError::file(path, error))
+        text_of(&text).map_err(|error| {
+            let reason = error.to_string();
+            // Within braces a comma ends an expression.
+            let hint = match reason.contains("unknown field") {
+                true => "; within braces an expression with commas stands in quotes",
+                false => "",
+            };
+            EquationsError::file(path, format!("{reason}{hint}"))
+        })
     }
 
     /// Writes a file: YAML, or JSON by its ending.
@@ -154,9 +162,8 @@ impl EquationsFile {
             true => serde_json::to_string_pretty(self).map_err(|it| it.to_string()),
             false => serde_yaml_ng::to_string(self).map_err(|it| it.to_string()),
         };
-        let written = text.and_then(|text| {
-            planesman_text::write_text(path, text).map_err(|it| it.to_string())
-        });
+        let written = text
+            .and_then(|text| planesman_text::write_text(path, text).map_err(|it| it.to_string()));
         written.map_err(|error| EquationsError::file(path, error))
     }
 }

@@ -7,9 +7,7 @@
 //! parameters have both bounds. The covariance is that of residuals of any colour, each output's its own.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_identification::analysis::{
-    GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict,
-};
+use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
 use planesman_identification::estimators::{Search, Total, coloured_covariance, least};
 use planesman_identification::{Spread, fit as fit_percent, on_all_cores};
 
@@ -29,6 +27,8 @@ const POINTS: usize = 64;
 const STARTS: usize = 4;
 /// How often outputs without a noise of their own are weighed anew.
 const WEIGHINGS: usize = 4;
+/// Parts of the runs that a search grows through.
+const GROWTH: [f64; 3] = [0.04, 0.12, 0.35];
 /// The share of a record that is fitted where the rest is to judge by.
 pub(crate) const FITTED: f64 = 0.7;
 /// Relative to the largest singular value, one below which a direction is not determined.
@@ -225,9 +225,28 @@ impl<'a> Problem<'a> {
         least(start, SEARCH, &|theta| self.total(theta), &within)
     }
 
+    /// What a start becomes on a growing part of each run. Over a short time a simulation that is out of step with the output by less than half
+    /// a turn finds its way; over a long one it settles for none.
+    fn grown(&self, start: &DVector<f64>) -> Option<DVector<f64>> {
+        let mut theta = start.clone();
+        for share in GROWTH {
+            let parts: Vec<Run> = self
+                .runs
+                .iter()
+                .map(|it| it.until(share * it.end()))
+                .collect();
+            let of = Problem::new(self.equations, &parts, self.weights.clone());
+            if parts.iter().map(Run::samples).sum::<usize>() > 2 * theta.len() {
+                theta = of.minimised(theta)?.0;
+            }
+        }
+        (theta != *start).then_some(theta)
+    }
+
     /// Where searches begin: the start, and the best of points between the bounds.
     fn starts(&self) -> Vec<DVector<f64>> {
-        let start = DVector::from_iterator(self.sought.len(), self.sought.iter().map(|it| it.start));
+        let start =
+            DVector::from_iterator(self.sought.len(), self.sought.iter().map(|it| it.start));
         let ranged = self.sought.iter().take(self.equations.unknowns.len());
         let ranged: Vec<usize> = ranged
             .enumerate()
@@ -261,7 +280,11 @@ impl<'a> Problem<'a> {
         let simulated = self.simulated(theta, true)?;
         let outputs = (0..self.equations.outputs.len()).map(|output| {
             let mut errors = Vec::new();
-            let rows: usize = self.runs.iter().map(|it| it.outputs[output].times.len()).sum();
+            let rows: usize = self
+                .runs
+                .iter()
+                .map(|it| it.outputs[output].times.len())
+                .sum();
             let mut slopes = DMatrix::zeros(rows, theta.len());
             let mut first = 0;
             for (run, simulated) in simulated.iter().enumerate() {
@@ -274,7 +297,13 @@ impl<'a> Problem<'a> {
                     }
                 }
                 first += measured.len();
-                errors.push(measured.iter().zip(&of.values).map(|(y, x)| y - x).collect());
+                errors.push(
+                    measured
+                        .iter()
+                        .zip(&of.values)
+                        .map(|(y, x)| y - x)
+                        .collect(),
+                );
             }
             (errors, slopes)
         });
@@ -334,10 +363,12 @@ pub fn fit(
     if let Some(run) = runs.first() {
         check_start(equations, run, &problem.sought)?;
     }
-    let tried: Vec<Option<(DVector<f64>, f64)>> = starts
+    let mut tried: Vec<Option<(DVector<f64>, f64)>> = starts
         .iter()
         .map(|start| problem.minimised(start.clone()))
         .collect();
+    let grown = starts.first().and_then(|start| problem.grown(start));
+    tried.push(grown.and_then(|start| problem.minimised(start)));
     let begun = tried.len();
     let mut ends: Vec<(DVector<f64>, f64)> = tried.into_iter().flatten().collect();
     ends.sort_by(|p, q| p.1.total_cmp(&q.1));
@@ -374,7 +405,13 @@ pub fn fit(
         theta = problem.minimised(theta.clone()).map_or(theta, |it| it.0);
     }
     let held_out = held_out(&problem, runs, validation, &theta);
-    judged(&problem, theta, held_out, (same, begun), !validation.is_empty())
+    judged(
+        &problem,
+        theta,
+        held_out,
+        (same, begun),
+        !validation.is_empty(),
+    )
 }
 
 /// One over the noise of each output, or over its standard deviation.
@@ -400,7 +437,9 @@ fn first_weights(equations: &Equations, runs: &[Run]) -> Result<Vec<f64>, Equati
 
 fn named(sought: &[Unknown], theta: &DVector<f64>) -> String {
     let each = sought.iter().zip(theta.iter());
-    let each = each.take(12).map(|(of, value)| format!("{} = {value}", of.name));
+    let each = each
+        .take(12)
+        .map(|(of, value)| format!("{} = {value}", of.name));
     each.collect::<Vec<_>>().join(", ")
 }
 
@@ -430,7 +469,11 @@ fn held_out(
     let parameters = equations.unknowns.len();
     if validation.is_empty() {
         let cuts: Vec<f64> = runs.iter().map(|it| FITTED * it.end()).collect();
-        let first: Vec<Run> = runs.iter().zip(&cuts).map(|(it, cut)| it.until(*cut)).collect();
+        let first: Vec<Run> = runs
+            .iter()
+            .zip(&cuts)
+            .map(|(it, cut)| it.until(*cut))
+            .collect();
         let of = Problem::new(equations, &first, problem.weights.clone());
         if first.iter().map(Run::samples).sum::<usize>() <= of.sought.len() {
             return none();
@@ -446,7 +489,10 @@ fn held_out(
             let each = runs.iter().zip(&simulated).zip(&first);
             fit_of(each.map(|((run, simulated), first)| {
                 let from = first.outputs[output].times.len();
-                (&run.outputs[output].values[from..], &simulated[output].values[from..])
+                (
+                    &run.outputs[output].values[from..],
+                    &simulated[output].values[from..],
+                )
             }))
         };
         return outputs.map(of).collect();
@@ -493,7 +539,8 @@ fn judged(
     let mut all = DMatrix::zeros(rows, count);
     let mut first = 0;
     for ((_, slopes), weight) in by_output.iter().zip(&problem.weights) {
-        all.rows_mut(first, slopes.nrows()).copy_from(&(slopes * *weight));
+        all.rows_mut(first, slopes.nrows())
+            .copy_from(&(slopes * *weight));
         first += slopes.nrows();
     }
     for i in (0..count).filter(|it| is_at_bound(*it)) {
@@ -502,11 +549,15 @@ fn judged(
     let lengths: Vec<f64> = all.column_iter().map(|it| it.norm()).collect();
     // What moves no output by more than rounding does nothing.
     let moves = |i: usize| lengths[i] * theta[i].abs().max(1e-6) > 1e-9;
-    let active: Vec<usize> = (0..count).filter(|i| lengths[*i] > 0.0 && moves(*i)).collect();
+    let active: Vec<usize> = (0..count)
+        .filter(|i| lengths[*i] > 0.0 && moves(*i))
+        .collect();
     if active.is_empty() {
         return Err(EquationsError::NoEffect);
     }
-    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| all[(k, active[j])] / lengths[active[j]]);
+    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| {
+        all[(k, active[j])] / lengths[active[j]]
+    });
     let svd = scaled.qr().r().svd(false, true);
     let (Some(v), sigma) = (svd.v_t.map(|it| it.transpose()), svd.singular_values) else {
         return Err(EquationsError::NoEffect);
@@ -532,18 +583,21 @@ fn judged(
         covariance += coloured_covariance(&unit, slopes * *weight, &weighted, variance);
     }
     let directions = null_directions(&v, &sigma, SINGULAR, &active, &lengths, &theta);
-    let idle: Vec<usize> = (0..count).filter(|i| !active.contains(i) && !is_at_bound(*i)).collect();
+    let idle: Vec<usize> = (0..count)
+        .filter(|i| !active.contains(i) && !is_at_bound(*i))
+        .collect();
     let is_determined = |i: usize| {
-        active.contains(&i) && directions.iter().all(|it| it.iter().all(|(at, _)| *at != i))
+        active.contains(&i)
+            && directions
+                .iter()
+                .all(|it| it.iter().all(|(at, _)| *at != i))
     };
     let undetermined = undetermined(problem, &theta, &covariance, &directions, &idle);
-    let found = |i: usize| {
-        Found {
-            unknown: problem.sought[i].clone(),
-            value: theta[i],
-            deviation: is_determined(i).then(|| covariance[(i, i)].max(0.0).sqrt()),
-            is_at_bound: is_at_bound(i),
-        }
+    let found = |i: usize| Found {
+        unknown: problem.sought[i].clone(),
+        value: theta[i],
+        deviation: is_determined(i).then(|| covariance[(i, i)].max(0.0).sqrt()),
+        is_at_bound: is_at_bound(i),
     };
     let parameters = equations.unknowns.len();
     let correlation = DMatrix::from_fn(parameters, parameters, |i, j| {
@@ -553,7 +607,9 @@ fn judged(
             false => 0.0,
         }
     });
-    let simulated = problem.simulated(&theta, false).ok_or(EquationsError::NoEffect)?;
+    let simulated = problem
+        .simulated(&theta, false)
+        .ok_or(EquationsError::NoEffect)?;
     let simulated: Vec<Vec<Vec<f64>>> = simulated
         .into_iter()
         .map(|it| it.into_iter().map(|of| of.values).collect())
@@ -574,7 +630,12 @@ fn judged(
         equations: equations.clone(),
         parameters: (0..parameters).map(found).collect(),
         initial: (0..problem.runs.len())
-            .map(|run| problem.places(run)[parameters..].iter().map(|it| found(*it)).collect())
+            .map(|run| {
+                problem.places(run)[parameters..]
+                    .iter()
+                    .map(|it| found(*it))
+                    .collect()
+            })
             .collect(),
         correlation,
         outputs: outputs.collect(),
@@ -589,22 +650,49 @@ fn judged(
     Ok(result)
 }
 
+/// A verdict, and what to do next: with a model that is good, or with one that is not.
+pub(crate) fn verdict_text(verdict: Verdict, good: &str, bad: &str) -> String {
+    let (word, next) = verdict.words();
+    let next = match verdict {
+        Verdict::Good | Verdict::Usable => good,
+        Verdict::Unusable => bad,
+        _ => next,
+    };
+    format!("verdict: {word}. Next: {next}")
+}
+
 impl EquationsFit {
+    /// The verdict, and what to do next with equations.
+    #[must_use]
+    pub fn verdict_text(&self) -> String {
+        verdict_text(
+            self.verdict,
+            "keep the parameters: --model fitted.yaml; look at it: --html fit.html",
+            "look at the page for where it fails: --html fit.html; an equation lacks something, or the search ended elsewhere: give parameters \
+             min and max, between which several searches begin",
+        )
+    }
+
     /// Takes reasons and verdict.
     fn judge(&mut self, rows: usize, sought: usize) {
         let mut reasons = Vec::new();
         let is_few = rows < SAMPLES_PER_PARAMETER * sought;
         if is_few {
-            reasons.push(format!("{rows} samples for {sought} parameters and initial states"));
+            reasons.push(format!(
+                "{rows} samples for {sought} parameters and initial states"
+            ));
         }
         match self.searches {
-            (_, 1) => {}
+            (same, begun) if same == begun => {}
             (same, begun) => reasons.push(format!(
-                "{same} of {begun} searches, from the start and from points between the bounds, ended at this minimum"
+                "{same} of {begun} searches ended at this minimum: from the start, from the start by growing parts of the data{}",
+                if begun > 2 { ", from points between the bounds" } else { "" }
             )),
         }
         for of in &self.outputs {
-            let held = of.held_out_fit.map_or("none".to_owned(), |it| format!("{it:.1} %"));
+            let held = of
+                .held_out_fit
+                .map_or("none".to_owned(), |it| format!("{it:.1} %"));
             let on = match self.is_validated {
                 true => "on the validation data, of which initial states alone are fitted",
                 false => "on the last three tenths, by a model of the first seven",

@@ -99,7 +99,12 @@ impl Equations {
         let mut binder = Binder {
             slots,
             fixed,
-            definitions: file.definitions.0.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect(),
+            definitions: file
+                .definitions
+                .0
+                .iter()
+                .map(|(a, b)| (a.as_str(), b.as_str()))
+                .collect(),
             nodes: BTreeMap::new(),
             open: Vec::new(),
             used: BTreeSet::new(),
@@ -172,7 +177,10 @@ impl Equations {
             Begin::Given(root) => Some(root),
             Begin::Sought(_) => None,
         });
-        let roots = derivatives.iter().chain(given).chain(outputs.iter().map(|it| &it.root));
+        let roots = derivatives
+            .iter()
+            .chain(given)
+            .chain(outputs.iter().map(|it| &it.root));
         let used: BTreeSet<usize> = roots.flat_map(|it| it.variables.iter().copied()).collect();
         let is_used = |name: &String| match binder.slots.get(name.as_str()) {
             Some(slot) => used.contains(slot),
@@ -234,7 +242,9 @@ impl Equations {
         let states = states.map(|(name, root)| (format!("states: {name}: derivative"), root));
         let outputs = self.outputs.iter();
         let outputs = outputs.map(|it| (format!("outputs: {}: equation", it.name), &it.root));
-        let bad = states.chain(outputs).find(|it| !numbers.value(it.1).is_finite());
+        let bad = states
+            .chain(outputs)
+            .find(|it| !numbers.value(it.1).is_finite());
         let Some((entry, root)) = bad else {
             return Ok(());
         };
@@ -242,7 +252,9 @@ impl Equations {
         let names = names.chain(self.unknowns.iter().map(|it| &it.name));
         let named = names.zip(variables).enumerate();
         let at = named.filter(|(slot, _)| root.variables.contains(slot));
-        let at: Vec<String> = at.map(|(_, (name, value))| format!("{name} = {value}")).collect();
+        let at: Vec<String> = at
+            .map(|(_, (name, value))| format!("{name} = {value}"))
+            .collect();
         Err(EquationsError::NotFinite {
             entry,
             when: "at the start".to_owned(),
@@ -259,7 +271,10 @@ fn known(name: &str, of: &Parameter, value: f64) -> Result<f64, EquationsError> 
     }
     match value.is_finite() {
         true => Ok(value),
-        false => Err(EquationsError::entry(entry, "fixed: a finite number is expected")),
+        false => Err(EquationsError::entry(
+            entry,
+            "fixed: a finite number is expected",
+        )),
     }
 }
 
@@ -302,7 +317,8 @@ fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, Equatio
 fn check_names(file: &EquationsFile) -> Result<(), EquationsError> {
     let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
     let named = |kind: &'static str, names: Vec<&String>| {
-        let names: Vec<(&'static str, String)> = names.into_iter().map(|it| (kind, it.clone())).collect();
+        let names: Vec<(&'static str, String)> =
+            names.into_iter().map(|it| (kind, it.clone())).collect();
         names
     };
     let all = [
@@ -359,7 +375,10 @@ impl Names for Binder<'_> {
         } else if let Some(text) = self.definitions.get(name).copied() {
             if self.open.iter().any(|it| it == name) {
                 let circle = [&self.open[..], &[name.to_owned()]].concat();
-                return Err(format!("definitions go in a circle: {}", circle.join(" -> ")));
+                return Err(format!(
+                    "definitions go in a circle: {}",
+                    circle.join(" -> ")
+                ));
             }
             self.open.push(name.to_owned());
             let found = parse(text, tape, self, depth);

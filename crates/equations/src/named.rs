@@ -25,7 +25,10 @@ impl<T> Named<T> {
     /// The entry of a name.
     #[must_use]
     pub fn get_mut(&mut self, name: &str) -> Option<&mut T> {
-        self.0.iter_mut().find(|it| it.0 == name).map(|it| &mut it.1)
+        self.0
+            .iter_mut()
+            .find(|it| it.0 == name)
+            .map(|it| &mut it.1)
     }
 
     pub(crate) fn is_empty(&self) -> bool {

@@ -83,7 +83,9 @@ impl Track {
 
     /// The number of the sample that acts at a time, or the first.
     fn acting(&self, time: f64) -> usize {
-        self.times.partition_point(|it| *it <= time).saturating_sub(1)
+        self.times
+            .partition_point(|it| *it <= time)
+            .saturating_sub(1)
     }
 }
 
@@ -285,10 +287,14 @@ pub(crate) fn simulate(
             while track.times.get(*acting + 1).is_some_and(|it| *it <= time) {
                 *acting += 1;
             }
-            let (Some(begin), Some(value)) = (track.times.get(*acting), track.values.get(*acting)) else {
+            let (Some(begin), Some(value)) = (track.times.get(*acting), track.values.get(*acting))
+            else {
                 continue;
             };
-            let after = track.times.get(*acting + 1).zip(track.values.get(*acting + 1));
+            let after = track
+                .times
+                .get(*acting + 1)
+                .zip(track.values.get(*acting + 1));
             *input = match (run.between, after) {
                 (Between::Lines, Some((end, next))) if time >= *begin => {
                     let slope = (next - value) / (end - begin);
@@ -297,9 +303,8 @@ pub(crate) fn simulate(
                 _ => (*value, 0.0),
             };
         }
-        let is_measured = |(output, next): (usize, &usize)| {
-            run.outputs[output].times.get(*next) == Some(&time)
-        };
+        let is_measured =
+            |(output, next): (usize, &usize)| run.outputs[output].times.get(*next) == Some(&time);
         if next.iter().enumerate().any(is_measured) {
             of.put(time, &z);
             for output in 0..found.len() {
@@ -383,7 +388,9 @@ pub(crate) fn simulate(
             }
         }
     }
-    let values = found.iter().flat_map(|it| it.values.iter().chain(&it.slopes));
+    let values = found
+        .iter()
+        .flat_map(|it| it.values.iter().chain(&it.slopes));
     values.copied().all(f64::is_finite).then_some(found)
 }
 

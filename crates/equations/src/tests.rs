@@ -75,7 +75,11 @@ parameters: {a: {start: 0.3, min: 0.01}, b: {start: 1}}
 ";
 
 fn near(found: &EquationsFit, name: &str, truth: f64) {
-    let of = found.parameters.iter().find(|it| it.unknown.name == name).unwrap();
+    let of = found
+        .parameters
+        .iter()
+        .find(|it| it.unknown.name == name)
+        .unwrap();
     let half = SIGMAS_95 * of.deviation.unwrap();
     assert!(
         (of.value - truth).abs() < 1.5 * half && half < 0.1 * truth.abs(),
@@ -110,22 +114,34 @@ fn where_only_a_ratio_acts_the_ratio_is_named_with_its_interval() {
     assert_eq!(of.names, ["K", "J"]);
     let (name, value, deviation) = &of.kept[0];
     assert_eq!(name, "K/J");
-    assert!((value - 2.1).abs() < 4.0 * deviation && *deviation < 0.1, "{of}");
+    assert!(
+        (value - 2.1).abs() < 4.0 * deviation && *deviation < 0.1,
+        "{of}"
+    );
     assert!(found.parameters[1].deviation.is_none());
     let verdict = found.verdict.to_string();
-    assert!(verdict.contains("does not determine every parameter"), "{verdict}");
+    assert!(
+        verdict.contains("does not determine every parameter"),
+        "{verdict}"
+    );
 }
 
 #[test]
 fn sums_and_idle_parameters_are_named_too() {
     let text = FIRST_ORDER
         .replace("-a*x + b*u", "-(a + c)*x + b*u + 0*d")
-        .replace("b: {start: 1}", "b: {start: 1}, c: {start: 0.2}, d: {start: 1}");
+        .replace(
+            "b: {start: 1}",
+            "b: {start: 1}, c: {start: 0.2}, d: {start: 1}",
+        );
     let found = fit(&equations(&text).unwrap(), &[noisy(0.1)], &[]).unwrap();
     let told: Vec<String> = found.undetermined.iter().map(ToString::to_string).collect();
     assert_eq!(told.len(), 2, "{told:?}");
     assert!(told[0].starts_with("d changes no output"), "{told:?}");
-    assert!(told[1].starts_with("a, c are not determined by the data, only a + c = 1.3"), "{told:?}");
+    assert!(
+        told[1].starts_with("a, c are not determined by the data, only a + c = 1.3"),
+        "{told:?}"
+    );
 }
 
 #[test]
@@ -133,7 +149,12 @@ fn bounds_hold_and_are_told_and_the_best_of_several_starts_counts() {
     let text = FIRST_ORDER.replace("b: {start: 1}", "b: {start: 1, max: 1.5}");
     let found = fit(&equations(&text).unwrap(), &[noisy(0.1)], &[]).unwrap();
     assert_eq!(found.parameters[1].value, 1.5);
-    assert!(found.reasons.iter().any(|it| it.contains("b lies at its bound 1.5")));
+    assert!(
+        found
+            .reasons
+            .iter()
+            .any(|it| it.contains("b lies at its bound 1.5"))
+    );
     let text = FIRST_ORDER.replace("{start: 0.3, min: 0.01}", "{min: 0.01, max: 100}");
     let found = fit(&equations(&text).unwrap(), &[noisy(0.1)], &[]).unwrap();
     near(&found, "a", 1.3);
@@ -147,22 +168,59 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         equations(&text).unwrap_err().to_string()
     };
     for (from, to, said) in [
-        ("-a*x", "-alpha*x", "states: x: derivative: character 2: 'alpha' is no input"),
-        ("b*u", "b*u*k", "'k' is no input, state, parameter or definition"),
-        ("-a*x + b*u", "-a*x + u", "parameters: b: it is in no equation"),
+        (
+            "-a*x",
+            "-alpha*x",
+            "states: x: derivative: character 2: 'alpha' is no input",
+        ),
+        (
+            "b*u",
+            "b*u*k",
+            "'k' is no input, state, parameter or definition",
+        ),
+        (
+            "-a*x + b*u",
+            "-a*x + u",
+            "parameters: b: it is in no equation",
+        ),
         ("-a*x + b*u", "-a*x + b", "inputs: u: it is in no equation"),
-        ("start: 0.3", "start: 0.001", "parameters: a: start 0.001 is not within 0.01..inf"),
-        ("{start: 1}", "{min: 1}", "parameters: b: start: VALUE, or min and max"),
-        ("b: {", "x: {", "parameters: x: the name stands under states too"),
-        ("b: {", "sin: {", "parameters: sin: the name is that of a function"),
-        ("parameters:", "definitions: {p: q + 1, q: p*2}\nparameters:", "in a circle: p -> q -> p"),
+        (
+            "start: 0.3",
+            "start: 0.001",
+            "parameters: a: start 0.001 is not within 0.01..inf",
+        ),
+        (
+            "{start: 1}",
+            "{min: 1}",
+            "parameters: b: start: VALUE, or min and max",
+        ),
+        (
+            "b: {",
+            "x: {",
+            "parameters: x: the name stands under states too",
+        ),
+        (
+            "b: {",
+            "sin: {",
+            "parameters: sin: the name is that of a function",
+        ),
+        (
+            "parameters:",
+            "definitions: {p: q + 1, q: p*2}\nparameters:",
+            "in a circle: p -> q -> p",
+        ),
     ] {
         let refusal = change(from, to);
         assert!(refusal.contains(said), "{to}: {refusal}");
     }
     let divided = FIRST_ORDER.replace("-a*x", "-a*x/(b - 1)");
-    let refusal = fit(&equations(&divided).unwrap(), &[noisy(0.1)], &[]).unwrap_err().to_string();
-    assert!(refusal.contains("states: x: derivative is not finite at the start, with"), "{refusal}");
+    let refusal = fit(&equations(&divided).unwrap(), &[noisy(0.1)], &[])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refusal.contains("states: x: derivative is not finite at the start, with"),
+        "{refusal}"
+    );
     assert!(refusal.contains("b = 1"), "{refusal}");
 }
 
@@ -182,15 +240,25 @@ fn a_transfer_function_with_dead_time_is_found_at_uneven_stamps() {
     };
     for (deviation, within) in [(0.0, 1e-4), (0.1, 0.2)] {
         let noise = noise(17, 400).into_iter();
-        let values = clean.iter().zip(noise).map(|(y, e)| 0.5 + y + deviation * e);
+        let values = clean
+            .iter()
+            .zip(noise)
+            .map(|(y, e)| 0.5 + y + deviation * e);
         let run = run(values.collect(), &times, &input);
         let found = fit_transfer(&[run], &[], options).unwrap();
         for (at, truth) in [1.3, 2.1, 0.37].into_iter().enumerate() {
             let of = found.parameters[at];
             let sigma = found.covariance[(at, at)].sqrt();
-            assert!((of - truth).abs() < within && (of - truth).abs() < 3.0 * sigma + 1e-4, "{of} ± {sigma}, {truth}");
+            assert!(
+                (of - truth).abs() < within && (of - truth).abs() < 3.0 * sigma + 1e-4,
+                "{of} ± {sigma}, {truth}"
+            );
         }
-        assert!((found.offsets[0] - 0.5).abs() < within, "{:?}", found.offsets);
+        assert!(
+            (found.offsets[0] - 0.5).abs() < within,
+            "{:?}",
+            found.offsets
+        );
         let (gain, sigma) = found.gain();
         assert!((gain - 2.1 / 1.3).abs() < 3.0 * sigma + 1e-4 && sigma < 0.1);
     }

@@ -17,7 +17,7 @@ use planesman_identification::{IdentificationError, Uncertain, least_squares, st
 use planesman_linear::polynomial;
 
 use crate::error::EquationsError;
-use crate::fit::{FITTED, fit_of, mean_square};
+use crate::fit::{FITTED, fit_of, mean_square, verdict_text};
 use crate::simulation::{Between, Run, Track};
 
 /// Orders that are tried where none is given.
@@ -112,6 +112,16 @@ impl TransferFit {
         }
     }
 
+    /// The verdict, and what to do next with a transfer function in s.
+    #[must_use]
+    pub fn verdict_text(&self) -> String {
+        verdict_text(
+            self.verdict,
+            "look at it: --html model.html; a sampled model for the simulator and the controller: without --continuous",
+            "look at the page for where it fails: --html model.html; then another --order, or equations of your own: --equations FILE",
+        )
+    }
+
     /// The poles, 1/s, the slowest first, a pair once.
     ///
     /// # Errors
@@ -179,7 +189,10 @@ impl Signal<'_> {
         match (self.between, times.get(k + 1)) {
             (Between::Lines, Some(next)) => {
                 let slope = (values[k + 1] - values[k]) / (next - times[k]);
-                (values[k] + slope * (time - times[k]) - self.reference, slope)
+                (
+                    values[k] + slope * (time - times[k]) - self.reference,
+                    slope,
+                )
             }
             _ => (values[k] - self.reference, 0.0),
         }
@@ -230,7 +243,12 @@ impl Chains<'_> {
     }
 
     /// The states `xi, psi, eta` at each output's stamp of a run; `None` where they overflow.
-    fn through(&self, run: &Run, signal: &Signal<'_>, each: &mut dyn FnMut(usize, &[f64])) -> Option<()> {
+    fn through(
+        &self,
+        run: &Run,
+        signal: &Signal<'_>,
+        each: &mut dyn FnMut(usize, &[f64]),
+    ) -> Option<()> {
         let n = self.d.len();
         let size = self.chains() * n + 2;
         let times = &run.outputs[0].times;
@@ -326,7 +344,11 @@ impl Problem<'_> {
     fn of_run(&self, theta: &DVector<f64>, run: usize) -> (f64, Vec<f64>) {
         let first = self.common() + run * self.own();
         let free = first + usize::from(!self.options.no_offset);
-        let offset = if self.options.no_offset { 0.0 } else { theta[first] };
+        let offset = if self.options.no_offset {
+            0.0
+        } else {
+            theta[first]
+        };
         match self.options.at_rest {
             true => (offset, vec![0.0; self.n]),
             false => (offset, theta.as_slice()[free..free + self.n].to_vec()),
@@ -334,7 +356,11 @@ impl Problem<'_> {
     }
 
     /// Simulated outputs, one run below the other, and their slopes where they are wanted.
-    fn simulated(&self, theta: &DVector<f64>, with_slopes: bool) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn simulated(
+        &self,
+        theta: &DVector<f64>,
+        with_slopes: bool,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         stop_point();
         let (n, m) = (self.n, self.m);
         let rows: usize = self.runs.iter().map(|it| it.outputs[0].times.len()).sum();
@@ -387,11 +413,17 @@ impl Problem<'_> {
             })?;
             first += run.outputs[0].times.len();
         }
-        values.iter().all(|it| it.is_finite()).then_some((values, slopes))
+        values
+            .iter()
+            .all(|it| it.is_finite())
+            .then_some((values, slopes))
     }
 
     fn measured(&self) -> DVector<f64> {
-        let values = self.runs.iter().flat_map(|it| it.outputs[0].values.iter().copied());
+        let values = self
+            .runs
+            .iter()
+            .flat_map(|it| it.outputs[0].values.iter().copied());
         DVector::from_vec(values.collect())
     }
 
@@ -426,7 +458,12 @@ impl Problem<'_> {
             }
             Some(theta)
         };
-        least(start, SEARCH, &|theta| self.total(&measured, theta), &within)
+        least(
+            start,
+            SEARCH,
+            &|theta| self.total(&measured, theta),
+            &within,
+        )
     }
 
     /// The denominator that filtered signals have by least squares, `1/(s + omega)^n` the filter.
@@ -442,7 +479,9 @@ impl Problem<'_> {
                 with_slopes: false,
             };
             let mut columns: Vec<Vec<f64>> = Vec::new();
-            chains.through(run, &self.signal(run, delay), &mut |_, z| columns.push(z[..2 * n].to_vec()))?;
+            chains.through(run, &self.signal(run, delay), &mut |_, z| {
+                columns.push(z[..2 * n].to_vec())
+            })?;
             let output = Signal {
                 track: &run.outputs[0],
                 between: Between::Lines,
@@ -477,10 +516,17 @@ impl Problem<'_> {
             theta[self.n + self.m] = delay;
         }
         let (_, slopes) = self.simulated(&theta, true)?;
-        let linear: Vec<usize> = (self.n..self.n + self.m).chain(self.common()..self.count()).collect();
+        let linear: Vec<usize> = (self.n..self.n + self.m)
+            .chain(self.common()..self.count())
+            .collect();
         let columns = slopes.select_columns(&linear);
-        let lengths: Vec<f64> = columns.column_iter().map(|it| it.norm().max(1e-300)).collect();
-        let scaled = DMatrix::from_fn(columns.nrows(), lengths.len(), |i, j| columns[(i, j)] / lengths[j]);
+        let lengths: Vec<f64> = columns
+            .column_iter()
+            .map(|it| it.norm().max(1e-300))
+            .collect();
+        let scaled = DMatrix::from_fn(columns.nrows(), lengths.len(), |i, j| {
+            columns[(i, j)] / lengths[j]
+        });
         let measured = self.measured();
         let solved = scaled.svd(true, true).solve(&measured, 1e-10).ok()?;
         for (j, at) in linear.iter().enumerate() {
@@ -501,7 +547,10 @@ impl Problem<'_> {
             }
             for filter in 0..FILTERS {
                 let omega = slow * (fast / slow).powf(filter as f64 / (FILTERS - 1) as f64);
-                let both = [self.denominator(omega, delay), Some(repeated(omega, self.n))];
+                let both = [
+                    self.denominator(omega, delay),
+                    Some(repeated(omega, self.n)),
+                ];
                 let both = both.into_iter().flatten();
                 found.extend(both.filter_map(|d| self.completed(&d, delay)));
             }
@@ -537,7 +586,9 @@ pub fn fit_transfer(
     options: TransferOptions,
 ) -> Result<TransferFit, EquationsError> {
     let all = runs.iter().flat_map(|it| it.outputs[0].values.iter());
-    let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(*y), b.max(*y)));
+    let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| {
+        (a.min(*y), b.max(*y))
+    });
     if least == most {
         return Err(EquationsError::Constant("the output".to_owned()));
     }
@@ -554,7 +605,8 @@ pub fn fit_transfer(
     }
     let held = |it: &TransferFit| it.held_out_fit.unwrap_or(f64::NEG_INFINITY);
     let best = found.iter().map(held).fold(f64::NEG_INFINITY, f64::max);
-    let tried: Vec<(usize, Option<f64>)> = found.iter().map(|it| (it.order, it.held_out_fit)).collect();
+    let tried: Vec<(usize, Option<f64>)> =
+        found.iter().map(|it| (it.order, it.held_out_fit)).collect();
     let chosen = found.into_iter().find(|it| held(it) >= best - WORTH);
     match (chosen, refusal) {
         (Some(chosen), _) => Ok(TransferFit { tried, ..chosen }),
@@ -570,7 +622,9 @@ fn of_order(
     n: usize,
 ) -> Result<TransferFit, EquationsError> {
     let times = runs.iter().map(|it| &it.outputs[0].times);
-    let mut intervals: Vec<f64> = times.flat_map(|it| it.windows(2).map(|it| it[1] - it[0])).collect();
+    let mut intervals: Vec<f64> = times
+        .flat_map(|it| it.windows(2).map(|it| it[1] - it[0]))
+        .collect();
     intervals.sort_by(f64::total_cmp);
     let interval = intervals.get(intervals.len() / 2).copied().unwrap_or(1.0);
     let longest = runs.iter().map(Run::end).fold(0.0, f64::max);
@@ -593,21 +647,39 @@ fn of_order(
     let (theta, _) = ends
         .min_by(|p, q| p.1.total_cmp(&q.1))
         .ok_or(EquationsError::NoEffect)?;
-    let (values, slopes) = problem.simulated(&theta, true).ok_or(EquationsError::NoEffect)?;
+    let (values, slopes) = problem
+        .simulated(&theta, true)
+        .ok_or(EquationsError::NoEffect)?;
     let errors = problem.measured() - &values;
     let mut first = 0;
     let mut residuals = Vec::new();
     let mut simulated = Vec::new();
     for run in runs {
         let count = run.outputs[0].times.len();
-        residuals.push(errors.rows(first, count).iter().copied().collect::<Vec<f64>>());
-        simulated.push(values.rows(first, count).iter().copied().collect::<Vec<f64>>());
+        residuals.push(
+            errors
+                .rows(first, count)
+                .iter()
+                .copied()
+                .collect::<Vec<f64>>(),
+        );
+        simulated.push(
+            values
+                .rows(first, count)
+                .iter()
+                .copied()
+                .collect::<Vec<f64>>(),
+        );
         first += count;
     }
     let covariance = covariance(slopes, &residuals)?;
     let common = problem.common();
     let pairs = |x: &[Vec<f64>]| {
-        fit_of(runs.iter().zip(x).map(|(run, x)| (&run.outputs[0].values[..], &x[..])))
+        fit_of(
+            runs.iter()
+                .zip(x)
+                .map(|(run, x)| (&run.outputs[0].values[..], &x[..])),
+        )
     };
     let held_out_fit = held_out(&problem, validation, &theta);
     let offsets = (0..runs.len()).map(|run| {
@@ -641,15 +713,25 @@ fn of_order(
 }
 
 /// Of all parameters, for residuals of any colour. A parameter that does nothing, as a dead time at its bound 0, has none.
-fn covariance(slopes: DMatrix<f64>, residuals: &[Vec<f64>]) -> Result<DMatrix<f64>, EquationsError> {
+fn covariance(
+    slopes: DMatrix<f64>,
+    residuals: &[Vec<f64>],
+) -> Result<DMatrix<f64>, EquationsError> {
     let (rows, count) = slopes.shape();
     let lengths: Vec<f64> = slopes.column_iter().map(|it| it.norm()).collect();
     let active: Vec<usize> = (0..count).filter(|it| lengths[*it] > 0.0).collect();
-    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| slopes[(k, active[j])] / lengths[active[j]]);
-    let inverse = scaled.qr().r().try_inverse().ok_or(EquationsError::NoEffect)?;
+    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| {
+        slopes[(k, active[j])] / lengths[active[j]]
+    });
+    let inverse = scaled
+        .qr()
+        .r()
+        .try_inverse()
+        .ok_or(EquationsError::NoEffect)?;
     let mut unit = DMatrix::zeros(count, active.len());
     for (row, i) in active.iter().enumerate() {
-        unit.row_mut(*i).copy_from(&(inverse.row(row) / lengths[*i]));
+        unit.row_mut(*i)
+            .copy_from(&(inverse.row(row) / lengths[*i]));
     }
     let squares: f64 = residuals.iter().flatten().map(|it| it * it).sum();
     let variance = squares / (rows - active.len()).max(1) as f64;
@@ -669,8 +751,15 @@ fn held_out(problem: &Problem<'_>, validation: &[Run], theta: &DVector<f64>) -> 
         fit_of(each.collect::<Vec<_>>().into_iter())
     };
     if validation.is_empty() {
-        let parts: Vec<Run> = problem.runs.iter().map(|it| it.until(FITTED * it.end())).collect();
-        let first = Problem { runs: &parts, ..*problem };
+        let parts: Vec<Run> = problem
+            .runs
+            .iter()
+            .map(|it| it.until(FITTED * it.end()))
+            .collect();
+        let first = Problem {
+            runs: &parts,
+            ..*problem
+        };
         if first.measured().len() <= first.count() {
             return None;
         }
@@ -691,7 +780,11 @@ fn held_out(problem: &Problem<'_>, validation: &[Run], theta: &DVector<f64>) -> 
     let own: Vec<usize> = (common..other.count()).collect();
     if !own.is_empty() {
         let left = other.measured() - values;
-        let solved = slopes.select_columns(&own).svd(true, true).solve(&left, 1e-12).ok()?;
+        let solved = slopes
+            .select_columns(&own)
+            .svd(true, true)
+            .solve(&left, 1e-12)
+            .ok()?;
         moved.rows_mut(common, own.len()).copy_from(&solved);
     }
     let (values, _) = other.simulated(&moved, false)?;

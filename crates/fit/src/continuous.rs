@@ -38,7 +38,11 @@ pub fn fit_continuous(
     if structure.order == Some(0) {
         return Err(FitError::NotOf("order 0", "--continuous, which has poles"));
     }
-    let data = options.stamped(&options.signals.inputs(), &options.signals.outputs(), progress)?;
+    let data = options.stamped(
+        &options.signals.inputs(),
+        &options.signals.outputs(),
+        progress,
+    )?;
     let of = TransferOptions {
         order: structure.order,
         numerator: structure.numerator,
@@ -64,7 +68,9 @@ pub fn fit_continuous(
             tried.collect::<Vec<_>>().join(", ")
         ));
     }
-    let held = fit.held_out_fit.map_or("none".to_owned(), |it| format!("{it:.1} %"));
+    let held = fit
+        .held_out_fit
+        .map_or("none".to_owned(), |it| format!("{it:.1} %"));
     let on = match fit.is_validated {
         true => "on the validation data, of which offset and free motion alone are fitted",
         false => "on the last three tenths, by a model of the first seven",
@@ -73,7 +79,7 @@ pub fn fit_continuous(
     if fit.longest_delay.is_some_and(|most| fit.delay().0 >= most) {
         sentences.push("the dead time is the longest that was looked at".to_owned());
     }
-    sentences.push(fit.verdict.to_string());
+    sentences.push(fit.verdict_text());
     Ok(ContinuousResult {
         data,
         fit,

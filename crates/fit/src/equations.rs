@@ -37,7 +37,10 @@ pub fn fit_equations(
         ("at_rest", structure.at_rest),
     ];
     if let Some((option, _)) = given.into_iter().find(|it| it.1) {
-        return Err(FitError::NotOf(option, "equations, which stand in their file"));
+        return Err(FitError::NotOf(
+            option,
+            "equations, which stand in their file",
+        ));
     }
     let equations = Equations::new(file)?;
     let file = &equations.file;
@@ -54,7 +57,8 @@ pub fn fit_equations(
     let mut fit = found?;
     let (verdict, reasons) = data.doubts(fit.verdict);
     fit.verdict = verdict;
-    fit.reasons.splice(0..0, reasons.iter().map(ToString::to_string));
+    fit.reasons
+        .splice(0..0, reasons.iter().map(ToString::to_string));
     Ok(EquationsResult { data, fit })
 }
 
@@ -87,7 +91,9 @@ fn bound(
         signals[place] = Some(signal.to_owned());
     }
     let each = signals.into_iter().zip(of);
-    Ok(each.map(|(given, (name, own))| given.or(own).unwrap_or(name)).collect())
+    Ok(each
+        .map(|(given, (name, own))| given.or(own).unwrap_or(name))
+        .collect())
 }
 
 impl EquationsResult {
@@ -107,16 +113,20 @@ impl EquationsResult {
             })
         };
         let list = |of: &[Found]| of.iter().map(found).collect::<Vec<_>>();
-        let outputs = fit.outputs.iter().zip(&fit.equations.file.outputs.0).map(|(it, _)| {
-            json!({
-                "output": it.name,
-                "fit": it.fit,
-                "held_out_fit": it.held_out_fit,
-                "left": it.left,
-                "noise": it.noise,
-                "samples": it.samples,
-            })
-        });
+        let outputs = fit
+            .outputs
+            .iter()
+            .zip(&fit.equations.file.outputs.0)
+            .map(|(it, _)| {
+                json!({
+                    "output": it.name,
+                    "fit": it.fit,
+                    "held_out_fit": it.held_out_fit,
+                    "left": it.left,
+                    "noise": it.noise,
+                    "samples": it.samples,
+                })
+            });
         let undetermined = fit.undetermined.iter().map(|it| {
             let kept = it.kept.iter().map(|(name, value, deviation)| {
                 json!({"name": name, "value": value, "deviation": deviation})
@@ -136,7 +146,7 @@ impl EquationsResult {
             "searches": {"at_this_minimum": fit.searches.0, "begun": fit.searches.1},
             "data": self.data.description,
             "reasons": fit.reasons,
-            "verdict": fit.verdict.to_string(),
+            "verdict": fit.verdict_text(),
         }))
     }
 
@@ -166,5 +176,151 @@ impl EquationsResult {
             of.signal = Some(name.clone());
         }
         file
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_equations::text_of;
+
+    use super::*;
+    use crate::continuous::fit_continuous;
+    use crate::data::DataOptions;
+
+    const FILE: &str = "
+inputs: [u]
+outputs: {y: {equation: x}}
+states: {x: {derivative: -a*x + b*u}}
+parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
+";
+
+    /// x' = -2 x + 3 u, a sample every 0.1 s, in closed form; 30 samples are missing.
+    fn options() -> FitOptions {
+        let share = (-0.2_f64).exp();
+        let u: Vec<f64> = (0..400_u32)
+            .map(|k| f64::from(u8::from((k / 7 * 5 % 3) == 0)) - 0.3)
+            .collect();
+        let mut x = vec![0.4];
+        for k in 1..u.len() {
+            x.push(share * x[k - 1] + 1.5 * (1.0 - share) * u[k - 1]);
+        }
+        let hum = |k: usize| 0.01 * (0.7 * (k * k) as f64).sin();
+        let missing = 200..230;
+        let y = x.iter().enumerate();
+        let y = y.map(|(k, x)| {
+            if missing.contains(&k) {
+                f64::NAN
+            } else {
+                x + hum(k)
+            }
+        });
+        let columns = vec![("volts".to_owned(), u), ("y".to_owned(), y.collect())];
+        let mut options = FitOptions::default();
+        options.signals.data = DataOptions::columns(columns);
+        options.signals.data.time.sample_time = Some(0.1);
+        options.signals.input = "u=volts".to_owned();
+        options
+    }
+
+    fn file() -> EquationsFile {
+        text_of(FILE).unwrap()
+    }
+
+    #[test]
+    fn equations_are_fitted_over_a_gap_and_written_back_with_what_was_found() {
+        let found = fit_equations(&options(), file(), &()).unwrap();
+        assert_eq!(found.data.runs.len(), 2, "{:?}", found.data.description);
+        for (of, truth) in found.fit.parameters.iter().zip([2.0, 3.0]) {
+            assert!((of.value - truth).abs() < 0.02, "{} {truth}", of.value);
+        }
+        let written = found.file();
+        let start = written.parameters.0[0].1.start.unwrap();
+        assert_eq!(start, found.fit.parameters[0].value);
+        assert_eq!(written.inputs.0[0].1.as_deref(), Some("volts"));
+        let again = fit_equations(
+            &FitOptions {
+                signals: crate::SignalOptions {
+                    input: String::new(),
+                    ..options().signals
+                },
+                ..FitOptions::default()
+            },
+            written,
+            &(),
+        )
+        .unwrap();
+        assert!((again.fit.parameters[0].value - start).abs() < 1e-6);
+        let json = found.as_json().unwrap();
+        assert_eq!(json["parameters"][0]["name"], "a");
+        assert!(json["verdict"].as_str().unwrap().contains("good"), "{json}");
+    }
+
+    #[test]
+    fn a_transfer_function_in_s_is_fitted_to_the_same_data() {
+        let mut options = options();
+        options.signals.input = "volts".to_owned();
+        options.signals.output = "y".to_owned();
+        options.structure.order = Some(1);
+        let found = fit_continuous(&options, &()).unwrap();
+        for (at, truth) in [2.0, 3.0, 0.0].into_iter().enumerate() {
+            assert!(
+                (found.fit.parameters[at] - truth).abs() < 0.02,
+                "{:?}",
+                found.fit.parameters
+            );
+        }
+        let json = found.as_json().unwrap();
+        assert_eq!(json["continuous"]["den"].as_array().unwrap().len(), 2);
+        options.structure.delay = Some(3);
+        let refusal = fit_continuous(&options, &()).unwrap_err().to_string();
+        assert!(refusal.contains("--delay counts samples"), "{refusal}");
+    }
+
+    #[test]
+    fn what_says_nothing_of_equations_is_refused() {
+        let refusal = |change: &dyn Fn(&mut FitOptions)| {
+            let mut options = options();
+            change(&mut options);
+            fit_equations(&options, file(), &())
+                .unwrap_err()
+                .to_string()
+        };
+        for (change, said) in [
+            (
+                (&|it: &mut FitOptions| it.structure.order = Some(2)) as &dyn Fn(&mut FitOptions),
+                "--order says nothing of equations",
+            ),
+            (
+                &|it| it.signals.grid.rate = Some(10.0),
+                "--rate says nothing of a fit at the stamps",
+            ),
+            (
+                &|it| it.signals.other_inputs = vec!["v=x".to_owned()],
+                "'u' is named twice",
+            ),
+            (&|it| it.signals.output = "speed".to_owned(), "speed"),
+        ] {
+            let refusal = refusal(change);
+            assert!(refusal.contains(said), "{said}: {refusal}");
+        }
+        let two = FILE.replace("[u]", "[u, v]").replace("b*u", "b*u + v");
+        let refusal = fit_equations(
+            &FitOptions {
+                signals: crate::SignalOptions {
+                    input: "volts".to_owned(),
+                    ..options().signals
+                },
+                ..FitOptions::default()
+            },
+            text_of(&two).unwrap(),
+            &(),
+        );
+        let refusal = refusal.unwrap_err().to_string();
+        assert!(
+            refusal.contains(
+                "--input volts: the equations have the inputs u, v; write --input NAME=SIGNAL"
+            ),
+            "{refusal}"
+        );
     }
 }

@@ -106,7 +106,9 @@ pub enum FitError {
     )]
     NoSampledModel,
     /// A delay in samples for a model that has none.
-    #[error("--delay counts samples, of which --continuous has no interval: --delay 0 is no dead time, without it one is sought")]
+    #[error(
+        "--delay counts samples, of which --continuous has no interval: --delay 0 is no dead time, without it one is sought"
+    )]
     DelayInSamples,
     /// A signal for an input or output that is none of the equations.
     #[error(

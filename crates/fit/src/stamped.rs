@@ -75,7 +75,10 @@ impl FitOptions {
             ("noise", vehicle.noise.is_some()),
             ("bootstrap", self.bootstrap.is_some()),
             ("forgetting", self.recursion.forgetting.is_some()),
-            ("initial_covariance", self.recursion.initial_covariance.is_some()),
+            (
+                "initial_covariance",
+                self.recursion.initial_covariance.is_some(),
+            ),
         ];
         match given.into_iter().find(|it| it.1) {
             Some((option, _)) => Err(FitError::NotOf(option, WHAT)),
@@ -101,7 +104,10 @@ impl FitOptions {
         let windows = match self.validation {
             Some(Validation::Window(from, to)) => {
                 let ways = signals.grid.outside((from, to))?;
-                ways.into_iter().next().map(|it| it.window).unwrap_or_default()
+                ways.into_iter()
+                    .next()
+                    .map(|it| it.window)
+                    .unwrap_or_default()
             }
             _ => signals.grid.window.clone(),
         };
@@ -137,7 +143,11 @@ impl FitOptions {
         let between = between(grid)?;
         let request = |(number, name): (usize, &String)| Request {
             name: name.clone(),
-            role: if number < inputs { Role::Input } else { Role::Output },
+            role: if number < inputs {
+                Role::Input
+            } else {
+                Role::Output
+            },
         };
         let requests: Vec<Request> = found.signals.iter().enumerate().map(request).collect();
         let mut runs = Vec::new();
@@ -146,7 +156,10 @@ impl FitOptions {
                 read_samples(&source, &requests, grid.unwrap, told)
             });
             let (signals, mut of) = read.map_err(FitError::data)?;
-            let slowest = signals[inputs..].iter().map(|it| it.interval).fold(0.0, f64::max);
+            let slowest = signals[inputs..]
+                .iter()
+                .map(|it| it.interval)
+                .fold(0.0, f64::max);
             if slowest > 0.0 {
                 of.question_unit(1.0 / slowest);
             }
@@ -155,7 +168,9 @@ impl FitOptions {
                     Role::Input => "input ",
                     Role::Output => "output",
                 };
-                found.description.push(format!("{kind}  {}: {}", request.name, described(signal)));
+                found
+                    .description
+                    .push(format!("{kind}  {}: {}", request.name, described(signal)));
             }
             found.description.push(format!("stamps  {}", of.stamps));
             for note in of.clock.iter().chain(&of.mixed).chain(&of.notes) {
@@ -164,7 +179,11 @@ impl FitOptions {
             found.readings.push(of);
             for (from, to) in common(&signals, inputs, windows, grid.max_gap) {
                 let cut = |number: usize, of: &Stretches| track(of, (from, to), number < inputs);
-                let tracks: Vec<Track> = signals.iter().enumerate().map(|(i, it)| cut(i, it)).collect();
+                let tracks: Vec<Track> = signals
+                    .iter()
+                    .enumerate()
+                    .map(|(i, it)| cut(i, it))
+                    .collect();
                 let (of_inputs, of_outputs) = tracks.split_at(inputs);
                 if of_outputs.iter().all(|it| it.times.len() >= FEWEST) {
                     runs.push(Run {
@@ -216,7 +235,12 @@ fn common(
     windows: &[(f64, f64)],
     max_gap: Option<f64>,
 ) -> Vec<Span> {
-    let first = |of: &Stretches| of.stretches.first().and_then(|it| it.first()).map_or(0, |it| it.0);
+    let first = |of: &Stretches| {
+        of.stretches
+            .first()
+            .and_then(|it| it.first())
+            .map_or(0, |it| it.0)
+    };
     let origin = signals.get(inputs).map_or(0, first);
     let at = |seconds: f64| origin.saturating_add((seconds * 1e9).clamp(-4e18, 4e18) as i64);
     let mut spans: Vec<Span> = match windows {
@@ -260,7 +284,10 @@ fn track(of: &Stretches, (from, to): Span, is_input: bool) -> Track {
     let end = all.partition_point(|it| it.0 <= to).max(begin);
     let of = &all[begin..end];
     Track {
-        times: of.iter().map(|it| it.0.saturating_sub(from) as f64 * 1e-9).collect(),
+        times: of
+            .iter()
+            .map(|it| it.0.saturating_sub(from) as f64 * 1e-9)
+            .collect(),
         values: of.iter().map(|it| it.1).collect(),
     }
 }

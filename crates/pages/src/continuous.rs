@@ -66,9 +66,15 @@ fn equation(of: &ContinuousResult) -> String {
 fn parameters(of: &ContinuousResult) -> Table {
     let fit = &of.fit;
     let mut table = Table::new(["parameter", "value", "± 95 %", "unit"]);
-    let names = (0..fit.order).rev().map(|k| (format!("a{k}"), k, String::new()));
-    let b = (0..fit.numerator).rev().map(|k| (format!("b{k}"), fit.order + k, String::new()));
-    let delay = fit.longest_delay.map(|_| ("tau".to_owned(), fit.order + fit.numerator, "s".to_owned()));
+    let names = (0..fit.order)
+        .rev()
+        .map(|k| (format!("a{k}"), k, String::new()));
+    let b = (0..fit.numerator)
+        .rev()
+        .map(|k| (format!("b{k}"), fit.order + k, String::new()));
+    let delay = fit
+        .longest_delay
+        .map(|_| ("tau".to_owned(), fit.order + fit.numerator, "s".to_owned()));
     for (name, at, unit) in names.chain(b).chain(delay) {
         let half = SIGMAS_95 * fit.covariance[(at, at)].max(0.0).sqrt();
         let (value, half) = value_and_interval(fit.parameters[at], half);
@@ -88,7 +94,12 @@ pub fn page(of: &ContinuousResult) -> String {
     let mut plots: Vec<Plot<'_>> = Vec::new();
     for (number, (run, values)) in of.data.runs.iter().zip(&fit.simulated).enumerate().take(6) {
         let segment = (of.data.runs.len() > 1).then_some(number + 1);
-        plots.extend(measured_and_simulated(&of.data.signals[1], &run.outputs[0], values, segment));
+        plots.extend(measured_and_simulated(
+            &of.data.signals[1],
+            &run.outputs[0],
+            values,
+            segment,
+        ));
     }
     let (gain, deviation) = fit.gain();
     let body = html! {

@@ -29,7 +29,7 @@ pub fn text(of: &EquationsResult) -> String {
     for reason in &fit.reasons {
         text += &format!("- {reason}\n");
     }
-    text + &format!("- {}\n", fit.verdict)
+    text + &format!("- {}\n", fit.verdict_text())
 }
 
 /// How long the data is.
@@ -52,8 +52,20 @@ pub(crate) fn measured_and_simulated<'a>(
     values: &[f64],
     segment: Option<usize>,
 ) -> [Plot<'a>; 2] {
-    let points = |of: &[f64]| track.times.iter().copied().zip(of.iter().copied()).collect::<Vec<_>>();
-    let errors: Vec<f64> = track.values.iter().zip(values).map(|(y, x)| y - x).collect();
+    let points = |of: &[f64]| {
+        track
+            .times
+            .iter()
+            .copied()
+            .zip(of.iter().copied())
+            .collect::<Vec<_>>()
+    };
+    let errors: Vec<f64> = track
+        .values
+        .iter()
+        .zip(values)
+        .map(|(y, x)| y - x)
+        .collect();
     let of = named(segment);
     [
         Plot::new(format!("{name}, measured and simulated{of}"), [TIME, name])
@@ -75,7 +87,12 @@ fn row(found: &Found) -> Vec<String> {
         None if found.is_at_bound => (significant(found.value, 6), "at its bound".to_owned()),
         None => (significant(found.value, 4), "not determined".to_owned()),
     };
-    vec![found.unknown.name.clone(), value, half, found.unknown.unit.clone()]
+    vec![
+        found.unknown.name.clone(),
+        value,
+        half,
+        found.unknown.unit.clone(),
+    ]
 }
 
 fn parameters(of: &EquationsResult) -> Table {
@@ -97,7 +114,14 @@ fn initial(of: &EquationsResult) -> Table {
 }
 
 fn outputs(of: &EquationsResult) -> Table {
-    let mut table = Table::new(["output", "samples", "fit, %", "held-out fit, %", "rms left", "noise"]);
+    let mut table = Table::new([
+        "output",
+        "samples",
+        "fit, %",
+        "held-out fit, %",
+        "rms left",
+        "noise",
+    ]);
     let percent = |it: Option<f64>| it.map_or("none".to_owned(), |it| format!("{it:.2}"));
     for it in &of.fit.outputs {
         table.row([
@@ -117,27 +141,44 @@ fn outputs(of: &EquationsResult) -> Table {
 pub fn page(of: &EquationsResult) -> String {
     let fit = &of.fit;
     let file = &fit.equations.file;
-    let title = file.description.clone().unwrap_or_else(|| "Equations".to_owned());
+    let title = file
+        .description
+        .clone()
+        .unwrap_or_else(|| "Equations".to_owned());
     let title = title.lines().next().unwrap_or_default().to_owned();
     let mut plots = Vec::new();
-    for (number, (run, simulated)) in of.data.runs.iter().zip(&fit.simulated).enumerate().take(SHOWN) {
+    for (number, (run, simulated)) in of
+        .data
+        .runs
+        .iter()
+        .zip(&fit.simulated)
+        .enumerate()
+        .take(SHOWN)
+    {
         let segment = (of.data.runs.len() > 1).then_some(number + 1);
         for ((output, track), values) in fit.outputs.iter().zip(&run.outputs).zip(simulated) {
             plots.extend(measured_and_simulated(&output.name, track, values, segment));
         }
         for (name, track) in file.inputs.names().zip(&run.inputs) {
-            let points = track.times.iter().copied().zip(track.values.iter().copied());
+            let points = track
+                .times
+                .iter()
+                .copied()
+                .zip(track.values.iter().copied());
             let within: Vec<(f64, f64)> = points.filter(|it| it.0 >= 0.0).collect();
             plots.push(
-                Plot::new(format!("Input {name}{}", named(segment)), [TIME, name.as_str()])
-                    .linked(RECORD)
-                    .line("input", within),
+                Plot::new(
+                    format!("Input {name}{}", named(segment)),
+                    [TIME, name.as_str()],
+                )
+                .linked(RECORD)
+                .line("input", within),
             );
         }
     }
     let body = html! {
         h1 { (title) }
-        ul.verdict { li { (fit.verdict) } @for reason in &fit.reasons { li { (reason) } } }
+        ul.verdict { li { (fit.verdict_text()) } @for reason in &fit.reasons { li { (reason) } } }
         (parameters(of).html())
         (outputs(of).html())
         (figures(&plots))

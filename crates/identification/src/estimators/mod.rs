@@ -67,7 +67,9 @@ pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
-pub(crate) use normal_equations::{NormalEquations, Part, correlation, damped, information, shifted_sum, through_poles};
+pub(crate) use normal_equations::{
+    NormalEquations, Part, correlation, damped, information, shifted_sum, through_poles,
+};
 pub use normal_equations::{Search, Total, least};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};

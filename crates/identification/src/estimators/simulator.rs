@@ -185,7 +185,12 @@ pub fn coloured_covariance(
         unit * (slopes * unit).qr().r().transpose() * variance.sqrt()
     } else {
         let errors = DVector::from_vec(residuals.concat());
-        coloured(unit.clone(), &Linearised { errors, slopes }, residuals, variance)
+        coloured(
+            unit.clone(),
+            &Linearised { errors, slopes },
+            residuals,
+            variance,
+        )
     };
     &factor * factor.transpose()
 }
