@@ -99,6 +99,9 @@ pub struct EquationsFit {
     pub verdict: Verdict,
 }
 
+/// An output's errors by run, output unit, and its slopes, those of all runs one below the other.
+type OutputErrors = (Vec<Vec<f64>>, DMatrix<f64>);
+
 /// The equations on the runs.
 pub(crate) struct Problem<'a> {
     pub(crate) equations: &'a Equations,
@@ -275,8 +278,8 @@ impl<'a> Problem<'a> {
         std::iter::once(start).chain(best).collect()
     }
 
-    /// Each output's errors by run, output unit, and its slopes, those of all runs one below the other.
-    fn by_output(&self, theta: &DVector<f64>) -> Option<Vec<(Vec<Vec<f64>>, DMatrix<f64>)>> {
+    /// What is left of each output.
+    fn by_output(&self, theta: &DVector<f64>) -> Option<Vec<OutputErrors>> {
         let simulated = self.simulated(theta, true)?;
         let outputs = (0..self.equations.outputs.len()).map(|output| {
             let mut errors = Vec::new();

@@ -29,7 +29,7 @@ const TERMS: usize = 14;
 const NORM: f64 = 0.5;
 /// Parts of an interval at most; faster poles than that are none that the samples tell.
 const PARTS: f64 = 2000.0;
-/// Filters that searches begin with, delays in usual intervals, and starts of which the search goes on.
+/// Filters that searches begin with, delays in usual intervals, and searches without a delay.
 const FILTERS: usize = 7;
 const DELAYS: [f64; 8] = [0.0, 0.5, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0];
 const STARTS: usize = 3;
@@ -67,6 +67,8 @@ pub struct TransferFit {
     pub numerator: usize,
     /// The longest dead time that was looked at, s; `None` where none was sought.
     pub longest_delay: Option<f64>,
+    /// Whether the dead time is 0, or the longest that was looked at.
+    pub is_delay_at_bound: bool,
     /// The offset of each run: the output where the input is 0, for a model that settles.
     pub offsets: Vec<f64>,
     /// Simulated output of each run.
@@ -340,6 +342,11 @@ impl Problem<'_> {
         }
     }
 
+    fn is_at_bound(&self, theta: &DVector<f64>) -> bool {
+        let delay = self.delay(theta);
+        !self.options.no_delay && (delay <= 0.0 || delay >= self.longest_delay)
+    }
+
     /// Offset and free motion of a run.
     fn of_run(&self, theta: &DVector<f64>, run: usize) -> (f64, Vec<f64>) {
         let first = self.common() + run * self.own();
@@ -392,8 +399,8 @@ impl Problem<'_> {
                 for i in 0..n {
                     put(i, -z[2 * n + i]);
                 }
-                for i in 0..m {
-                    put(n + i, z[i]);
+                for (i, xi) in z[..m].iter().enumerate() {
+                    put(n + i, *xi);
                 }
                 if !self.options.no_delay {
                     let last = z[3 * n] - dot(d, &z[..n]);
@@ -540,11 +547,12 @@ impl Problem<'_> {
     fn start(&self, interval: f64) -> Vec<DVector<f64>> {
         let longest = self.runs.iter().map(Run::end).fold(0.0, f64::max);
         let (slow, fast) = (4.0 / longest, 1.0 / interval);
-        let mut found: Vec<(DVector<f64>, f64)> = Vec::new();
+        let mut found: Vec<DVector<f64>> = Vec::new();
         for delay in DELAYS.iter().map(|it| it * interval) {
             if delay > self.longest_delay || self.options.no_delay && delay > 0.0 {
                 break;
             }
+            let mut of_delay: Vec<(DVector<f64>, f64)> = Vec::new();
             for filter in 0..FILTERS {
                 let omega = slow * (fast / slow).powf(filter as f64 / (FILTERS - 1) as f64);
                 let both = [
@@ -552,11 +560,14 @@ impl Problem<'_> {
                     Some(repeated(omega, self.n)),
                 ];
                 let both = both.into_iter().flatten();
-                found.extend(both.filter_map(|d| self.completed(&d, delay)));
+                of_delay.extend(both.filter_map(|d| self.completed(&d, delay)));
             }
+            of_delay.sort_by(|p, q| p.1.total_cmp(&q.1));
+            // A dead time that is far off has its own minimum: each is searched from.
+            let count = if self.options.no_delay { STARTS } else { 1 };
+            found.extend(of_delay.into_iter().take(count).map(|it| it.0));
         }
-        found.sort_by(|p, q| p.1.total_cmp(&q.1));
-        found.into_iter().take(STARTS).map(|it| it.0).collect()
+        found
     }
 }
 
@@ -672,6 +683,11 @@ fn of_order(
         );
         first += count;
     }
+    let mut slopes = slopes;
+    let is_at_bound = problem.is_at_bound(&theta);
+    if is_at_bound {
+        slopes.column_mut(n + problem.m).fill(0.0);
+    }
     let covariance = covariance(slopes, &residuals)?;
     let common = problem.common();
     let pairs = |x: &[Vec<f64>]| {
@@ -692,6 +708,7 @@ fn of_order(
         order: n,
         numerator: problem.m,
         longest_delay: (!options.no_delay).then_some(problem.longest_delay),
+        is_delay_at_bound: is_at_bound,
         offsets: offsets.collect(),
         fit: pairs(&simulated),
         simulated,
@@ -712,7 +729,7 @@ fn of_order(
     Ok(found)
 }
 
-/// Of all parameters, for residuals of any colour. A parameter that does nothing, as a dead time at its bound 0, has none.
+/// Of all parameters, for residuals of any colour. A parameter without slopes has none.
 fn covariance(
     slopes: DMatrix<f64>,
     residuals: &[Vec<f64>],

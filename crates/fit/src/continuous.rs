@@ -77,7 +77,7 @@ pub fn fit_continuous(
     };
     sentences.push(format!("simulated fit {held} {on}"));
     if fit.longest_delay.is_some_and(|most| fit.delay().0 >= most) {
-        sentences.push("the dead time is the longest that was looked at".to_owned());
+        sentences.push("the dead time is the longest that was looked at, 50 intervals or a quarter of the record".to_owned());
     }
     sentences.push(fit.verdict_text());
     Ok(ContinuousResult {

@@ -78,6 +78,10 @@ fn parameters(of: &ContinuousResult) -> Table {
     for (name, at, unit) in names.chain(b).chain(delay) {
         let half = SIGMAS_95 * fit.covariance[(at, at)].max(0.0).sqrt();
         let (value, half) = value_and_interval(fit.parameters[at], half);
+        let half = match name == "tau" && fit.is_delay_at_bound {
+            true => "at its bound".to_owned(),
+            false => half,
+        };
         table.row([name, value, half, unit]);
     }
     let (gain, deviation) = fit.gain();
