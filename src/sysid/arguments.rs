@@ -88,7 +88,7 @@ pub(crate) struct SignalArgs {
     #[arg(
         long,
         short,
-        required_unless_present = "equations",
+        required = true,
         value_name = "SIGNAL",
         allow_hyphen_values = true,
         help_heading = "Signals"
@@ -98,7 +98,7 @@ pub(crate) struct SignalArgs {
     #[arg(
         long,
         short,
-        required_unless_present = "equations",
+        required = true,
         value_name = "SIGNAL",
         help_heading = "Signals"
     )]

@@ -43,6 +43,13 @@ const SHORT: [&str; 17] = [
 
 fn shown_and_together(argument: clap::Arg) -> clap::Arg {
     let is_shown = SHORT.contains(&argument.get_id().as_str());
+    let argument = match argument.get_id().as_str() {
+        // Equations name their signals themselves.
+        "input" | "output" => argument
+            .required(false)
+            .required_unless_present("equations"),
+        _ => argument,
+    };
     together(argument).hide_short_help(!is_shown)
 }
 

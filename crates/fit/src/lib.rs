@@ -63,6 +63,7 @@ pub use continuous::{ContinuousResult, fit_continuous};
 pub use data::{Columns, DataOptions, Sources};
 pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
+pub use planesman_equations::EquationsFile;
 pub use fit::{FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
