@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use planesman_fit::{EquationsFile, Sources};
 use planesman_fit::model_file::given;
+use planesman_fit::{EquationsFile, Sources};
 use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;

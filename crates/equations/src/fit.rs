@@ -37,6 +37,8 @@ const SINGULAR: f64 = 1e-7;
 const SAME: f64 = 1e-3;
 /// Times the noise that was given, from which it is said that more is left.
 const MORE_THAN_NOISE: f64 = 1.5;
+/// The share of an output's motion from which what is left says that it stays within the noise.
+const WITHIN_NOISE: f64 = 0.9;
 /// Two parameters this correlated are told.
 const CORRELATED: f64 = 0.99;
 /// Relative to its bounds, how near to one a parameter is at it.
@@ -331,6 +333,22 @@ pub(crate) fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64
 }
 
+/// The fit, %, of an output on data that was not fitted; `None` where it hardly moves there beyond what is `left` elsewhere.
+pub(crate) fn informative<'a>(
+    left: f64,
+    runs: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
+) -> Option<f64> {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (measured, _) in runs.clone() {
+        let mut of = Spread::default();
+        measured.iter().for_each(|y| of.update(*y, 1.0));
+        squares += of.sum_of_squares();
+        count += measured.len() as f64;
+    }
+    let moves = left < WITHIN_NOISE * (squares / count).sqrt();
+    fit_of(runs).filter(|_| moves)
+}
+
 /// The fit, %, of an output over runs, each about its own mean: measured values beside simulated ones.
 pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut errors, mut spread) = (0.0, 0.0);
@@ -407,7 +425,8 @@ pub fn fit(
         }
         theta = problem.minimised(theta.clone()).map_or(theta, |it| it.0);
     }
-    let held_out = held_out(&problem, runs, validation, &theta);
+    let left = left(&problem, &theta)?;
+    let held_out = held_out(&problem, runs, validation, &theta, &left);
     judged(
         &problem,
         theta,
@@ -465,6 +484,7 @@ fn held_out(
     runs: &[Run],
     validation: &[Run],
     theta: &DVector<f64>,
+    left: &[f64],
 ) -> Vec<Option<f64>> {
     let equations = problem.equations;
     let outputs = 0..equations.outputs.len();
@@ -490,13 +510,16 @@ fn held_out(
         };
         let of = |output: usize| {
             let each = runs.iter().zip(&simulated).zip(&first);
-            fit_of(each.map(|((run, simulated), first)| {
-                let from = first.outputs[output].times.len();
-                (
-                    &run.outputs[output].values[from..],
-                    &simulated[output].values[from..],
-                )
-            }))
+            informative(
+                left[output],
+                each.map(|((run, simulated), first)| {
+                    let from = first.outputs[output].times.len();
+                    (
+                        &run.outputs[output].values[from..],
+                        &simulated[output].values[from..],
+                    )
+                }),
+            )
         };
         return outputs.map(of).collect();
     }
@@ -517,7 +540,10 @@ fn held_out(
     };
     let of = |output: usize| {
         let each = validation.iter().zip(&simulated);
-        fit_of(each.map(|(run, of)| (&run.outputs[output].values[..], &of[output].values[..])))
+        informative(
+            left[output],
+            each.map(|(run, of)| (&run.outputs[output].values[..], &of[output].values[..])),
+        )
     };
     outputs.map(of).collect()
 }

@@ -17,7 +17,7 @@ use planesman_identification::{IdentificationError, Uncertain, least_squares, st
 use planesman_linear::polynomial;
 
 use crate::error::EquationsError;
-use crate::fit::{FITTED, fit_of, mean_square, verdict_text};
+use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
 use crate::simulation::{Between, Run, Track};
 
 /// Orders that are tried where none is given.
@@ -697,7 +697,8 @@ fn of_order(
                 .map(|(run, x)| (&run.outputs[0].values[..], &x[..])),
         )
     };
-    let held_out_fit = held_out(&problem, validation, &theta);
+    let left = mean_square(errors.as_slice()).sqrt();
+    let held_out_fit = held_out(&problem, validation, &theta, left);
     let offsets = (0..runs.len()).map(|run| {
         let reference = problem.signal(&runs[run], 0.0).reference;
         problem.of_run(&theta, run).0 - theta[n] / theta[0] * reference
@@ -713,7 +714,7 @@ fn of_order(
         fit: pairs(&simulated),
         simulated,
         held_out_fit,
-        left: mean_square(errors.as_slice()).sqrt(),
+        left,
         samples,
         tried: Vec::new(),
         is_validated: !validation.is_empty(),
@@ -756,7 +757,12 @@ fn covariance(
 }
 
 /// The fit on data that was not fitted, %.
-fn held_out(problem: &Problem<'_>, validation: &[Run], theta: &DVector<f64>) -> Option<f64> {
+fn held_out(
+    problem: &Problem<'_>,
+    validation: &[Run],
+    theta: &DVector<f64>,
+    left: f64,
+) -> Option<f64> {
     let of = |runs: &[Run], values: &DVector<f64>, skip: &[usize]| {
         let mut first = 0;
         let each = runs.iter().zip(skip).map(|(run, skip)| {
@@ -765,7 +771,7 @@ fn held_out(problem: &Problem<'_>, validation: &[Run], theta: &DVector<f64>) -> 
             first += measured.len();
             (&measured[*skip..], &x[*skip..])
         });
-        fit_of(each.collect::<Vec<_>>().into_iter())
+        informative(left, each.collect::<Vec<_>>().into_iter())
     };
     if validation.is_empty() {
         let parts: Vec<Run> = problem

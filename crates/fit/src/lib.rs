@@ -63,12 +63,12 @@ pub use continuous::{ContinuousResult, fit_continuous};
 pub use data::{Columns, DataOptions, Sources};
 pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
-pub use planesman_equations::EquationsFile;
 pub use fit::{FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
     StructureOptions, Validation, VehicleOptions, options,
 };
+pub use planesman_equations::EquationsFile;
 pub use samples::{SamplesOptions, samples};
 pub use several::{
     SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,
