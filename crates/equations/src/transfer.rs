@@ -44,7 +44,7 @@ const SEARCH: Search = Search {
 pub struct TransferOptions {
     /// Poles; `None` for the least order that is nearly as good as the best of 1 to 4.
     pub order: Option<usize>,
-    /// Coefficients of the numerator; `None` for as many as poles.
+    /// Coefficients of the numerator; `None` for one or as many as poles, likewise.
     pub numerator: Option<usize>,
     /// Without a dead time.
     pub no_delay: bool,
@@ -81,8 +81,8 @@ pub struct TransferFit {
     pub left: f64,
     /// Samples.
     pub samples: usize,
-    /// Orders that were tried, with their held-out fit, %.
-    pub tried: Vec<(usize, Option<f64>)>,
+    /// Orders and coefficients of the numerator that were tried, with their held-out fit, %.
+    pub tried: Vec<(usize, usize, Option<f64>)>,
     /// Whether other data was given to judge by.
     pub is_validated: bool,
     /// The verdict.
@@ -603,23 +603,36 @@ pub fn fit_transfer(
     if least == most {
         return Err(EquationsError::Constant("the output".to_owned()));
     }
-    if let Some(order) = options.order {
-        return of_order(runs, validation, options, order);
-    }
+    let orders = options.order.map_or(ORDERS, |it| it..=it);
+    // A zero beside a dead time does nearly the same: without one first.
+    let numerators = |n: usize| match options.numerator {
+        Some(given) => vec![given.min(n)],
+        None if n == 1 => vec![1],
+        None => vec![1, n],
+    };
     let mut found: Vec<TransferFit> = Vec::new();
     let mut refusal = None;
-    for order in ORDERS {
-        match of_order(runs, validation, options, order) {
-            Ok(fit) => found.push(fit),
-            Err(error) => refusal = Some(error),
+    for order in orders {
+        for numerator in numerators(order) {
+            let options = TransferOptions {
+                numerator: Some(numerator),
+                ..options
+            };
+            match of_order(runs, validation, options, order) {
+                Ok(fit) => found.push(fit),
+                Err(error) => refusal = Some(error),
+            }
         }
     }
     let held = |it: &TransferFit| it.held_out_fit.unwrap_or(f64::NEG_INFINITY);
     let best = found.iter().map(held).fold(f64::NEG_INFINITY, f64::max);
-    let tried: Vec<(usize, Option<f64>)> =
-        found.iter().map(|it| (it.order, it.held_out_fit)).collect();
+    let tried = found
+        .iter()
+        .map(|it| (it.order, it.numerator, it.held_out_fit));
+    let tried: Vec<(usize, usize, Option<f64>)> = tried.collect();
     let chosen = found.into_iter().find(|it| held(it) >= best - WORTH);
     match (chosen, refusal) {
+        (Some(chosen), _) if tried.len() == 1 => Ok(chosen),
         (Some(chosen), _) => Ok(TransferFit { tried, ..chosen }),
         (None, Some(refusal)) => Err(refusal),
         (None, None) => Err(EquationsError::NoEffect),

@@ -58,14 +58,15 @@ pub fn fit_continuous(
     fit.verdict = verdict;
     let mut sentences: Vec<String> = reasons.iter().map(ToString::to_string).collect();
     if !fit.tried.is_empty() {
-        let tried = fit.tried.iter().map(|(order, held)| match held {
-            Some(held) => format!("{order} ({held:.1} %)"),
-            None => format!("{order} (none)"),
+        let tried = fit.tried.iter().map(|(order, numerator, held)| match held {
+            Some(held) => format!("{order}, {numerator} ({held:.1} %)"),
+            None => format!("{order}, {numerator} (none)"),
         });
         sentences.push(format!(
-            "order {} is the least within half a per cent of the best held-out fit, of {}",
+            "{} poles and {} coefficients of the numerator are the least within half a per cent of the best held-out fit, of {}",
             fit.order,
-            tried.collect::<Vec<_>>().join(", ")
+            fit.numerator,
+            tried.collect::<Vec<_>>().join("; ")
         ));
     }
     let held = fit

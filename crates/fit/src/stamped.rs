@@ -10,8 +10,8 @@ use crate::fit::{doubted, told};
 use crate::options::{FitOptions, GridOptions, Validation};
 use planesman_identification::analysis::{Reason, Verdict};
 
-/// An interval of so many usual ones is a gap.
-const GAP: f64 = 5.0;
+/// An interval of so many usual ones is a gap. The simulation goes on through shorter ones, since the inputs are known.
+const GAP: f64 = 20.0;
 /// Runs at most, the longest.
 const MOST_RUNS: usize = 40;
 /// Samples of an input that are kept from before a run.
