@@ -417,10 +417,8 @@ fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
     let fitted = folder.path().join("fitted.yaml");
     let page = folder.path().join("fit.html");
     let args = |more: &[&str]| {
-        let args = ["fit", data.to_str().unwrap(), "--quiet"]
-            .iter()
-            .chain(more);
-        FitArgs::try_parse_from(args)
+        let begin = ["fit", data.to_str().unwrap(), "--quiet"];
+        FitArgs::try_parse_from(begin.iter().chain(more))
     };
     assert!(args(&[]).is_err(), "signals are needed without equations");
     let [file, fitted, page] = [&file, &fitted, &page].map(|it| it.to_str().unwrap());
@@ -439,6 +437,7 @@ fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
             .unwrap()
             .contains("y, measured and simulated")
     );
+    fs::remove_file(page).unwrap();
     assert!(args(&["--equations", file, "--continuous", "-i", "u", "-o", "y"]).is_err());
     let of = args(&[
         "--continuous",

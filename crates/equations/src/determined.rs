@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::with_interval;
 
-use crate::fit::Problem;
+use crate::problem::Problem;
 
 /// A share of the largest component below which a parameter is not part of a direction.
 const PART: f64 = 1e-3;

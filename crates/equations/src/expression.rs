@@ -224,7 +224,7 @@ impl Tape {
     pub(crate) fn root(&self, node: usize) -> Root {
         let mut is_needed = vec![false; node + 1];
         is_needed[node] = true;
-        for at in (0..=node).rev().filter(|_| true) {
+        for at in (0..=node).rev() {
             if is_needed[at] {
                 match self.nodes[at] {
                     Node::Unary(_, a) => is_needed[a] = true,

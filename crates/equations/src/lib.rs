@@ -11,6 +11,7 @@ mod file;
 mod fit;
 mod model;
 mod named;
+mod problem;
 mod simulation;
 mod transfer;
 
