@@ -1,4 +1,4 @@
-//! The files that say what is flown: a scenario, a vehicle, an actuator.
+//! The files that say what is flown or fitted: a scenario, a vehicle, an actuator, equations.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -15,5 +15,8 @@ fuzz_target!(|data: &[u8]| {
             .expect("a scenario that was taken can be written");
     }
     let _ = planesman_vehicle::vehicle_file::parse("fuzz", text);
+    if let Ok(file) = planesman_equations::text_of(text) {
+        let _ = planesman_equations::Equations::new(file);
+    }
     let _ = planesman_hydraulics::actuator_file::parse("fuzz", text);
 });

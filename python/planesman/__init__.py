@@ -3,7 +3,7 @@ identified from any bag.
 
 - data: `read_bag`, `list_fields`, `Samples`
 - simulation: `simulate`, `Flight`, `Loop` (tick by tick, by a law of your own), `STATES`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
-- identification: `fit`, `fit_several`, `Model`, `Uncertainty`, `FrequencyResponse`
+- identification: `fit`, `fit_several`, `fit_equations`, `Model`, `Uncertainty`, `FrequencyResponse`
 - many at a time, on one machine or a cluster: `sweep`, `fit_all`
 - the two historical reports: `reproduce`
 
@@ -16,7 +16,7 @@ from importlib.metadata import version as _version
 
 from planesman._native import PlanesmanError
 from planesman.data import Samples, list_fields, read_bag
-from planesman.identification import FitOptions, FrequencyResponse, Model, Uncertainty, fit, fit_several
+from planesman.identification import FitOptions, FrequencyResponse, Model, Uncertainty, fit, fit_equations, fit_several
 from planesman.many import fit_all, sweep
 from planesman.reports import reproduce
 from planesman.simulation import STATES, Flight, Loop, TransferFunction, parameter_file, parameters, simulate, transfer_function
@@ -36,6 +36,7 @@ __all__ = [
     "Uncertainty",
     "fit",
     "fit_all",
+    "fit_equations",
     "fit_several",
     "list_fields",
     "parameter_file",

@@ -509,6 +509,44 @@ def fit_several(
     return report
 
 
+def fit_equations(
+    data: Data,
+    equations: str | PathLike[str],
+    inputs: Mapping[str, str] | None = None,
+    outputs: Mapping[str, str] | None = None,
+    *,
+    progress: bool | None = None,
+    **options: Unpack[FitOptions],
+) -> dict[str, Any]:
+    """Fit state equations of one's own to data at its stamps, as `planesman sysid fit --equations FILE` does.
+
+    `equations` is a file of them, `inputs` and `outputs` name the signals of those whose signal is neither in the file nor called as they are.
+    `data` and `options` are those of `fit`; of the options those of data, windows and validation count. It returns what `--json` prints: under
+    `parameters` name, value and standard deviation of each, under `undetermined` what the data does not determine.
+
+    >>> found = fit_equations("run.csv", "motor.yaml", inputs={"u": "volts"})
+    >>> {it["name"]: (it["value"], it["deviation"]) for it in found["parameters"]}
+    """
+    check_names("fit_equations", options, ["data", "equations", "inputs", "outputs", "progress", *FitOptions.__annotations__])
+    named: dict[str, Any] = keywords(options)
+    wanted = []
+    for one, others, signals in [("input", "other_inputs", inputs), ("output", "other_outputs", outputs)]:
+        written = [f"{text(name)}={text(signal)}" for name, signal in (signals or {}).items()]
+        wanted += list((signals or {}).values())
+        if written:
+            named[one] = written[0]
+        if written[1:]:
+            named[others] = written[1:]
+    columns, files = None, []
+    if isinstance(data, Mapping) or hasattr(data, "columns"):
+        columns = [(text(name), _column(name, values)) for name, values in _arrays(data, wanted)]
+    else:
+        files = paths(data)
+    with Progress("fit", wanted=progress) as told:
+        report: dict[str, Any] = json.loads(_native.fit_equations(files, path_text(equations), named, columns, told))
+    return report
+
+
 def _keywords() -> list[str]:
     """The keywords of `fit`."""
     return ["data", "input", "output", "progress", *FitOptions.__annotations__]

@@ -39,7 +39,8 @@ mod _native {
     use crate::listing::{parameter_file, parameters, reproduced};
     #[pymodule_export]
     use crate::model::{
-        fit, fit_options, fit_several, read_model, response, transfer_function, write_model,
+        fit, fit_equations, fit_options, fit_several, read_model, response, transfer_function,
+        write_model,
     };
     #[pymodule_export]
     use crate::sweep::Sweep;

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use planesman_fit::Sources;
 use planesman_fit::model_file::given;
+use planesman_fit::{EquationsFile, Sources};
 use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;
@@ -61,6 +61,28 @@ pub(crate) fn fit_several(
     let watch = Watch::new(progress);
     watched(py, &watch, || {
         let found = planesman_fit::fit_several(&options, &())?;
+        Ok(serde_json::to_string(&found.as_json()?)?)
+    })
+}
+
+/// Equations of one's own by the options of `planesman sysid fit --equations`: their JSON.
+#[pyfunction]
+#[pyo3(signature = (data, equations, options, columns=None, progress=None))]
+pub(crate) fn fit_equations(
+    py: Python<'_>,
+    data: Vec<PathBuf>,
+    equations: PathBuf,
+    options: HashMap<String, Keyword>,
+    columns: Option<Vec<(String, PyBackedBytes)>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let options = Keywords(options)
+        .fit(sources(data, columns))
+        .map_err(raised)?;
+    let watch = Watch::new(progress);
+    watched(py, &watch, || {
+        let file = EquationsFile::read(&equations)?;
+        let found = planesman_fit::fit_equations(&options, file, &())?;
         Ok(serde_json::to_string(&found.as_json()?)?)
     })
 }

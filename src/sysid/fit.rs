@@ -1,14 +1,15 @@
 //! `planesman sysid fit`: a model with uncertainty, tests and a verdict, from a bag or a CSV file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Parser;
 use planesman_console::print_wrapped;
+use planesman_equations::EquationsFile;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
-    FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation, VehicleOptions,
-    compared, fit, fit_several,
+    FitError, FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation,
+    VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
 };
 use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};
@@ -20,7 +21,7 @@ use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
 
 /// The options that `-h` shows; `--help` shows all.
-const SHORT: [&str; 15] = [
+const SHORT: [&str; 17] = [
     "data",
     "input",
     "output",
@@ -32,6 +33,8 @@ const SHORT: [&str; 15] = [
     "method",
     "order",
     "delay",
+    "equations",
+    "continuous",
     "speed",
     "json",
     "model",
@@ -40,6 +43,13 @@ const SHORT: [&str; 15] = [
 
 fn shown_and_together(argument: clap::Arg) -> clap::Arg {
     let is_shown = SHORT.contains(&argument.get_id().as_str());
+    let argument = match argument.get_id().as_str() {
+        // Equations name their signals themselves.
+        "input" | "output" => argument
+            .required(false)
+            .required_unless_present("equations"),
+        _ => argument,
+    };
     together(argument).hide_short_help(!is_shown)
 }
 
@@ -67,6 +77,14 @@ pub struct FitArgs {
     vehicle: VehicleArgs,
     #[command(flatten)]
     recursion: RecursionArgs,
+    /// State equations of one's own, with unknown parameters: a file of equations, fitted at the stamps themselves. -i NAME=SIGNAL and
+    /// -o NAME=SIGNAL name the signals of its inputs and outputs; what is not named is called as in the file
+    #[arg(long, value_name = "FILE", help_heading = "Model")]
+    equations: Option<PathBuf>,
+    /// A transfer function in s with dead time, fitted at the stamps themselves, however uneven: --order and --numerator are those of s,
+    /// --delay 0 is none of a dead time
+    #[arg(long, conflicts_with = "equations", help_heading = "Model")]
+    continuous: bool,
     /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
     #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(rules::BOOTSTRAP), help_heading = "Model")]
     bootstrap: Option<u32>,
@@ -224,6 +242,12 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let options = FitOptions::from(args);
+    if let Some(path) = &args.equations {
+        return run_equations(args, &options, path);
+    }
+    if args.continuous {
+        return run_continuous(args, &options);
+    }
     if options.signals.are_several() {
         return run_several(args, &options);
     }
@@ -269,6 +293,53 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
+/// The same of equations of one's own.
+fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()> {
+    if args.response.is_some() {
+        return Err(FitError::NoResponse.into());
+    }
+    let file = EquationsFile::read(path)?;
+    let found = fit_equations(options, file, &*args.signals.data.progress());
+    let found = found.with_context(|| path.display().to_string())?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
+        planesman_console::print(text)?;
+    } else {
+        print_wrapped(planesman_pages::equations::text(&found))?;
+    }
+    if let Some(path) = &args.model {
+        found.file().write(path)?;
+        planesman_console::err!("{}: the equations", path.display());
+    }
+    if let Some(path) = &args.html {
+        write_text(path, planesman_pages::equations::page(&found))?;
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
+/// The same of a transfer function in s.
+fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
+    if args.response.is_some() {
+        return Err(FitError::NoResponse.into());
+    }
+    if args.model.is_some() {
+        return Err(FitError::NoSampledModel.into());
+    }
+    let found = fit_continuous(options, &*args.signals.data.progress())?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
+        planesman_console::print(text)?;
+    } else {
+        print_wrapped(planesman_pages::continuous::text(&found))?;
+    }
+    if let Some(path) = &args.html {
+        write_text(path, planesman_pages::continuous::page(&found))?;
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
 /// The same of several inputs or outputs.
 fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
     let found = fit_several(options, &*args.signals.data.progress())?;
@@ -304,7 +375,16 @@ mod tests {
     #[test]
     fn the_command_line_has_the_options_of_the_library() {
         let command = FitArgs::command();
-        let own = ["json", "model", "response", "html", "quiet", "help"];
+        let own = [
+            "continuous",
+            "equations",
+            "json",
+            "model",
+            "response",
+            "html",
+            "quiet",
+            "help",
+        ];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
             .filter_map(|it| {
                 let values = it.get_possible_values();

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
 use planesman::sysid::fit::FitArgs;
+use planesman_equations::{Equations, EquationsFile};
 use planesman_fit::FitResult;
 use planesman_identification::{PART, filter, noise, with_noise};
 use planesman_text::in_one_line;
@@ -382,4 +383,95 @@ fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
     assert!(least < 20.0 * 0.9_f64.ln() && 20.0 * 0.9_f64.ln() < most);
     let text = found.analysis.text();
     assert_eq!(text.matches("\n  bootstrap").count(), 3, "{text}");
+}
+
+/// The equations of x' = -a x + b u.
+const EQUATIONS: &str = "inputs: [u]
+outputs: {y: {equation: x, unit: m}}
+states: {x: {derivative: -a*x + b*u, initial: unknown}}
+parameters: {a: {start: 0.5, min: 0.01, unit: 1/s}, b: {start: 1}}
+";
+
+#[test]
+fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = 600;
+    let u: Vec<f64> = noise(3, count / 10)
+        .iter()
+        .flat_map(|it| [*it; 10])
+        .collect();
+    // x' = -2 x + 3 u, exact behind a hold.
+    let share = (-0.1_f64).exp();
+    let mut x = vec![0.2];
+    for k in 1..count {
+        x.push(share * x[k - 1] + 1.5 * (1.0 - share) * u[k - 1]);
+    }
+    let y: Vec<f64> = x
+        .iter()
+        .zip(noise(4, count))
+        .map(|(x, e)| x + 0.02 * e)
+        .collect();
+    let data = table(folder.path(), "run.csv", &[("u", &u), ("y", &y)]);
+    let file = folder.path().join("first.yaml");
+    fs::write(&file, EQUATIONS).unwrap();
+    let fitted = folder.path().join("fitted.yaml");
+    let page = folder.path().join("fit.html");
+    let args = |more: &[&str]| {
+        let begin = ["fit", data.to_str().unwrap(), "--quiet"];
+        FitArgs::try_parse_from(begin.iter().chain(more))
+    };
+    assert!(args(&[]).is_err(), "signals are needed without equations");
+    let [file, fitted, page] = [&file, &fitted, &page].map(|it| it.to_str().unwrap());
+    let of = args(&["--equations", file, "--model", fitted, "--html", page]).unwrap();
+    planesman::sysid::fit::run(&of).unwrap();
+    let written = EquationsFile::read(Path::new(fitted)).unwrap();
+    for ((_, of), truth) in written.parameters.0.iter().zip([2.0, 3.0]) {
+        let (value, deviation) = (of.start.unwrap(), of.deviation.unwrap());
+        assert!(
+            (value - truth).abs() < 4.0 * deviation && deviation < 0.1,
+            "{value} {truth}"
+        );
+    }
+    assert!(
+        fs::read_to_string(page)
+            .unwrap()
+            .contains("y, measured and simulated")
+    );
+    fs::remove_file(page).unwrap();
+    assert!(args(&["--equations", file, "--continuous", "-i", "u", "-o", "y"]).is_err());
+    let of = args(&[
+        "--continuous",
+        "--order",
+        "1",
+        "-i",
+        "u",
+        "-o",
+        "y",
+        "--html",
+        page,
+    ])
+    .unwrap();
+    planesman::sysid::fit::run(&of).unwrap();
+    assert!(
+        fs::read_to_string(page)
+            .unwrap()
+            .contains("e^(-tau s) / (s + a0)")
+    );
+    fs::write(file, EQUATIONS.replace("b*u", "b*v")).unwrap();
+    let of = args(&["--equations", file]).unwrap();
+    let refusal = planesman::sysid::fit::run(&of).unwrap_err();
+    let refusal = format!("{refusal:#}");
+    let said = "first.yaml: states: x: derivative: character 10: 'v' is no input, state, parameter or definition";
+    assert!(refusal.contains(said), "{refusal}");
+}
+
+#[test]
+fn the_equations_that_are_shipped_are_equations() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch-scripts/equations");
+    let files = fs::read_dir(folder).unwrap().map(|it| it.unwrap().path());
+    let names = files.map(|path| {
+        let file = EquationsFile::read(&path).unwrap();
+        Equations::new(file).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    });
+    assert_eq!(names.count(), 7);
 }

@@ -8,6 +8,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use planesman_equations::EquationsError;
 use planesman_identification::IdentificationError;
 use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::Refusal;
@@ -93,6 +94,40 @@ pub enum FitError {
     /// Several signals for a fit of one input and one output.
     #[error("several inputs or outputs are named: fit_several takes them")]
     Several,
+    /// Equations that are refused, or not fitted.
+    #[error(transparent)]
+    Equations(#[from] EquationsError),
+    /// An option that says nothing of equations.
+    #[error("--{} says nothing of {}; leave it out", dashed(.0), .1)]
+    NotOf(&'static str, &'static str),
+    /// A model file of a model that has no sampling interval.
+    #[error(
+        "--model writes models of a sampling interval, and --continuous has none: --json has its numbers, and without --continuous a model is written"
+    )]
+    NoSampledModel,
+    /// A delay in samples for a model that has none.
+    #[error(
+        "--delay counts samples, of which --continuous has no interval: --delay 0 is no dead time, without it one is sought"
+    )]
+    DelayInSamples,
+    /// A signal for an input or output that is none of the equations.
+    #[error(
+        "--{option} {given}: the equations have the {option}s {}; write --{option} NAME=SIGNAL, NAME one of them",
+        names.join(", ")
+    )]
+    Binding {
+        /// input or output.
+        option: &'static str,
+        /// What was given.
+        given: String,
+        /// The names.
+        names: Vec<String>,
+    },
+    /// No stretch of data has all outputs and inputs.
+    #[error(
+        "{0}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is;          a longer --max-gap joins stretches"
+    )]
+    NoStretch(String),
     /// Options of the recursive methods for another.
     #[error(
         "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \

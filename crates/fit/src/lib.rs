@@ -7,6 +7,8 @@
 //! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
 //! - [`FitData`]: the data of a fit, read once for several models.
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
+//! - [`fit_continuous`]: a transfer function in s, on the stamps themselves.
+//! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
 //! - [`rules`]: the values that options take.
@@ -35,7 +37,9 @@
 //! ```
 
 mod compare;
+mod continuous;
 mod data;
+mod equations;
 mod error;
 mod fit;
 pub mod model_file;
@@ -46,6 +50,7 @@ pub mod rules;
 mod samples;
 mod several;
 mod simulated;
+mod stamped;
 mod steps_in_words;
 mod suggestion;
 mod survey;
@@ -55,17 +60,21 @@ pub use compare::{
     CompareOptions, Compared, Comparison, Response, compare, frequency_response,
     frequency_responses,
 };
+pub use continuous::{ContinuousResult, fit_continuous};
 pub use data::{Columns, DataOptions, Sources};
+pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
 pub use fit::{FitData, FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
     StructureOptions, Validation, VehicleOptions, options,
 };
+pub use planesman_equations::EquationsFile;
 pub use samples::{SamplesOptions, samples};
 pub use several::{
     SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,
 };
 pub use simulated::Simulated;
+pub use stamped::StampedRuns;
 pub use survey::{FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
 pub use trial::{Trial, compared, order, ranked};

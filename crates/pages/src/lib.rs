@@ -4,6 +4,7 @@
 //!
 //! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
 //! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
+//! - [`equations`]: state equations of one's own, also as text for a terminal; [`continuous`]: a transfer function in s, likewise.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
 //! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
@@ -18,6 +19,8 @@ use planesman_text::shown;
 pub mod book;
 pub mod coefficients;
 pub mod compare;
+pub mod continuous;
+pub mod equations;
 mod evidence;
 pub mod fit;
 pub mod flights;

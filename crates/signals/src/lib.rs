@@ -7,6 +7,7 @@
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
+//! - [`read_samples`]: samples at their own stamps, on no grid.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
@@ -45,6 +46,7 @@ mod quantile;
 mod repeats;
 mod request;
 mod resample;
+mod samples;
 mod sieve;
 mod signal;
 mod source;
@@ -77,6 +79,7 @@ pub use prepared_record::{PreparedRecord, SourceOfRecord, read_record};
 pub use publishers::{Publishers, Senders};
 pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
+pub use samples::{Stretches, read_samples};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source, is_table};
 pub use stamps::Stamps;

@@ -46,6 +46,26 @@ impl Sieve {
         }
     }
 
+    /// Samples in the order of their stamps, changed. Of those of one stamp the last counts.
+    pub(crate) fn through(&mut self, samples: &[(i64, f64)]) -> Vec<(i64, f64)> {
+        let mut changed: Vec<(i64, f64)> = Vec::with_capacity(samples.len());
+        for (stamp, value) in samples {
+            let stamp = match &mut self.spreader {
+                Some(spreader) => spreader.next(*stamp),
+                None => *stamp,
+            };
+            if self.repeats.as_mut().is_some_and(|it| it.is_one(*value)) {
+                continue;
+            }
+            let value = self.unwrapper.next(*value);
+            match changed.last_mut() {
+                Some(last) if stamp <= last.0 => last.1 = value,
+                _ => changed.push((stamp, value)),
+            }
+        }
+        changed
+    }
+
     /// What was done to the samples.
     pub(crate) fn changes(&self) -> Vec<Change> {
         let spread = self.bursts.map(|it| it.change());

@@ -27,7 +27,7 @@ pub use checks::InputPart;
 pub use curve::{CurveChoice, Curved};
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
-pub use verdict::Verdict;
+pub use verdict::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
 
 use std::borrow::Cow;
 

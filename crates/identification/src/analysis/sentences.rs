@@ -97,6 +97,10 @@ impl Verdict {
                 "usable with care: the steady-state gain is not determined",
                 "record steps that are held until the output settles",
             ),
+            Self::ParametersUndetermined => (
+                "usable with care: the data does not determine every parameter",
+                "fix one of those that are named above (fixed: VALUE), or record what tells them apart",
+            ),
             Self::DynamicsMissing => (
                 "usable with care: dynamics are missing",
                 "let order, delay and method be chosen: --method automatic",

@@ -21,10 +21,12 @@ use planesman_record::Record;
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
-/// Held-out fits, %, from which a model is called very good, good, and usable.
+/// A held-out fit, %, from which a model is called very good.
 const VERY_GOOD: f64 = 90.0;
-pub(crate) const GOOD: f64 = 80.0;
-pub(crate) const USABLE: f64 = 50.0;
+/// A held-out fit, %, from which a model is called good.
+pub const GOOD: f64 = 80.0;
+/// A held-out fit, %, from which a model is called usable.
+pub const USABLE: f64 = 50.0;
 /// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
 const AS_GOOD: f64 = 3.0;
 /// By how much a fit, %, on held-out data is below that on the whole record when the model is called overfitted.
@@ -43,7 +45,7 @@ const MATTERS: f64 = 0.05;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
 /// Samples for each parameter, below which a fit is partly memory.
-const SAMPLES_PER_PARAMETER: usize = 10;
+pub const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 pub(crate) const STEADY: f64 = 4.0;
 /// The share of a steady-state gain that its 95 % interval may be where a zero may cancel a pole.
@@ -102,6 +104,8 @@ pub enum Verdict {
     Early,
     /// Its steady-state gain is not determined.
     GainUndetermined,
+    /// The data does not determine every parameter of equations that were given.
+    ParametersUndetermined,
     /// Dynamics are missing.
     DynamicsMissing,
     /// It simulates.

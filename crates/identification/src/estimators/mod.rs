@@ -70,9 +70,9 @@ pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
 pub use method::{Knowledge, Method};
 pub use n4sid::N4sid;
 pub(crate) use normal_equations::{
-    NormalEquations, Part, Search, Total, correlation, damped, information, least, shifted_sum,
-    through_poles,
+    NormalEquations, Part, correlation, damped, information, shifted_sum, through_poles,
 };
+pub use normal_equations::{Search, Total, least};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use process::{Begins, Process};
@@ -80,6 +80,7 @@ pub use process_model::{Form, ProcessModel};
 pub use recursively::Recursively;
 pub use refined::WarmStarted;
 pub(crate) use rows::{impulse, regression};
+pub use simulator::coloured_covariance;
 pub(crate) use simulator::{coloured, lost};
 pub(crate) use stability::{held_within, lies_within, radius_of_memory};
 pub use step_response::StepResponse;

@@ -35,13 +35,13 @@ pub(crate) struct Part {
 
 /// A search for the least error.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Search {
+pub struct Search {
     /// Steps at most.
-    pub(crate) steps: usize,
+    pub steps: usize,
     /// A step that lowers the cost by less than this share of it is the last.
-    pub(crate) enough: f64,
-    /// The largest magnitude of a pole.
-    pub(crate) radius: f64,
+    pub enough: f64,
+    /// The largest magnitude of a pole; infinite for models without.
+    pub radius: f64,
 }
 
 /// The signals of a record, whitened.
@@ -91,10 +91,14 @@ struct Normal {
 }
 
 /// The normal equations of several parts, in the order of theta.
-pub(crate) struct Total {
-    pub(crate) information: DMatrix<f64>,
-    pub(crate) gradient: DVector<f64>,
-    pub(crate) cost: f64,
+#[derive(Debug)]
+pub struct Total {
+    /// `psi'psi`.
+    pub information: DMatrix<f64>,
+    /// `psi'e`.
+    pub gradient: DVector<f64>,
+    /// `e'e`.
+    pub cost: f64,
 }
 
 impl NormalEquations {
@@ -258,9 +262,9 @@ impl NormalEquations {
     }
 }
 
-/// The parameters of the least error near `start` by its normal equations, each step brought `within` what poles may be, and the
-/// error's sum of squares.
-pub(crate) fn least(
+/// The parameters of the least error near `start` by its normal equations, each step brought `within` what the parameters may be, and
+/// the error's sum of squares. `None` where `start` has none.
+pub fn least(
     start: DVector<f64>,
     search: Search,
     total: &dyn Fn(&DVector<f64>) -> Option<Total>,

@@ -170,6 +170,31 @@ pub(crate) fn coloured(
     unit * triangle.transpose() * (white.sqrt() * lost)
 }
 
+/// What one output adds to the covariance of parameters that several outputs determine together, `U U' psi' R psi U U'`: `unit` is U,
+/// a factor of the inverse of the information of all outputs, `slopes` are psi, and R the covariance of the output's errors, of any
+/// colour and this variance. `residuals` are its errors of each record, one below the other as the rows of psi.
+#[must_use]
+pub fn coloured_covariance(
+    unit: &DMatrix<f64>,
+    slopes: DMatrix<f64>,
+    residuals: &[Vec<f64>],
+    variance: f64,
+) -> DMatrix<f64> {
+    let is_white = whitening(residuals.iter().map(Vec::as_slice)).len() == 1;
+    let factor = if is_white {
+        unit * (slopes * unit).qr().r().transpose() * variance.sqrt()
+    } else {
+        let errors = DVector::from_vec(residuals.concat());
+        coloured(
+            unit.clone(),
+            &Linearised { errors, slopes },
+            residuals,
+            variance,
+        )
+    };
+    &factor * factor.transpose()
+}
+
 /// By how much the standard deviations are larger for the slow part of the noise that the parameters took out of residuals with
 /// colour, `D e` white, from which their covariance is: of the samples that those are worth, `N D(1)^2 var e / V`, as many are lost
 /// twice as there are parameters. 1 for white residuals, whose degrees of freedom are counted already.

@@ -1,0 +1,212 @@
+//! What the data does not determine: directions of the parameters in which no output moves, and what of them is known.
+//!
+//! A direction is a null vector of the slopes. Where only `K/J` stands in the equations, K and J may grow together: the direction is
+//! `dK/K = dJ/J`, and `K/J` is constant along it. Whether products or sums are is tried by a step along it.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+use planesman_identification::SIGMAS_95;
+use planesman_linear::digits::with_interval;
+
+use crate::problem::Problem;
+
+/// A share of the largest component below which a parameter is not part of a direction.
+const PART: f64 = 1e-3;
+/// How far the step along a direction goes, relative to the parameters.
+const STEP: f64 = 0.05;
+/// The share of what a parameter alone would do that a combination may do and be constant.
+const CONSTANT: f64 = 0.01;
+/// Exponents this near to a whole number are.
+const WHOLE: f64 = 1e-3;
+
+/// Parameters that the data does not determine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Undetermined {
+    /// Their names.
+    pub names: Vec<String>,
+    /// Combinations of them that it does determine, each with value and standard deviation; empty where none is known.
+    pub kept: Vec<(String, f64, f64)>,
+}
+
+impl fmt::Display for Undetermined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = self.names.join(", ");
+        if let [name] = &self.names[..] {
+            return write!(
+                f,
+                "{name} changes no output: fix it (fixed: VALUE), or record data in which it acts"
+            );
+        }
+        let kept = self.kept.iter().map(|(name, value, deviation)| {
+            format!("{name} = {}", with_interval(*value, SIGMAS_95 * deviation))
+        });
+        let kept = match &kept.collect::<Vec<_>>()[..] {
+            [] => format!("{} combinations of them", self.names.len() - 1),
+            kept => kept.join(", "),
+        };
+        write!(
+            f,
+            "{names} are not determined by the data, only {kept}: fix one of them (fixed: VALUE)"
+        )
+    }
+}
+
+/// A direction: the parameters in it, each with its change relative to itself.
+type Direction = Vec<(usize, f64)>;
+
+/// The directions of singular values that are none, each of as few parameters as can be.
+pub(crate) fn null_directions(
+    v: &DMatrix<f64>,
+    sigma: &DVector<f64>,
+    singular: f64,
+    active: &[usize],
+    lengths: &[f64],
+    theta: &DVector<f64>,
+) -> Vec<Direction> {
+    let scale = |i: usize| if theta[i] == 0.0 { 1.0 } else { theta[i].abs() };
+    let null: Vec<usize> = (0..sigma.len())
+        .filter(|j| sigma[*j] <= singular * sigma.max())
+        .collect();
+    // Rows of null vectors, relative to the parameters; reduced to as few entries as can be.
+    let mut rows = DMatrix::from_fn(null.len(), active.len(), |r, c| {
+        v[(c, null[r])] / (lengths[active[c]] * scale(active[c]))
+    });
+    for r in 0..rows.nrows() {
+        let largest = rows.row(r).amax();
+        rows.row_mut(r).scale_mut(1.0 / largest);
+    }
+    for r in 0..rows.nrows() {
+        let of = rows.row(r).into_owned();
+        let pivot = of.transpose().iamax();
+        if of[pivot] == 0.0 {
+            continue;
+        }
+        let of = &of / of[pivot];
+        rows.row_mut(r).copy_from(&of);
+        for other in (0..rows.nrows()).filter(|it| *it != r) {
+            let by = rows[(other, pivot)];
+            let mut row = rows.row_mut(other);
+            row -= &of * by;
+        }
+    }
+    let direction = |r: usize| {
+        let row = rows.row(r);
+        let largest = row.amax();
+        let entries = active.iter().zip(row.iter());
+        let entries = entries.filter(|(_, it)| it.abs() > PART * largest);
+        entries
+            .map(|(at, it)| (*at, it / largest))
+            .collect::<Direction>()
+    };
+    (0..rows.nrows())
+        .map(direction)
+        .filter(|it| !it.is_empty())
+        .collect()
+}
+
+/// What each direction leaves, and the parameters that do nothing.
+pub(crate) fn undetermined(
+    problem: &Problem<'_>,
+    theta: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    directions: &[Direction],
+    idle: &[usize],
+) -> Vec<Undetermined> {
+    let name = |i: usize| problem.sought[i].name.clone();
+    let of = |direction: &Direction| Undetermined {
+        names: direction.iter().map(|it| name(it.0)).collect(),
+        kept: kept(problem, theta, covariance, direction),
+    };
+    let alone = idle.iter().map(|i| Undetermined {
+        names: vec![name(*i)],
+        kept: Vec::new(),
+    });
+    alone.chain(directions.iter().map(of)).collect()
+}
+
+/// The combinations that are constant along a direction: of the last parameter that moves most, with each other.
+fn kept(
+    problem: &Problem<'_>,
+    theta: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    direction: &Direction,
+) -> Vec<(String, f64, f64)> {
+    let Some((last, most)) = direction
+        .iter()
+        .rev()
+        .find(|it| it.1.abs() > 1.0 - WHOLE)
+        .copied()
+    else {
+        return Vec::new();
+    };
+    let scale = |i: usize| if theta[i] == 0.0 { 1.0 } else { theta[i].abs() };
+    let errors = |change: &dyn Fn(usize, f64) -> f64, of: &[(usize, f64)]| {
+        let mut moved = theta.clone();
+        for (i, by) in of {
+            moved[*i] = change(*i, *by);
+        }
+        Some(problem.errors(&moved)? - problem.errors(theta)?)
+    };
+    let product = |i: usize, by: f64| theta[i] * (STEP * by * theta[i].signum()).exp();
+    let sum = |i: usize, by: f64| theta[i] + STEP * by * scale(i);
+    let is_constant = |change: &dyn Fn(usize, f64) -> f64| {
+        let all = errors(change, direction);
+        let alone = errors(change, &[(last, most)]);
+        matches!((all, alone), (Some(all), Some(alone)) if all.norm() < CONSTANT * alone.norm())
+    };
+    let name = |i: usize| &problem.sought[i].name;
+    let others = direction.iter().filter(|it| it.0 != last);
+    let carried = |other: usize, by_other: f64, by_last: f64| {
+        let both = [(other, by_other), (last, by_last)];
+        let sum: f64 = both
+            .iter()
+            .flat_map(|(i, a)| both.iter().map(move |(j, b)| a * b * covariance[(*i, *j)]))
+            .sum();
+        sum.max(0.0).sqrt()
+    };
+    let none_is_zero = direction.iter().all(|it| theta[it.0] != 0.0);
+    if none_is_zero && is_constant(&product) {
+        return others
+            .map(|(other, by)| {
+                let exponent = -(by * theta[*other].signum()) / (most * theta[last].signum());
+                let whole = exponent.round();
+                let exponent = if (exponent - whole).abs() < WHOLE {
+                    whole
+                } else {
+                    exponent
+                };
+                let (a, b) = (name(*other), name(last));
+                let text = match exponent {
+                    1.0 => format!("{a}*{b}"),
+                    -1.0 => format!("{a}/{b}"),
+                    e => format!("{a}*{b}^{e:.3}"),
+                };
+                // An exponent that is not whole is of the magnitude.
+                let power = match exponent == whole {
+                    true => theta[last].powi(whole as i32),
+                    false => theta[last].abs().powf(exponent),
+                };
+                let value = theta[*other] * power;
+                let by_last = exponent * value / theta[last];
+                (text, value, carried(*other, power, by_last))
+            })
+            .collect();
+    }
+    if is_constant(&sum) {
+        return others
+            .map(|(other, by)| {
+                let factor = -(by * scale(*other)) / (most * scale(last));
+                let value = theta[*other] + factor * theta[last];
+                let (a, b) = (name(*other), name(last));
+                let sign = if factor < 0.0 { '-' } else { '+' };
+                let text = match (factor.abs() - 1.0).abs() < WHOLE {
+                    true => format!("{a} {sign} {b}"),
+                    false => format!("{a} {sign} {:.4}*{b}", factor.abs()),
+                };
+                (text, value, carried(*other, 1.0, factor))
+            })
+            .collect();
+    }
+    Vec::new()
+}

@@ -1,0 +1,534 @@
+//! Output error: the parameters with which the simulated outputs come nearest the measured ones.
+//!
+//! ```text
+//! V = sum over outputs  |y - yhat(p, x0)|^2 / noise^2
+//! ```
+//! Gauss-Newton steps damped after Marquardt, on the bounds where they lead out of them ([`Problem`]); from several starts where
+//! parameters have both bounds. The covariance is that of residuals of any colour, each output's its own.
+
+use nalgebra::{DMatrix, DVector};
+use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
+use planesman_identification::estimators::coloured_covariance;
+use planesman_identification::{Spread, fit as fit_percent};
+
+use crate::determined::{Undetermined, null_directions, undetermined};
+use crate::error::EquationsError;
+use crate::model::{Equations, Unknown};
+use crate::problem::Problem;
+use crate::simulation::{Run, initial_states};
+
+/// How often outputs without a noise of their own are weighed anew.
+const WEIGHINGS: usize = 4;
+/// The share of a record that is fitted where the rest is to judge by.
+pub(crate) const FITTED: f64 = 0.7;
+/// Relative to the largest singular value, one below which a direction is not determined.
+const SINGULAR: f64 = 1e-7;
+/// Searches that end with costs this near have found one minimum.
+const SAME: f64 = 1e-3;
+/// Times the noise that was given, from which it is said that more is left.
+const MORE_THAN_NOISE: f64 = 1.5;
+/// The share of an output's motion from which what is left says that it stays within the noise.
+const WITHIN_NOISE: f64 = 0.9;
+/// Two parameters this correlated are told.
+const CORRELATED: f64 = 0.99;
+/// Relative to its bounds, how near to one a parameter is at it.
+const AT_BOUND: f64 = 1e-9;
+
+/// A parameter or initial state that was found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// What was sought.
+    pub unknown: Unknown,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation; `None` where the data does not determine it, and at a bound.
+    pub deviation: Option<f64>,
+    /// Whether it lies at one of its bounds.
+    pub is_at_bound: bool,
+}
+
+/// How an output is met.
+#[derive(Clone, Debug)]
+pub struct OutputFit {
+    /// Its name.
+    pub name: String,
+    /// Of all of the data, %.
+    pub fit: Option<f64>,
+    /// Of data that was not fitted, %.
+    pub held_out_fit: Option<f64>,
+    /// Root mean square of what is left, output unit.
+    pub left: f64,
+    /// The noise that was given.
+    pub noise: Option<f64>,
+    /// Samples.
+    pub samples: usize,
+}
+
+/// Equations fitted to data.
+#[derive(Clone, Debug)]
+pub struct EquationsFit {
+    /// The equations.
+    pub equations: Equations,
+    /// The parameters.
+    pub parameters: Vec<Found>,
+    /// The sought initial states of each run.
+    pub initial: Vec<Vec<Found>>,
+    /// The parameters' correlation; 0 for those without a deviation.
+    pub correlation: DMatrix<f64>,
+    /// Each output.
+    pub outputs: Vec<OutputFit>,
+    /// What the data does not determine.
+    pub undetermined: Vec<Undetermined>,
+    /// Searches that ended at the least cost, and all that were begun.
+    pub searches: (usize, usize),
+    /// The simulated outputs of each run.
+    pub simulated: Vec<Vec<Vec<f64>>>,
+    /// Whether other data was given to judge by.
+    pub is_validated: bool,
+    /// What was found, in sentences.
+    pub reasons: Vec<String>,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+pub(crate) fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|it| it * it).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The fit, %, of an output on data that was not fitted; `None` where it hardly moves there beyond what is `left` elsewhere.
+pub(crate) fn informative<'a>(
+    left: f64,
+    runs: impl Iterator<Item = (&'a [f64], &'a [f64])> + Clone,
+) -> Option<f64> {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (measured, _) in runs.clone() {
+        let mut of = Spread::default();
+        measured.iter().for_each(|y| of.update(*y, 1.0));
+        squares += of.sum_of_squares();
+        count += measured.len() as f64;
+    }
+    let moves = left < WITHIN_NOISE * (squares / count).sqrt();
+    fit_of(runs).filter(|_| moves)
+}
+
+/// The fit, %, of an output over runs, each about its own mean: measured values beside simulated ones.
+pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
+    let (mut errors, mut spread) = (0.0, 0.0);
+    for (measured, simulated) in runs {
+        let mut of = Spread::default();
+        for (y, x) in measured.iter().zip(simulated) {
+            of.update(*y, 1.0);
+            errors += (y - x) * (y - x);
+        }
+        spread += of.sum_of_squares();
+    }
+    fit_percent(errors, spread)
+}
+
+/// Fits the equations to runs. They are judged on `validation`, each run of which finds an initial state of its own; without it by
+/// a model of the first seven tenths of each run, on the rest.
+///
+/// # Errors
+/// [`EquationsError`]: equations without a number at the start, too little data, parameters that change nothing.
+pub fn fit(
+    equations: &Equations,
+    runs: &[Run],
+    validation: &[Run],
+) -> Result<EquationsFit, EquationsError> {
+    let samples: usize = runs.iter().map(Run::samples).sum();
+    let weights = first_weights(equations, runs)?;
+    let mut problem = Problem::new(equations, runs, weights);
+    let sought = problem.sought.len();
+    if samples <= sought {
+        return Err(EquationsError::TooFew { samples, sought });
+    }
+    let starts = problem.starts();
+    if let Some(run) = runs.first() {
+        check_start(equations, run, &problem.sought)?;
+    }
+    let mut tried: Vec<Option<(DVector<f64>, f64)>> = starts
+        .iter()
+        .map(|start| problem.minimised(start.clone()))
+        .collect();
+    let grown = starts.first().and_then(|start| problem.grown(start));
+    tried.push(grown.and_then(|start| problem.minimised(start)));
+    let begun = tried.len();
+    let mut ends: Vec<(DVector<f64>, f64)> = tried.into_iter().flatten().collect();
+    ends.sort_by(|p, q| p.1.total_cmp(&q.1));
+    let Some((mut theta, cost)) = ends.first().cloned() else {
+        return Err(EquationsError::NotFinite {
+            entry: "the simulation".to_owned(),
+            when: "from the start on".to_owned(),
+            at: named(&problem.sought, &starts[0]),
+        });
+    };
+    let same = ends.iter().filter(|it| it.1 <= (1.0 + SAME) * cost).count();
+    let free: Vec<usize> = (0..equations.outputs.len())
+        .filter(|it| equations.outputs[*it].noise.is_none())
+        .collect();
+    let left = |problem: &Problem<'_>, theta: &DVector<f64>| {
+        let of = problem.by_output(theta).ok_or(EquationsError::NoEffect)?;
+        let left = of.iter().map(|it| mean_square(&it.0.concat()).sqrt());
+        Ok::<Vec<f64>, EquationsError>(left.collect())
+    };
+    for _ in 0..WEIGHINGS {
+        if free.is_empty() || equations.outputs.len() == 1 {
+            break;
+        }
+        let found = left(&problem, &theta)?;
+        let mut moved = 0.0_f64;
+        for output in &free {
+            let weight = 1.0 / found[*output].max(1e-12 / problem.weights[*output]);
+            moved = moved.max((weight / problem.weights[*output]).ln().abs());
+            problem.weights[*output] = weight;
+        }
+        if moved < 0.01 {
+            break;
+        }
+        theta = problem.minimised(theta.clone()).map_or(theta, |it| it.0);
+    }
+    let left = left(&problem, &theta)?;
+    let held_out = held_out(&problem, runs, validation, &theta, &left);
+    judged(
+        &problem,
+        theta,
+        held_out,
+        (same, begun),
+        !validation.is_empty(),
+    )
+}
+
+/// One over the noise of each output, or over its standard deviation.
+fn first_weights(equations: &Equations, runs: &[Run]) -> Result<Vec<f64>, EquationsError> {
+    let outputs = equations.outputs.iter().enumerate();
+    let weight = |(output, of): (usize, &crate::model::OutputEquation)| {
+        let mut spread = Spread::default();
+        let values = runs.iter().flat_map(|it| &it.outputs[output].values);
+        let mut count = 0.0;
+        values.for_each(|value| {
+            spread.update(*value, 1.0);
+            count += 1.0;
+        });
+        let deviation = (spread.sum_of_squares() / count).sqrt();
+        match of.noise {
+            Some(noise) => Ok(1.0 / noise),
+            None if deviation > 0.0 => Ok(1.0 / deviation),
+            None => Err(EquationsError::Constant(of.name.clone())),
+        }
+    };
+    outputs.map(weight).collect()
+}
+
+fn named(sought: &[Unknown], theta: &DVector<f64>) -> String {
+    let each = sought.iter().zip(theta.iter());
+    let each = each
+        .take(12)
+        .map(|(of, value)| format!("{} = {value}", of.name));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+/// Refuses equations without a number where the search and the first run begin.
+fn check_start(equations: &Equations, run: &Run, sought: &[Unknown]) -> Result<(), EquationsError> {
+    let starts: Vec<f64> = sought.iter().map(|it| it.start).collect();
+    let parameters = equations.unknowns.len();
+    let mut variables = run.inputs_at(0.0);
+    let (of_model, of_run) = starts.split_at(parameters);
+    let states = initial_states(equations, of_model, of_run, run);
+    variables.extend(states);
+    variables.extend(&starts[..parameters]);
+    variables.push(0.0);
+    equations.check_finite(&variables)
+}
+
+/// The fit of each output on data that was not fitted, %.
+fn held_out(
+    problem: &Problem<'_>,
+    runs: &[Run],
+    validation: &[Run],
+    theta: &DVector<f64>,
+    left: &[f64],
+) -> Vec<Option<f64>> {
+    let equations = problem.equations;
+    let outputs = 0..equations.outputs.len();
+    let none = || outputs.clone().map(|_| None).collect();
+    let parameters = equations.unknowns.len();
+    if validation.is_empty() {
+        let cuts: Vec<f64> = runs.iter().map(|it| FITTED * it.end()).collect();
+        let first: Vec<Run> = runs
+            .iter()
+            .zip(&cuts)
+            .map(|(it, cut)| it.until(*cut))
+            .collect();
+        let of = Problem::new(equations, &first, problem.weights.clone());
+        if first.iter().map(Run::samples).sum::<usize>() <= of.sought.len() {
+            return none();
+        }
+        let Some((theta, _)) = of.minimised(theta.clone()) else {
+            return none();
+        };
+        let whole = Problem::new(equations, runs, problem.weights.clone());
+        let Some(simulated) = whole.simulated(&theta, false) else {
+            return none();
+        };
+        let of = |output: usize| {
+            let each = runs.iter().zip(&simulated).zip(&first);
+            informative(
+                left[output],
+                each.map(|((run, simulated), first)| {
+                    let from = first.outputs[output].times.len();
+                    (
+                        &run.outputs[output].values[from..],
+                        &simulated[output].values[from..],
+                    )
+                }),
+            )
+        };
+        return outputs.map(of).collect();
+    }
+    // Only the initial states are found anew.
+    let mut known = equations.clone();
+    for (unknown, value) in known.unknowns.iter_mut().zip(theta.iter()) {
+        unknown.start = *value;
+        unknown.bounds = (*value, *value);
+    }
+    let of = Problem::new(&known, validation, problem.weights.clone());
+    let start = DVector::from_iterator(of.sought.len(), of.sought.iter().map(|it| it.start));
+    let found = match of.sought.len() > parameters {
+        true => of.minimised(start).map(|it| it.0),
+        false => Some(start),
+    };
+    let Some(simulated) = found.and_then(|theta| of.simulated(&theta, false)) else {
+        return none();
+    };
+    let of = |output: usize| {
+        let each = validation.iter().zip(&simulated);
+        informative(
+            left[output],
+            each.map(|(run, of)| (&run.outputs[output].values[..], &of[output].values[..])),
+        )
+    };
+    outputs.map(of).collect()
+}
+
+/// Uncertainty, fits and verdict at the minimum.
+fn judged(
+    problem: &Problem<'_>,
+    theta: DVector<f64>,
+    held_out: Vec<Option<f64>>,
+    searches: (usize, usize),
+    is_validated: bool,
+) -> Result<EquationsFit, EquationsError> {
+    let equations = problem.equations;
+    let by_output = problem.by_output(&theta).ok_or(EquationsError::NoEffect)?;
+    let count = theta.len();
+    let is_at_bound = |i: usize| {
+        let (low, high) = problem.sought[i].bounds;
+        let near = AT_BOUND * theta[i].abs().max(1e-300);
+        theta[i] - low <= near || high - theta[i] <= near
+    };
+    let rows: usize = by_output.iter().map(|it| it.1.nrows()).sum();
+    let mut all = DMatrix::zeros(rows, count);
+    let mut first = 0;
+    for ((_, slopes), weight) in by_output.iter().zip(&problem.weights) {
+        all.rows_mut(first, slopes.nrows())
+            .copy_from(&(slopes * *weight));
+        first += slopes.nrows();
+    }
+    for i in (0..count).filter(|it| is_at_bound(*it)) {
+        all.column_mut(i).fill(0.0);
+    }
+    let lengths: Vec<f64> = all.column_iter().map(|it| it.norm()).collect();
+    // What moves no output by more than rounding does nothing.
+    let moves = |i: usize| lengths[i] * theta[i].abs().max(1e-6) > 1e-9;
+    let active: Vec<usize> = (0..count)
+        .filter(|i| lengths[*i] > 0.0 && moves(*i))
+        .collect();
+    if active.is_empty() {
+        return Err(EquationsError::NoEffect);
+    }
+    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| {
+        all[(k, active[j])] / lengths[active[j]]
+    });
+    let svd = scaled.qr().r().svd(false, true);
+    let (Some(v), sigma) = (svd.v_t.map(|it| it.transpose()), svd.singular_values) else {
+        return Err(EquationsError::NoEffect);
+    };
+    let is_kept = |j: &usize| sigma[*j] > SINGULAR * sigma.max();
+    let kept: Vec<usize> = (0..sigma.len()).filter(is_kept).collect();
+    let mut unit = DMatrix::zeros(count, kept.len());
+    for (column, j) in kept.iter().enumerate() {
+        for (row, i) in active.iter().enumerate() {
+            unit[(*i, column)] = v[(row, *j)] / (sigma[*j] * lengths[*i]);
+        }
+    }
+    let mut covariance = DMatrix::zeros(count, count);
+    for ((errors, slopes), weight) in by_output.iter().zip(&problem.weights) {
+        let weighted: Vec<Vec<f64>> = errors
+            .iter()
+            .map(|of| of.iter().map(|it| it * weight).collect())
+            .collect();
+        let n = slopes.nrows() as f64;
+        // Each output pays for its share of the parameters.
+        let freedom = n * (1.0 - kept.len() as f64 / rows as f64);
+        let variance = weighted.concat().iter().map(|it| it * it).sum::<f64>() / freedom.max(1.0);
+        covariance += coloured_covariance(&unit, slopes * *weight, &weighted, variance);
+    }
+    let directions = null_directions(&v, &sigma, SINGULAR, &active, &lengths, &theta);
+    let idle: Vec<usize> = (0..count)
+        .filter(|i| !active.contains(i) && !is_at_bound(*i))
+        .collect();
+    let is_determined = |i: usize| {
+        active.contains(&i)
+            && directions
+                .iter()
+                .all(|it| it.iter().all(|(at, _)| *at != i))
+    };
+    let undetermined = undetermined(problem, &theta, &covariance, &directions, &idle);
+    let found = |i: usize| Found {
+        unknown: problem.sought[i].clone(),
+        value: theta[i],
+        deviation: is_determined(i).then(|| covariance[(i, i)].max(0.0).sqrt()),
+        is_at_bound: is_at_bound(i),
+    };
+    let parameters = equations.unknowns.len();
+    let correlation = DMatrix::from_fn(parameters, parameters, |i, j| {
+        let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        match is_determined(i) && is_determined(j) && scale > 0.0 {
+            true => covariance[(i, j)] / scale,
+            false => 0.0,
+        }
+    });
+    let simulated = problem
+        .simulated(&theta, false)
+        .ok_or(EquationsError::NoEffect)?;
+    let simulated: Vec<Vec<Vec<f64>>> = simulated
+        .into_iter()
+        .map(|it| it.into_iter().map(|of| of.values).collect())
+        .collect();
+    let outputs = equations.outputs.iter().enumerate().map(|(output, of)| {
+        let each = problem.runs.iter().zip(&simulated);
+        let each = each.map(|(run, x)| (&run.outputs[output].values[..], &x[output][..]));
+        OutputFit {
+            name: of.name.clone(),
+            fit: fit_of(each),
+            held_out_fit: held_out[output],
+            left: mean_square(&by_output[output].0.concat()).sqrt(),
+            noise: of.noise,
+            samples: by_output[output].1.nrows(),
+        }
+    });
+    let mut result = EquationsFit {
+        equations: equations.clone(),
+        parameters: (0..parameters).map(found).collect(),
+        initial: (0..problem.runs.len())
+            .map(|run| {
+                problem.places(run)[parameters..]
+                    .iter()
+                    .map(|it| found(*it))
+                    .collect()
+            })
+            .collect(),
+        correlation,
+        outputs: outputs.collect(),
+        undetermined,
+        searches,
+        simulated,
+        is_validated,
+        reasons: Vec::new(),
+        verdict: Verdict::Good,
+    };
+    result.judge(rows, count);
+    Ok(result)
+}
+
+/// A verdict, and what to do next: with a model that is good, or with one that is not.
+pub(crate) fn verdict_text(verdict: Verdict, good: &str, bad: &str) -> String {
+    let (word, next) = verdict.words();
+    let next = match verdict {
+        Verdict::Good | Verdict::Usable => good,
+        Verdict::Unusable => bad,
+        _ => next,
+    };
+    format!("verdict: {word}. Next: {next}")
+}
+
+impl EquationsFit {
+    /// The verdict, and what to do next with equations.
+    #[must_use]
+    pub fn verdict_text(&self) -> String {
+        verdict_text(
+            self.verdict,
+            "keep the parameters: --model fitted.yaml; look at it: --html fit.html",
+            "look at the page for where it fails: --html fit.html; an equation lacks something, or the search ended elsewhere: give parameters \
+             min and max, between which several searches begin",
+        )
+    }
+
+    /// Takes reasons and verdict.
+    fn judge(&mut self, rows: usize, sought: usize) {
+        let mut reasons = Vec::new();
+        let is_few = rows < SAMPLES_PER_PARAMETER * sought;
+        if is_few {
+            reasons.push(format!(
+                "{rows} samples for {sought} parameters and initial states"
+            ));
+        }
+        match self.searches {
+            (same, begun) if same == begun => {}
+            (same, begun) => reasons.push(format!(
+                "{same} of {begun} searches ended at this minimum: from the start, from the start by growing parts of the data{}",
+                if begun > 2 { ", from points between the bounds" } else { "" }
+            )),
+        }
+        for of in &self.outputs {
+            let held = of
+                .held_out_fit
+                .map_or("none".to_owned(), |it| format!("{it:.1} %"));
+            let on = match self.is_validated {
+                true => "on the validation data, of which initial states alone are fitted",
+                false => "on the last three tenths, by a model of the first seven",
+            };
+            reasons.push(format!("{}: simulated fit {held} {on}", of.name));
+            if let Some(noise) = of.noise.filter(|it| of.left > MORE_THAN_NOISE * it) {
+                reasons.push(format!(
+                    "{}: {:.1} times the noise that was given is left; an equation lacks something, or the noise is larger",
+                    of.name,
+                    of.left / noise
+                ));
+            }
+        }
+        reasons.extend(self.undetermined.iter().map(ToString::to_string));
+        let all = self.parameters.iter().chain(self.initial.iter().flatten());
+        let at_bound = all.filter(|it| it.is_at_bound);
+        reasons.extend(at_bound.map(|it| {
+            format!(
+                "{} lies at its bound {}: widen it, or fix the parameter there",
+                it.unknown.name, it.value
+            )
+        }));
+        for i in 0..self.parameters.len() {
+            for j in 0..i {
+                let of = self.correlation[(i, j)];
+                if of.abs() > CORRELATED {
+                    let names = [j, i].map(|it| &self.parameters[it].unknown.name);
+                    reasons.push(format!(
+                        "{} and {} are hardly told apart: their correlation is {of:.4}",
+                        names[0], names[1]
+                    ));
+                }
+            }
+        }
+        let held = self.outputs.iter().map(|it| it.held_out_fit);
+        let held = held.reduce(|a, b| Some(a?.min(b?))).flatten();
+        let is_determined = self.undetermined.is_empty();
+        self.verdict = match held {
+            None => Verdict::NotValidated,
+            Some(_) if is_few => Verdict::FewSamples,
+            Some(held) if held < USABLE => Verdict::Unusable,
+            Some(_) if !is_determined => Verdict::ParametersUndetermined,
+            Some(held) if held < GOOD => Verdict::Usable,
+            Some(_) => Verdict::Good,
+        };
+        self.reasons = reasons;
+    }
+}

@@ -1,0 +1,401 @@
+//! A model of equations: names bound, every expression on one tape.
+//!
+//! ```text
+//! x_dot = f(x, u, p, t),   y = h(x, u, p, t)
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use planesman_text::did_you_mean;
+
+use crate::error::EquationsError;
+use crate::expression::{Names, Numbers, Root, Tape, is_reserved, parse};
+use crate::file::{EquationsFile, Initial, Parameter, UNKNOWN};
+
+/// States, inputs, outputs and sought parameters at most, each.
+const MOST: usize = 64;
+/// Time since the segment's first sample, s.
+const TIME: &str = "t";
+
+/// A number that is sought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    /// Its name.
+    pub name: String,
+    /// Where the search begins.
+    pub start: f64,
+    /// The least and the most it may be; infinite where nothing is said.
+    pub bounds: (f64, f64),
+    /// Its unit, empty where none is said.
+    pub unit: String,
+}
+
+/// Where a state begins.
+#[derive(Clone, Debug)]
+pub(crate) enum Begin {
+    Sought(Unknown),
+    Given(Root),
+}
+
+/// An output of a model.
+#[derive(Clone, Debug)]
+pub(crate) struct OutputEquation {
+    pub(crate) name: String,
+    pub(crate) root: Root,
+    pub(crate) noise: Option<f64>,
+}
+
+/// A model of equations.
+#[derive(Clone, Debug)]
+pub struct Equations {
+    /// As they are written.
+    pub file: EquationsFile,
+    /// The parameters that are sought.
+    pub unknowns: Vec<Unknown>,
+    pub(crate) tape: Tape,
+    pub(crate) derivatives: Vec<Root>,
+    pub(crate) begins: Vec<Begin>,
+    pub(crate) outputs: Vec<OutputEquation>,
+}
+
+impl Equations {
+    /// Binds the names of a file.
+    ///
+    /// # Errors
+    /// [`EquationsError::Entry`]: a name that is unknown, stands twice or in no equation; definitions that go in a circle; what is
+    /// no expression; a parameter without a start, or with one outside of its bounds.
+    pub fn new(file: EquationsFile) -> Result<Self, EquationsError> {
+        for (kind, count) in [
+            ("inputs", file.inputs.0.len()),
+            ("outputs", file.outputs.0.len()),
+            ("states", file.states.0.len()),
+            ("parameters", file.parameters.0.len()),
+        ] {
+            if count > MOST {
+                let reason = format!("{count} are more than {MOST}");
+                return Err(EquationsError::entry(kind, reason));
+            }
+        }
+        if file.outputs.is_empty() {
+            return Err(EquationsError::entry("outputs", "there is none"));
+        }
+        let mut unknowns = Vec::new();
+        let mut fixed = BTreeMap::new();
+        for (name, of) in &file.parameters.0 {
+            match of.fixed {
+                Some(value) => {
+                    fixed.insert(name.as_str(), known(name, of, value)?);
+                }
+                None => unknowns.push(unknown(name, of)?),
+            }
+        }
+        let names = file.inputs.names().chain(file.states.names());
+        let names = names.chain(unknowns.iter().map(|it| &it.name));
+        let mut slots: BTreeMap<&str, usize> = BTreeMap::new();
+        for (slot, name) in names.map(String::as_str).chain([TIME]).enumerate() {
+            slots.insert(name, slot);
+        }
+        check_names(&file)?;
+        let mut binder = Binder {
+            slots,
+            fixed,
+            definitions: file
+                .definitions
+                .0
+                .iter()
+                .map(|(a, b)| (a.as_str(), b.as_str()))
+                .collect(),
+            nodes: BTreeMap::new(),
+            open: Vec::new(),
+            used: BTreeSet::new(),
+        };
+        let mut tape = Tape::default();
+        for name in file.definitions.names() {
+            let refuse = |reason| EquationsError::entry(format!("definitions: {name}"), reason);
+            binder.node(&mut tape, name, 0).map_err(refuse)?;
+        }
+        let mut root = |binder: &mut Binder<'_>, entry: String, text: &str| {
+            let node = parse(text, &mut tape, binder, 0);
+            let node = node.map_err(|error| EquationsError::entry(entry, error))?;
+            Ok::<Root, EquationsError>(tape.root(node))
+        };
+        let mut derivatives = Vec::new();
+        let mut begins = Vec::new();
+        let states = file.inputs.0.len()..file.inputs.0.len() + file.states.0.len();
+        for (name, of) in &file.states.0 {
+            derivatives.push(root(
+                &mut binder,
+                format!("states: {name}: derivative"),
+                &of.derivative,
+            )?);
+            let entry = format!("states: {name}: initial");
+            let sought = |start: f64, min: Option<f64>, max: Option<f64>| {
+                let name = format!("{name}(0)");
+                let of = Parameter {
+                    start: Some(start),
+                    min,
+                    max,
+                    unit: of.unit.clone(),
+                    ..Parameter::default()
+                };
+                bounded(&entry, name, &of).map(Begin::Sought)
+            };
+            begins.push(match &of.initial {
+                Initial::Text(text) if text == UNKNOWN => sought(0.0, None, None)?,
+                Initial::Sought(it) => sought(it.start, it.min, it.max)?,
+                Initial::Known(value) => Begin::Given(root(&mut binder, entry, &value.to_string())?),
+                Initial::Text(text) => {
+                    let root = root(&mut binder, entry.clone(), text)?;
+                    let time = states.end + unknowns.len();
+                    let is_of_states = |slot: &usize| states.contains(slot) || *slot == time;
+                    if root.variables.iter().any(is_of_states) {
+                        return Err(EquationsError::entry(
+                            entry,
+                            "an initial state is 'unknown', a number, or an expression of parameters and inputs, none of states or t",
+                        ));
+                    }
+                    Begin::Given(root)
+                }
+            });
+        }
+        let mut outputs = Vec::new();
+        for (name, of) in &file.outputs.0 {
+            let entry = format!("outputs: {name}");
+            if of.noise.is_some_and(|it| !(it.is_finite() && it > 0.0)) {
+                return Err(EquationsError::entry(
+                    format!("{entry}: noise"),
+                    "a standard deviation above 0 is expected",
+                ));
+            }
+            outputs.push(OutputEquation {
+                name: name.clone(),
+                root: root(&mut binder, format!("{entry}: equation"), &of.equation)?,
+                noise: of.noise,
+            });
+        }
+        let given = begins.iter().filter_map(|it| match it {
+            Begin::Given(root) => Some(root),
+            Begin::Sought(_) => None,
+        });
+        let roots = derivatives
+            .iter()
+            .chain(given)
+            .chain(outputs.iter().map(|it| &it.root));
+        let used: BTreeSet<usize> = roots.flat_map(|it| it.variables.iter().copied()).collect();
+        let is_used = |name: &String| match binder.slots.get(name.as_str()) {
+            Some(slot) => used.contains(slot),
+            None => binder.used.contains(name.as_str()),
+        };
+        for (kind, mut names) in [
+            ("parameters", file.parameters.names().collect::<Vec<_>>()),
+            ("inputs", file.inputs.names().collect()),
+        ] {
+            names.retain(|it| !is_used(it));
+            if let Some(name) = names.first() {
+                return Err(EquationsError::entry(
+                    format!("{kind}: {name}"),
+                    "it is in no equation; take it out, or correct its name where it belongs",
+                ));
+            }
+        }
+        if unknowns.is_empty() && !begins.iter().any(|it| matches!(it, Begin::Sought(_))) {
+            return Err(EquationsError::NothingSought);
+        }
+        Ok(Self {
+            unknowns,
+            tape,
+            derivatives,
+            begins,
+            outputs,
+            file,
+        })
+    }
+
+    pub(crate) fn inputs(&self) -> usize {
+        self.file.inputs.0.len()
+    }
+
+    pub(crate) fn states(&self) -> usize {
+        self.derivatives.len()
+    }
+
+    /// The slots of the sought parameters among the variables.
+    pub(crate) fn parameters(&self) -> std::ops::Range<usize> {
+        let first = self.inputs() + self.states();
+        first..first + self.unknowns.len()
+    }
+
+    /// The initial states that are sought, with their numbers.
+    pub(crate) fn sought_states(&self) -> impl Iterator<Item = (usize, &Unknown)> {
+        let begins = self.begins.iter().enumerate();
+        begins.filter_map(|(state, it)| match it {
+            Begin::Sought(unknown) => Some((state, unknown)),
+            Begin::Given(_) => None,
+        })
+    }
+
+    /// Refuses equations that have no number, with the one and the values.
+    pub(crate) fn check_finite(&self, variables: &[f64]) -> Result<(), EquationsError> {
+        let mut numbers = Numbers::default();
+        self.tape.evaluate(variables, &mut numbers);
+        let states = self.file.states.names().zip(&self.derivatives);
+        let states = states.map(|(name, root)| (format!("states: {name}: derivative"), root));
+        let outputs = self.outputs.iter();
+        let outputs = outputs.map(|it| (format!("outputs: {}: equation", it.name), &it.root));
+        let bad = states
+            .chain(outputs)
+            .find(|it| !numbers.value(it.1).is_finite());
+        let Some((entry, root)) = bad else {
+            return Ok(());
+        };
+        let names = self.file.inputs.names().chain(self.file.states.names());
+        let names = names.chain(self.unknowns.iter().map(|it| &it.name));
+        let named = names.zip(variables).enumerate();
+        let at = named.filter(|(slot, _)| root.variables.contains(slot));
+        let at: Vec<String> = at
+            .map(|(_, (name, value))| format!("{name} = {value}"))
+            .collect();
+        Err(EquationsError::NotFinite {
+            entry,
+            when: "at the start".to_owned(),
+            at: at.join(", "),
+        })
+    }
+}
+
+fn known(name: &str, of: &Parameter, value: f64) -> Result<f64, EquationsError> {
+    let entry = format!("parameters: {name}");
+    if of.start.or(of.min).or(of.max).is_some() {
+        let reason = "fixed excludes start, min and max";
+        return Err(EquationsError::entry(entry, reason));
+    }
+    match value.is_finite() {
+        true => Ok(value),
+        false => Err(EquationsError::entry(
+            entry,
+            "fixed: a finite number is expected",
+        )),
+    }
+}
+
+fn unknown(name: &str, of: &Parameter) -> Result<Unknown, EquationsError> {
+    bounded(&format!("parameters: {name}"), name.to_owned(), of)
+}
+
+fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, EquationsError> {
+    let refuse = |reason: String| Err(EquationsError::entry(entry, reason));
+    let bounds = (
+        of.min.unwrap_or(f64::NEG_INFINITY),
+        of.max.unwrap_or(f64::INFINITY),
+    );
+    if bounds.0.is_nan() || bounds.1.is_nan() || bounds.0 >= bounds.1 {
+        return refuse(format!("min {} is not below max {}", bounds.0, bounds.1));
+    }
+    let start = match (of.start, of.min, of.max) {
+        (Some(start), ..) => start,
+        (None, Some(min), Some(max)) if min > 0.0 => (min * max).sqrt(),
+        (None, Some(min), Some(max)) => 0.5 * (min + max),
+        _ => {
+            return refuse("start: VALUE, or min and max, say where the search begins; fixed: VALUE that it is known".to_owned());
+        }
+    };
+    if !start.is_finite() || !(bounds.0..=bounds.1).contains(&start) {
+        return refuse(format!(
+            "start {start} is not within {}..{}",
+            bounds.0, bounds.1
+        ));
+    }
+    Ok(Unknown {
+        name,
+        start,
+        bounds,
+        unit: of.unit.clone().unwrap_or_default(),
+    })
+}
+
+/// Refuses names that stand for two things, or are none.
+fn check_names(file: &EquationsFile) -> Result<(), EquationsError> {
+    let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
+    let named = |kind: &'static str, names: Vec<&String>| {
+        let names: Vec<(&'static str, String)> =
+            names.into_iter().map(|it| (kind, it.clone())).collect();
+        names
+    };
+    let all = [
+        named("inputs", file.inputs.names().collect()),
+        named("states", file.states.names().collect()),
+        named("parameters", file.parameters.names().collect()),
+        named("definitions", file.definitions.names().collect()),
+    ];
+    let all: Vec<(&str, String)> = all.into_iter().flatten().collect();
+    for (kind, name) in &all {
+        let entry = || format!("{kind}: {name}");
+        let begins = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        if !begins || !name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+            let reason = "a name is letters, digits and underscores, and begins with no digit";
+            return Err(EquationsError::entry(entry(), reason));
+        }
+        if is_reserved(name) || name == TIME {
+            let reason = "the name is that of a function, of pi, or of the time t; take another";
+            return Err(EquationsError::entry(entry(), reason));
+        }
+        if let Some(other) = seen.insert(name, kind) {
+            let reason = format!("the name stands under {other} too; take another");
+            return Err(EquationsError::entry(entry(), reason));
+        }
+    }
+    Ok(())
+}
+
+/// Knows the names while expressions are put onto the tape.
+struct Binder<'a> {
+    slots: BTreeMap<&'a str, usize>,
+    fixed: BTreeMap<&'a str, f64>,
+    definitions: BTreeMap<&'a str, &'a str>,
+    /// The nodes that names have.
+    nodes: BTreeMap<String, usize>,
+    /// Definitions that are being read.
+    open: Vec<String>,
+    /// Fixed parameters that are used.
+    used: BTreeSet<String>,
+}
+
+impl Names for Binder<'_> {
+    fn node(&mut self, tape: &mut Tape, name: &str, depth: usize) -> Result<usize, String> {
+        if self.fixed.contains_key(name) {
+            self.used.insert(name.to_owned());
+        }
+        if let Some(node) = self.nodes.get(name) {
+            return Ok(*node);
+        }
+        let node = if let Some(slot) = self.slots.get(name) {
+            tape.variable(*slot)
+        } else if let Some(value) = self.fixed.get(name) {
+            tape.constant(*value)
+        } else if let Some(text) = self.definitions.get(name).copied() {
+            if self.open.iter().any(|it| it == name) {
+                let circle = [&self.open[..], &[name.to_owned()]].concat();
+                return Err(format!(
+                    "definitions go in a circle: {}",
+                    circle.join(" -> ")
+                ));
+            }
+            self.open.push(name.to_owned());
+            let found = parse(text, tape, self, depth);
+            self.open.pop();
+            found.map_err(|error| match self.open.is_empty() {
+                true => error.to_string(),
+                false => format!("in definition {name}, {error}"),
+            })?
+        } else {
+            let known = self.slots.keys().chain(self.fixed.keys());
+            let known: Vec<&str> = known.chain(self.definitions.keys()).copied().collect();
+            let meant = did_you_mean(name, known.iter().copied());
+            return Err(format!(
+                "'{name}' is no input, state, parameter or definition{meant}"
+            ));
+        };
+        self.nodes.insert(name.to_owned(), node);
+        Ok(node)
+    }
+}

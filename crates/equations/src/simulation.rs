@@ -1,0 +1,417 @@
+//! A model simulated from stamp to stamp, with the sensitivities of its states.
+//!
+//! ```text
+//! x_dot = f,   S_dot = df/dx S + df/dp,   dy/dp = dh/dx S + dh/dp        S = dx/dp
+//! ```
+//! (Ljung, *System Identification*, 2nd ed. 1999, sec. 10.2; Hairer, Norsett and Wanner 1993, sec. I.14.) The method is that of
+//! Dormand and Prince of order 5 with an error estimate of order 4 (ibid., sec. II.5), which chooses the steps between two stamps
+//! by the states. The sensitivities go through the same steps, so they are the slopes of what is computed.
+
+use planesman_identification::stop_point;
+
+use crate::expression::Numbers;
+use crate::model::{Begin, Equations};
+
+/// The error of a step, relative to the state.
+const TOLERANCE: f64 = 1e-7;
+/// The size of a state that counts, relative to the largest it had.
+const SMALL: f64 = 1e-3;
+/// The shortest step, relative to the interval between two stamps: at a corner of the equations none is short enough.
+const SHORTEST: f64 = 1e-4;
+/// Steps at most, on the mean of all intervals, and beside them.
+const MOST_STEPS: (usize, usize) = (100, 20_000);
+
+const NODES: [f64; 6] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0];
+const WEIGHTS: [[f64; 6]; 6] = [
+    [0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [
+        19372.0 / 6561.0,
+        -25360.0 / 2187.0,
+        64448.0 / 6561.0,
+        -212.0 / 729.0,
+        0.0,
+        0.0,
+    ],
+    [
+        9017.0 / 3168.0,
+        -355.0 / 33.0,
+        46732.0 / 5247.0,
+        49.0 / 176.0,
+        -5103.0 / 18656.0,
+        0.0,
+    ],
+    [
+        35.0 / 384.0,
+        0.0,
+        500.0 / 1113.0,
+        125.0 / 192.0,
+        -2187.0 / 6784.0,
+        11.0 / 84.0,
+    ],
+];
+/// The result less one of order 4: the weights of the six slopes and of the one at the end.
+const ERROR: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339_200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// Samples of a signal at their own times, s from the run's first, which rise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Track {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Values.
+    pub values: Vec<f64>,
+}
+
+impl Track {
+    /// The samples before a time.
+    fn until(&self, time: f64) -> Self {
+        let count = self.times.partition_point(|it| *it <= time);
+        Self {
+            times: self.times[..count].to_vec(),
+            values: self.values[..count].to_vec(),
+        }
+    }
+
+    /// The number of the sample that acts at a time, or the first.
+    fn acting(&self, time: f64) -> usize {
+        self.times
+            .partition_point(|it| *it <= time)
+            .saturating_sub(1)
+    }
+}
+
+/// What an input does between its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Between {
+    /// It is held.
+    #[default]
+    Held,
+    /// It goes on a straight line to the next.
+    Lines,
+}
+
+/// A stretch of data without gaps, with an initial state of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// The inputs, in the order of the equations. Before its first sample an input has that value.
+    pub inputs: Vec<Track>,
+    /// The outputs, likewise.
+    pub outputs: Vec<Track>,
+    /// Inputs between their samples.
+    pub between: Between,
+}
+
+impl Run {
+    /// The time of the last output, s.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        let last = self.outputs.iter().filter_map(|it| it.times.last());
+        last.copied().fold(0.0, f64::max)
+    }
+
+    /// The outputs' samples up to a time.
+    #[must_use]
+    pub fn until(&self, time: f64) -> Self {
+        Self {
+            outputs: self.outputs.iter().map(|it| it.until(time)).collect(),
+            ..self.clone()
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
+        self.outputs.iter().map(|it| it.times.len()).sum()
+    }
+
+    /// The inputs at a time: what acts from then on.
+    pub(crate) fn inputs_at(&self, time: f64) -> Vec<f64> {
+        let at = |it: &Track| it.values.get(it.acting(time)).copied().unwrap_or(0.0);
+        self.inputs.iter().map(at).collect()
+    }
+
+    /// Every time at which something is measured or changes, from 0 to the last output.
+    pub(crate) fn stamps(&self) -> Vec<f64> {
+        let end = self.end();
+        let all = self.inputs.iter().chain(&self.outputs);
+        let times = all.flat_map(|it| it.times.iter().copied());
+        let mut times: Vec<f64> = times.filter(|it| *it > 0.0 && *it <= end).collect();
+        times.push(0.0);
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+}
+
+/// An output as it is simulated.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Simulated {
+    pub(crate) values: Vec<f64>,
+    /// The slopes of each value over the parameters, then over the sought initial states; empty where none are asked for.
+    pub(crate) slopes: Vec<f64>,
+}
+
+/// A simulation under way.
+struct Integrator<'a> {
+    equations: &'a Equations,
+    numbers: Numbers,
+    /// Inputs, states, parameters, time.
+    variables: Vec<f64>,
+    gradient: Vec<f64>,
+    /// Slopes of each state.
+    sought: usize,
+    /// The value and the slope of each input over the interval, and where it begins, s.
+    inputs: Vec<(f64, f64)>,
+    from: f64,
+}
+
+impl Integrator<'_> {
+    fn put(&mut self, time: f64, x: &[f64]) {
+        for (slot, (value, slope)) in self.variables.iter_mut().zip(&self.inputs) {
+            *slot = value + slope * (time - self.from);
+        }
+        let (m, n) = (self.equations.inputs(), self.equations.states());
+        self.variables[m..m + n].copy_from_slice(&x[..n]);
+        if let Some(last) = self.variables.last_mut() {
+            *last = time;
+        }
+        self.equations
+            .tape
+            .evaluate(&self.variables, &mut self.numbers);
+    }
+
+    /// `df/dx S + df/dp` of one result, after [`Self::put`].
+    fn carried(&mut self, root: &crate::expression::Root, s: &[f64], to: &mut [f64]) {
+        let (m, n) = (self.equations.inputs(), self.equations.states());
+        let of_parameters = self.equations.parameters();
+        for slot in &root.variables {
+            self.gradient[*slot] = 0.0;
+        }
+        let tape = &self.equations.tape;
+        tape.slopes(root, &mut self.numbers, &mut self.gradient);
+        to.fill(0.0);
+        for slot in &root.variables {
+            let slope = self.gradient[*slot];
+            if (m..m + n).contains(slot) {
+                let row = &s[(slot - m) * self.sought..][..self.sought];
+                for (to, s) in to.iter_mut().zip(row) {
+                    *to += slope * s;
+                }
+            } else if of_parameters.contains(slot) {
+                to[slot - of_parameters.start] += slope;
+            }
+        }
+    }
+
+    /// The derivatives of states and sensitivities.
+    fn derivatives(&mut self, time: f64, z: &[f64], to: &mut [f64]) {
+        let equations = self.equations;
+        let n = equations.states();
+        self.put(time, z);
+        for (to, root) in to.iter_mut().zip(&equations.derivatives) {
+            *to = self.numbers.value(root);
+        }
+        if self.sought > 0 {
+            for (state, root) in equations.derivatives.iter().enumerate() {
+                let row = n + state * self.sought;
+                self.carried(root, &z[n..], &mut to[row..row + self.sought]);
+            }
+        }
+    }
+}
+
+/// Simulates a run with parameters and sought initial states; `None` where it overflows, or takes too many steps.
+pub(crate) fn simulate(
+    equations: &Equations,
+    parameters: &[f64],
+    initial: &[f64],
+    run: &Run,
+    with_slopes: bool,
+) -> Option<Vec<Simulated>> {
+    let (m, n) = (equations.inputs(), equations.states());
+    let sought = if with_slopes {
+        parameters.len() + initial.len()
+    } else {
+        0
+    };
+    let mut variables = vec![0.0; m + n];
+    variables.extend(parameters);
+    variables.push(0.0);
+    let mut of = Integrator {
+        equations,
+        numbers: Numbers::default(),
+        gradient: vec![0.0; variables.len()],
+        variables,
+        sought,
+        inputs: run.inputs_at(0.0).into_iter().map(|it| (it, 0.0)).collect(),
+        from: 0.0,
+    };
+    let size = n + n * sought;
+    let mut z = vec![0.0; size];
+    of.put(0.0, &z.clone());
+    z[..n].copy_from_slice(&initial_states(equations, parameters, initial, run));
+    let mut number = parameters.len();
+    for (state, begin) in equations.begins.iter().enumerate().filter(|_| with_slopes) {
+        let row = n + state * sought;
+        match begin {
+            Begin::Sought(_) => {
+                z[row + number] = 1.0;
+                number += 1;
+            }
+            Begin::Given(root) => {
+                let mut slopes = vec![0.0; sought];
+                of.carried(root, &vec![0.0; n * sought], &mut slopes);
+                z[row..row + sought].copy_from_slice(&slopes);
+            }
+        }
+    }
+    let stamps = run.stamps();
+    let mut found: Vec<Simulated> = vec![Simulated::default(); equations.outputs.len()];
+    let mut next: Vec<usize> = vec![0; found.len()];
+    let mut acting: Vec<usize> = vec![0; m];
+    let mut largest: Vec<f64> = z[..n].iter().map(|it| it.abs()).collect();
+    let mut stages = vec![vec![0.0; size]; 7];
+    let (mut at, mut after) = (z.clone(), z.clone());
+    let mut step = f64::INFINITY;
+    let mut steps = MOST_STEPS.0 * stamps.len() + MOST_STEPS.1;
+    for (k, time) in stamps.iter().copied().enumerate() {
+        of.from = time;
+        for ((input, track), acting) in of.inputs.iter_mut().zip(&run.inputs).zip(&mut acting) {
+            while track.times.get(*acting + 1).is_some_and(|it| *it <= time) {
+                *acting += 1;
+            }
+            let (Some(begin), Some(value)) = (track.times.get(*acting), track.values.get(*acting))
+            else {
+                continue;
+            };
+            let after = track
+                .times
+                .get(*acting + 1)
+                .zip(track.values.get(*acting + 1));
+            *input = match (run.between, after) {
+                (Between::Lines, Some((end, next))) if time >= *begin => {
+                    let slope = (next - value) / (end - begin);
+                    (value + slope * (time - begin), slope)
+                }
+                _ => (*value, 0.0),
+            };
+        }
+        let is_measured =
+            |(output, next): (usize, &usize)| run.outputs[output].times.get(*next) == Some(&time);
+        if next.iter().enumerate().any(is_measured) {
+            of.put(time, &z);
+            for output in 0..found.len() {
+                if run.outputs[output].times.get(next[output]) != Some(&time) {
+                    continue;
+                }
+                next[output] += 1;
+                let root = &equations.outputs[output].root;
+                found[output].values.push(of.numbers.value(root));
+                if with_slopes {
+                    let first = found[output].slopes.len();
+                    found[output].slopes.resize(first + sought, 0.0);
+                    of.carried(root, &z[n..], &mut found[output].slopes[first..]);
+                }
+            }
+        }
+        let Some(end) = stamps.get(k + 1).copied() else {
+            break;
+        };
+        if k % 512 == 0 {
+            stop_point();
+        }
+        let mut now = time;
+        while now < end && n > 0 {
+            steps = steps.checked_sub(1)?;
+            let rest = end - now;
+            // No last step of hardly any length.
+            let is_last = step >= 0.999 * rest;
+            let h = if is_last { rest } else { step };
+            of.derivatives(now, &z, &mut stages[0]);
+            for stage in 0..6 {
+                at.copy_from_slice(&z);
+                for (slopes, weight) in stages.iter().zip(WEIGHTS[stage]).take(stage + 1) {
+                    if weight != 0.0 {
+                        for (at, slope) in at.iter_mut().zip(slopes) {
+                            *at += h * weight * slope;
+                        }
+                    }
+                }
+                if stage == 5 {
+                    after.copy_from_slice(&at);
+                    break;
+                }
+                of.derivatives(now + h * NODES[stage + 1], &at, &mut stages[stage + 1]);
+            }
+            // The slope at the end is needed of the states alone.
+            let with = std::mem::replace(&mut of.sought, 0);
+            of.derivatives(now + h, &after[..n], &mut stages[6][..n]);
+            of.sought = with;
+            let mut error = 0.0_f64;
+            for i in 0..n {
+                let local: f64 = stages.iter().zip(ERROR).map(|(it, w)| w * it[i]).sum();
+                let scale = largest[i].max(after[i].abs());
+                let size = z[i].abs().max(after[i].abs()) + SMALL * scale;
+                if local != 0.0 {
+                    error = error.max(h * local.abs() / (TOLERANCE * size));
+                }
+            }
+            let is_shortest = h <= SHORTEST * (end - time);
+            if error.is_nan() || after.iter().any(|it| !it.is_finite()) {
+                if is_shortest {
+                    return None;
+                }
+                step = 0.1 * h;
+                continue;
+            }
+            let factor = (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.2, 5.0);
+            if error > 1.0 && !is_shortest {
+                step = (h * factor).max(SHORTEST * (end - time));
+                continue;
+            }
+            now = if is_last { end } else { now + h };
+            step = match is_last {
+                // What a short interval allows says nothing of a long one.
+                true => step.max(h * factor),
+                false => h * factor,
+            };
+            std::mem::swap(&mut z, &mut after);
+            for (largest, x) in largest.iter_mut().zip(&z) {
+                *largest = largest.max(x.abs());
+            }
+        }
+    }
+    let values = found
+        .iter()
+        .flat_map(|it| it.values.iter().chain(&it.slopes));
+    values.copied().all(f64::is_finite).then_some(found)
+}
+
+/// Where the states of a run begin.
+pub(crate) fn initial_states(
+    equations: &Equations,
+    parameters: &[f64],
+    initial: &[f64],
+    run: &Run,
+) -> Vec<f64> {
+    let mut variables = run.inputs_at(0.0);
+    variables.resize(equations.inputs() + equations.states(), 0.0);
+    variables.extend(parameters);
+    variables.push(0.0);
+    let mut numbers = Numbers::default();
+    equations.tape.evaluate(&variables, &mut numbers);
+    let mut sought = initial.iter();
+    let begins = equations.begins.iter();
+    let begins = begins.map(|it| match it {
+        Begin::Sought(_) => sought.next().copied().unwrap_or(0.0),
+        Begin::Given(root) => numbers.value(root),
+    });
+    begins.collect()
+}
