@@ -118,8 +118,11 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
     let progress = args.signals.data.progress();
     let data = FitData::read(&options, &*progress)?;
     let record = &data.prepared.resampled.record;
-    let response = MeasuredResponse::new(record);
     let model = model_for_gains(&data, &options, &*progress);
+    let response = match &model {
+        Ok(found) => MeasuredResponse::new(&found.analysis.of_dynamics(record)),
+        Err(_) => MeasuredResponse::new(record),
+    };
     let found = match &model {
         Ok(found) => (found.model_file().map_err(Into::into)).and_then(|it| args.gains.gains(it)),
         Err(_) => Err(anyhow!("there is no model")),

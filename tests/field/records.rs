@@ -278,7 +278,11 @@ fn a_dead_zone_is_named_and_two_files_have_two_offsets() {
         fs::write(folder.path().join(name), table("t,u,y", rows)).unwrap();
     };
     write("log.csv", &levels.iter().map(dead).collect::<Vec<_>>(), 0.0);
-    fit(folder.path(), &["log.csv", "-i", "u", "-o", "y"])
+    let one = ["log.csv", "-i", "u", "-o", "y"];
+    fit(folder.path(), &one)
+        .says("input curve  dead zone, lower -0.3")
+        .says("verdict: good");
+    fit(folder.path(), &[&one[..], &["--curve", "none"]].concat())
         .says("verdict: usable with care: not linear, or varying")
         .says("only beyond a dead zone");
     write("a.csv", &levels, 3.0);

@@ -117,6 +117,12 @@ impl TransferFit {
     /// The verdict, and what to do next with a transfer function in s.
     #[must_use]
     pub fn verdict_text(&self) -> String {
+        if self.verdict == Verdict::ParametersUndetermined {
+            let (word, _) = self.verdict.words();
+            return format!(
+                "verdict: {word}. Next: dead time and zeros stand in for each other: fewer coefficients, --numerator 1, or none: --delay 0"
+            );
+        }
         verdict_text(
             self.verdict,
             "look at it: --html model.html; a sampled model for the simulator and the controller: without --continuous",
@@ -733,10 +739,15 @@ fn of_order(
         is_validated: !validation.is_empty(),
         verdict: Verdict::Good,
     };
+    // Dead time and numerator may stand in for each other.
+    let of_delay = n + problem.m;
+    let is_delay_known =
+        options.no_delay || found.covariance[(of_delay, of_delay)].sqrt() < problem.longest_delay;
     found.verdict = match found.held_out_fit {
         None => Verdict::NotValidated,
         Some(_) if samples < SAMPLES_PER_PARAMETER * problem.count() => Verdict::FewSamples,
         Some(held) if held < USABLE => Verdict::Unusable,
+        Some(_) if !is_delay_known => Verdict::ParametersUndetermined,
         Some(held) if held < GOOD => Verdict::Usable,
         Some(_) => Verdict::Good,
     };

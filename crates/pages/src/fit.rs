@@ -96,6 +96,9 @@ pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
             row(&name, with_interval(value, SIGMAS_95 * deviation) + unit);
         }
     }
+    if let Some(curved) = &analysis.curved {
+        row(curved.label(), curved.in_words());
+    }
     let delay = structure.delay;
     let mut late = format!(
         "{delay} sample{}, {:.4} s",
@@ -300,6 +303,9 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
             "the model integrates, and a response without an end has no finite impulse response"
                 .to_owned(),
         ),
+        Some(_) if analysis.estimate.output_curve.is_some() => Err(
+            "the output goes through a curve, which an impulse response does not have".to_owned(),
+        ),
         Some(_) => from_data(analysis, record, count).map_err(|error| error.to_string()),
     };
     match without_model {
@@ -320,6 +326,7 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
 
 /// The step response without a model, from the segments that the model was fitted to.
 fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<StepResponse> {
+    let record = analysis.of_dynamics(record);
     let segments = analysis.segments.iter();
     let runs = segments.filter_map(|number| record.segments.get(*number)?.run());
     let runs = runs.collect();

@@ -1,33 +1,25 @@
-//! A static curve in front of the linear dynamics or behind them, where the evidence asks for one.
-//!
-//! What the linear model's error points to ([`super::Analysis::finding`]) says which curve is tried, or the user does. Its levels are fitted
-//! beside the dynamics; it is kept where what is held out is simulated better by a good part.
+//! Static curves of a signal in front of linear dynamics or behind them: which are tried, and which fits best in front.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::{Analysis, Beside, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Estimate, Estimator, Method, Wiener, cost_in_front, in_front, moved_by, of_least_criterion,
+    Estimate, Estimator, cost_in_front, in_front, moved_by, of_least_criterion,
 };
+use crate::selection::criteria::first_part;
 use crate::static_curve::{FittedCurve, Side, StaticCurve};
 use crate::structure::{Problem, Structure};
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::nonlinearity::{Cause, Curve};
 use planesman_linear::digits::with_interval;
-use planesman_record::{Record, Run};
+use planesman_record::Record;
 
-/// What a curve must leave at most of the error of the held-out simulation by the linear model.
-const BETTER: f64 = 0.7;
 /// The share of the error's squares that a cause must take away for its curve to be tried.
-const WORTH_A_TRY: f64 = 0.6;
+pub(super) const WORTH_A_TRY: f64 = 0.4;
 /// The share of the linear model's squares that a curve with its levels about right leaves at most, where nothing points to one.
 const MAY_CURE: f64 = 0.7;
 /// Levels tried of a curve whose place is not known, as shares of the samples.
 const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// Rounds of dynamics and curve.
-const ROUNDS: usize = 2;
 /// Samples by which the kind of a curve is chosen, the last of the longest segment.
 const SEARCHED: usize = 1000;
 /// A slope beside one of 1 where the search begins.
@@ -109,7 +101,7 @@ impl CurveChoice {
     }
 
     /// The side, and curves to begin at by levels among the signal's own.
-    fn starts(self, signal: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
+    pub(super) fn starts(self, signal: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
         let mut sorted = signal.to_vec();
         sorted.sort_by(f64::total_cmp);
         let at = |share: &f64| {
@@ -179,6 +171,15 @@ pub struct Curved {
 }
 
 impl Curved {
+    /// What it is of.
+    #[must_use]
+    pub const fn label(&self) -> &'static str {
+        match self.side {
+            Side::Input => "input curve",
+            Side::Output => "output curve",
+        }
+    }
+
     /// Its kind, and what was sought of it with 95 % intervals.
     #[must_use]
     pub fn in_words(&self) -> String {
@@ -200,74 +201,13 @@ impl Curved {
     }
 }
 
-/// The analysis of the curve that the options ask for, or the linear model's where none simulates better.
-///
-/// # Errors
-/// Those of the linear analysis; of a curve that was asked for, its own.
-pub(super) fn analysed(
-    record: &Record,
-    options: &Options,
-    validation: Option<&Record>,
-) -> Result<Analysis> {
-    let linear = judged_on(record, options, validation, Beside::Nothing)?;
-    let run = record.segments[linear.segments[linear.longest]].run();
-    let Run {
-        inputs, outputs, ..
-    } = run.unwrap_or_default();
-    match options.curve {
-        CurveChoice::None => Ok(linear),
-        CurveChoice::Automatic => {
-            let found = tried(&linear, inputs)
-                .filter(|_| options.method == Method::Automatic)
-                .and_then(|(side, starts)| {
-                    beside(record, options, validation, &linear, side, &starts).ok()
-                });
-            let missed = |it: &Analysis| it.held_out_fit.map(|fit| 100.0 - fit);
-            let is_better = |it: &Analysis| {
-                let pair = missed(it).zip(missed(&linear));
-                pair.is_some_and(|(curved, linear)| curved < BETTER * linear)
-            };
-            Ok(found.filter(is_better).unwrap_or(linear))
-        }
-        choice => {
-            let signal = match choice.starts(inputs) {
-                Some((Side::Output, _)) => outputs,
-                _ => inputs,
-            };
-            let starts = choice.starts(signal).filter(|(_, it)| !it.is_empty());
-            let (side, starts) = starts.ok_or_else(|| {
-                IdentificationError::Option(format!(
-                    "--curve {}: the signal has too few levels for it",
-                    choice.described().0
-                ))
-            })?;
-            beside(record, options, validation, &linear, side, &starts)
-        }
-    }
-}
-
-/// The curves that are worth a try: those of the cause that was found, or those of an input where the noise would leave a better
-/// fit and no cause was.
-fn tried(linear: &Analysis, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
-    match &linear.finding {
-        Some(finding) => {
-            let is_large = finding.gain.is_some_and(|(share, _)| share > WORTH_A_TRY);
-            of_cause(&finding.cause, inputs).filter(|_| is_large)
-        }
-        None => linear.is_below_noise().then(|| {
-            let curves = of_inputs(inputs).chain(starts_of(CurveChoice::Backlash, inputs));
-            (Side::Input, curves.collect())
-        }),
-    }
-}
-
 /// A curve that was asked for, to begin at.
-fn starts_of(choice: CurveChoice, signal: &[f64]) -> impl Iterator<Item = StaticCurve> {
+pub(super) fn starts_of(choice: CurveChoice, signal: &[f64]) -> impl Iterator<Item = StaticCurve> {
     choice.starts(signal).into_iter().flat_map(|it| it.1)
 }
 
 /// Curves of an input without memory.
-fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
+pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     let choices = [
         CurveChoice::DeadZone,
         CurveChoice::Saturation,
@@ -279,7 +219,7 @@ fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
 }
 
 /// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends.
-fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
+pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
     let of = |curve: &Curve| {
         let (own, levels) = match curve {
             Curve::DeadZone(lower, upper) => {
@@ -323,7 +263,7 @@ fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
 }
 
 /// A linear structure on a record.
-fn problem<'a>(record: &'a Record, structure: &Structure) -> Result<Problem<'a>> {
+pub(super) fn problem<'a>(record: &'a Record, structure: &Structure) -> Result<Problem<'a>> {
     let none =
         || IdentificationError::Record("a record with an input and an output is needed".to_owned());
     let runs = record.runs().ok_or_else(none)?;
@@ -331,7 +271,7 @@ fn problem<'a>(record: &'a Record, structure: &Structure) -> Result<Problem<'a>>
 }
 
 /// The curve of the input near the best of several, in front of dynamics of a structure.
-fn fitted(
+pub(super) fn fitted(
     record: &Record,
     structure: &Structure,
     starts: &[StaticCurve],
@@ -402,58 +342,6 @@ fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Res
     ))
 }
 
-fn beside(
-    record: &Record,
-    options: &Options,
-    validation: Option<&Record>,
-    linear: &Analysis,
-    side: Side,
-    starts: &[StaticCurve],
-) -> Result<Analysis> {
-    let mut found = match side {
-        Side::Input => hammerstein(record, options, validation, linear, starts)?,
-        Side::Output => wiener(record, options, validation, linear, starts)?,
-    };
-    if let Some(curved) = &mut found.curved {
-        curved.linear_fit = linear.held_out_fit;
-        let reason = Reason::Curve(curved.clone());
-        found.reasons.insert(0, reason);
-    }
-    Ok(found)
-}
-
-/// Curve and dynamics in turns: the dynamics' order and delay are chosen anew behind the curve, then its levels in front of those.
-fn hammerstein(
-    record: &Record,
-    options: &Options,
-    validation: Option<&Record>,
-    linear: &Analysis,
-    starts: &[StaticCurve],
-) -> Result<Analysis> {
-    let mut structure = linear.estimate.layout.structure.clone();
-    let is_pointed_to = options.curve != CurveChoice::Automatic || linear.finding.is_some();
-    let mut starts = Cow::Borrowed(starts);
-    let mut curve = fitted(record, &structure, &starts, is_pointed_to)?;
-    for _ in 1..ROUNDS {
-        let behind = judged_on(
-            &curve.curve.of_input(record),
-            options,
-            None,
-            Beside::Nothing,
-        )?;
-        structure = behind.estimate.layout.structure;
-        starts = Cow::Owned(vec![curve.curve]);
-        curve = fitted(record, &structure, &starts, is_pointed_to)?;
-    }
-    let through = curve.curve.of_input(record);
-    let validation = validation.map(|it| curve.curve.of_input(it));
-    let front = Front {
-        record,
-        curve: &curve,
-    };
-    judged_on(&through, options, validation.as_ref(), Beside::Input(front))
-}
-
 /// A curve in front of the input.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Front<'a> {
@@ -493,227 +381,9 @@ impl Front<'_> {
     /// The record through the curve that the first part of each segment gives by itself, behind which dynamics have this structure.
     pub(super) fn of_first_part(&self, structure: &Structure) -> Result<Record> {
         let all = problem(self.record, structure)?;
-        let runs = all.runs.iter().map(super::first_part).collect();
+        let runs = all.runs.iter().map(first_part).collect();
         let part = Problem { runs, ..all };
         let (found, _) = in_front(&part, &self.curve.curve)?;
         Ok(found.curve.of_input(self.record))
-    }
-}
-
-/// The order and delay of the dynamics are chosen for the outputs in front of the curve, as well as a first model tells them.
-fn wiener(
-    record: &Record,
-    options: &Options,
-    validation: Option<&Record>,
-    linear: &Analysis,
-    starts: &[StaticCurve],
-) -> Result<Analysis> {
-    let poles = |of: &Estimate| of.theta.as_slice()[of.layout.a()].to_vec();
-    let all = problem(record, &linear.estimate.layout.structure)?;
-    let signal: Vec<f64> = all.runs.iter().flat_map(|it| it.outputs).copied().collect();
-    let fitted = starts.iter().filter_map(|start| {
-        let estimator = Wiener {
-            start: start.clone(),
-            poles: poles(&linear.estimate),
-        };
-        let found = estimator.fit(&all).ok()?;
-        let curve = found.output_curve.as_ref()?;
-        let parameters = curve.curve.parameters().len();
-        let is_determined = curve.is_determined(&signal);
-        is_determined.then_some((parameters, found.residuals.concat(), found))
-    });
-    let least = of_least_criterion(fitted.collect());
-    let none = IdentificationError::Search("the search for the curve found no minimum");
-    let mut first = least.ok_or(none.clone())?;
-    let start = first.output_curve.take().ok_or(none)?.curve.normalised();
-    let simulated: Vec<_> = (all.runs.iter().enumerate())
-        .map(|(number, run)| first.simulate(number, *run))
-        .collect();
-    let outputs = Wiener::in_front_of(&start, &all.runs, &simulated);
-    let mut in_front = record.clone();
-    for (number, outputs) in linear.segments.iter().zip(outputs) {
-        if let Some(first) = in_front.segments[*number].outputs.first_mut() {
-            *first = outputs;
-        }
-    }
-    let chosen = judged_on(&in_front, options, None, Beside::Nothing)?.estimate;
-    // What the outputs in front of the curve owe to the first model does not ask for fewer poles: the curve's own criterion does.
-    let most = chosen.layout.structure.poles;
-    let orders = match options.order {
-        Some(_) => most..=most,
-        None => 1.min(most)..=most,
-    };
-    let of_orders = orders.filter_map(|order| {
-        let structure = Structure {
-            poles: order,
-            numerator: chosen.layout.structure.numerator.min(order.max(1)),
-            ..chosen.layout.structure.clone()
-        };
-        let estimator = Wiener {
-            poles: poles(&chosen),
-            start: start.clone(),
-        };
-        let found = estimator.fit(&problem(record, &structure).ok()?).ok()?;
-        let estimator = Wiener {
-            poles: poles(&found),
-            ..estimator
-        };
-        Some((
-            found.theta.len(),
-            found.residuals.concat(),
-            (structure, estimator),
-        ))
-    });
-    let (structure, estimator) = of_least_criterion(of_orders.collect()).ok_or(
-        IdentificationError::Search("the search for the curve found no minimum"),
-    )?;
-    judged_on(
-        record,
-        options,
-        validation,
-        Beside::Output(structure, estimator),
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::analysis::{analyse, analyse_validated};
-    use crate::comparison::GivenModel;
-    use planesman_record::{filter, noise};
-
-    const SAMPLES: usize = 600;
-    const A: [f64; 3] = [1.0, -1.6, 0.68];
-    const GAIN: f64 = 0.08;
-
-    /// Levels of -2 to 2, held for 5 to 30 samples.
-    fn levels(seed: u32) -> Vec<f64> {
-        let random = noise(seed, SAMPLES);
-        let mut input = Vec::new();
-        for pair in random.chunks(2) {
-            let long = 5 + (pair[1].abs() * 10.0) as usize;
-            input.extend(std::iter::repeat_n(1.2 * pair[0].clamp(-1.7, 1.7), long));
-        }
-        input.truncate(SAMPLES);
-        input
-    }
-
-    /// `y = f(G u) + noise` or `y = G f(u) + noise`, G of second order with the gain 1.
-    fn record(seed: u32, side: Side, curve: &StaticCurve) -> Record {
-        let input = levels(seed);
-        let linear = |u: &[f64]| filter(&[0.0, GAIN], &A, u);
-        let output = match side {
-            Side::Input => linear(&curve.of(&input)),
-            Side::Output => curve.of(&linear(&input)),
-        };
-        let output = output.iter().zip(noise(seed + 50, SAMPLES));
-        let output = output.map(|(y, e)| y + 0.02 * e).collect();
-        Record::of_run(0.1, vec![("u", input)], vec![("y", output)]).unwrap()
-    }
-
-    fn all() -> Vec<(Side, StaticCurve, CurveChoice)> {
-        let dead_zone = StaticCurve::DeadZone {
-            lower: -0.6,
-            upper: 0.4,
-        };
-        let saturation = StaticCurve::Saturation {
-            lower: Some(-0.8),
-            upper: Some(0.7),
-        };
-        let bent = StaticCurve::Piecewise {
-            levels: vec![0.4],
-            slopes: vec![1.0, 0.3],
-        };
-        let square = StaticCurve::Square { linear: None };
-        let backlash = StaticCurve::Backlash { width: 0.8 };
-        vec![
-            (Side::Input, dead_zone, CurveChoice::DeadZone),
-            (Side::Input, saturation.clone(), CurveChoice::Saturation),
-            (Side::Input, square, CurveChoice::Square),
-            (Side::Input, backlash, CurveChoice::Backlash),
-            (Side::Input, bent.clone(), CurveChoice::Piecewise),
-            (Side::Output, saturation, CurveChoice::OutputSaturation),
-            (Side::Output, bent, CurveChoice::OutputPiecewise),
-        ]
-    }
-
-    #[test]
-    fn a_curve_is_found_by_default_with_intervals_that_hold_it_and_judges_other_data() {
-        for (side, curve, _) in all() {
-            let (first, second) = (record(3, side, &curve), record(8, side, &curve));
-            let found = analyse_validated(&first, &Options::default(), &second).unwrap();
-            let curved = found.curved.as_ref().unwrap();
-            assert_eq!(curved.side, side, "{curve:?}");
-            assert_eq!(curved.fitted.curve.name(), curve.name());
-            let pairs = curved.fitted.named().zip(curve.parameters());
-            for ((name, value, deviation), (_, truth)) in pairs {
-                let told = format!("{name} {value} {deviation} {curve:?}");
-                assert!((value - truth).abs() < 3.5 * deviation, "{told}");
-                assert!(deviation < 0.02, "{told}");
-            }
-            let gain = found.reading().steady_state_gain().unwrap();
-            let (value, deviation) = (gain.value.re, gain.real_deviation());
-            let told = format!("{value} {deviation} {curve:?}");
-            assert!((value - 1.0).abs() < 3.5 * deviation, "{told}");
-            let (held, linear) = (found.held_out_fit.unwrap(), curved.linear_fit.unwrap());
-            assert!(held > 90.0 && linear < 85.0, "{held} {linear} {curve:?}");
-            let given = GivenModel {
-                curve: Some((side, curved.fitted.curve.clone())),
-                ..GivenModel::new(&found.estimate, 0)
-            };
-            let judged = given.on(&second, &[1]).unwrap().fit.unwrap();
-            assert!((judged - held).abs() < 0.1, "{judged} {held} {curve:?}");
-            let run = first.segments[0].run().unwrap();
-            let simulated = found.simulate(0, run);
-            let missed: f64 = (run.outputs.iter().zip(simulated).skip(5))
-                .map(|(y, x)| (y - x).powi(2))
-                .sum();
-            let rms = (missed / SAMPLES as f64).sqrt();
-            assert!((rms - 0.02).abs() < 0.003, "{rms} {curve:?}");
-        }
-    }
-
-    #[test]
-    fn a_curve_that_is_asked_for_is_sought_from_levels_of_its_own() {
-        for (side, curve, choice) in all().into_iter().step_by(2) {
-            let options = Options {
-                curve: choice,
-                order: Some(2),
-                delay: Some(1),
-                ..Options::default()
-            };
-            let found = analyse(&record(5, side, &curve), &options).unwrap();
-            assert!(
-                found.held_out_fit.unwrap() > 90.0,
-                "{curve:?} {:?}",
-                found.curved
-            );
-        }
-    }
-
-    #[test]
-    fn a_linear_plant_has_no_curve_and_neither_has_one_without_levels() {
-        let straight = StaticCurve::Piecewise {
-            levels: Vec::new(),
-            slopes: vec![1.0],
-        };
-        let linear = record(4, Side::Input, &straight);
-        assert_eq!(analyse(&linear, &Options::default()).unwrap().curved, None);
-        let none = Options {
-            curve: CurveChoice::None,
-            ..Options::default()
-        };
-        let (side, curve, _) = &all()[0];
-        let found = analyse(&record(3, *side, curve), &none).unwrap();
-        assert!(found.curved.is_none() && found.finding.is_some());
-        let mut two = linear;
-        let input = &mut two.segments[0].inputs[0];
-        input.iter_mut().for_each(|u| *u = u.signum());
-        let dead_zone = Options {
-            curve: CurveChoice::Saturation,
-            ..Options::default()
-        };
-        let refusal = analyse(&two, &dead_zone).map(drop);
-        assert!(refusal.is_err(), "two levels tell of no curve");
     }
 }

@@ -9,12 +9,13 @@
 //! - `text`: the results for the terminal.
 //! - `lag`: the delay's interval.
 //! - `bootstrap`: intervals of poles and gain from refits.
-//! - `curve`: static curves in front of the dynamics and behind them.
+//! - `curve`: static curves in front of the dynamics and behind them; `curved`: the analysis with one, where the evidence asks for it.
 //! - `checks`: the figures that the verdict rests on.
 
 mod bootstrap;
 mod checks;
 mod curve;
+mod curved;
 pub(crate) mod lag;
 mod reason;
 mod sentences;
@@ -25,6 +26,7 @@ pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
 pub use checks::InputPart;
 pub use curve::{CurveChoice, Curved};
+pub use curved::{analyse, analyse_validated};
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
 pub use verdict::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
@@ -212,28 +214,6 @@ pub struct Analysis {
     pub reasons: Vec<Reason>,
     /// How the estimator's recursive form learnt.
     pub trajectory: Trajectory,
-}
-
-/// The model between the first input and the first output of a record; a second input is the reference of the
-/// loop they are in.
-///
-/// # Errors
-/// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
-pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
-    curve::analysed(record, options, None)
-}
-
-/// The same with a record for validation, on the same grid: fit on held-out data and predictions are of that one, and
-/// nothing of it is used for the model.
-///
-/// # Errors
-/// As [`analyse`]; a validation record without input or output, or with another sampling interval.
-pub fn analyse_validated(
-    record: &Record,
-    options: &Options,
-    validation: &Record,
-) -> Result<Analysis> {
-    curve::analysed(record, options, Some(validation))
 }
 
 /// What there is beside the linear dynamics.
@@ -982,6 +962,17 @@ impl Analysis {
                 self.estimate.simulate(number, through)
             }
             _ => self.estimate.simulate(number, run),
+        }
+    }
+
+    /// A record as the linear dynamics have it: with its input through the curve in front of them, where there is one.
+    #[must_use]
+    pub fn of_dynamics<'a>(&self, record: &'a Record) -> Cow<'a, Record> {
+        match &self.curved {
+            Some(curved) if curved.side == Side::Input => {
+                Cow::Owned(curved.fitted.curve.of_input(record))
+            }
+            _ => Cow::Borrowed(record),
         }
     }
 

@@ -64,7 +64,7 @@ impl Verdict {
                     false => "not usable for simulation: not linear, or varying",
                     true => "usable with care: not linear, or varying",
                 },
-                "fit levels or times apart, --window FROM..TO, or take the curve that is named above out of the data",
+                "fit levels or times apart, --window FROM..TO, or fit a curve that is named above with the dynamics: --curve",
             ),
             Self::NoiseLimited { good } => (
                 match good {

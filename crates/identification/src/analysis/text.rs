@@ -6,7 +6,6 @@ use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT};
 use planesman_linear::digits::{significant, with_interval};
 
 use crate::estimators::Method;
-use crate::static_curve::Side;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// Candidates, and offsets, printed.
@@ -57,11 +56,7 @@ impl Analysis {
         text += &self.frequency();
         text += &self.coefficients();
         if let Some(curved) = &self.curved {
-            let label = match curved.side {
-                Side::Input => "input curve",
-                Side::Output => "output curve",
-            };
-            let _ = writeln!(text, "{label:<12} {}", curved.in_words());
+            let _ = writeln!(text, "{:<12} {}", curved.label(), curved.in_words());
         }
         for mode in self.modes() {
             let _ = writeln!(text, "{:<12} {mode}", "mode");
