@@ -280,7 +280,7 @@ fn a_dead_zone_is_named_and_two_files_have_two_offsets() {
     write("log.csv", &levels.iter().map(dead).collect::<Vec<_>>(), 0.0);
     let one = ["log.csv", "-i", "u", "-o", "y"];
     fit(folder.path(), &one)
-        .says("input curve  dead zone, lower -0.3")
+        .says("(Hammerstein model): dead zone, lower -0.300")
         .says("verdict: good");
     fit(folder.path(), &[&one[..], &["--curve", "none"]].concat())
         .says("verdict: usable with care: not linear, or varying")
