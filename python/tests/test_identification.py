@@ -204,6 +204,31 @@ def test_a_folder_of_several_bags_is_refused_and_a_list_is_several_experiments(t
         assert np.abs(both.continuous_poles - true).min() < 0.03
 
 
+def test_own_equations_and_a_curve_are_fitted_to_arrays(tmp_path: Path) -> None:
+    # 2 / (0.5 s + 1) behind a dead zone of 0.3, sampled every 0.1 s.
+    random = np.random.default_rng(2)
+    u = np.repeat(random.uniform(-2, 2, 80), 10)
+    pole = np.exp(-0.2)
+    moved = np.sign(u) * np.maximum(np.abs(u) - 0.3, 0)
+    x = signal.lfilter([0, 2 * (1 - pole)], [1, -pole], moved)
+    data = {"time": 0.1 * np.arange(len(u)), "volts": u, "y": x + 0.01 * random.standard_normal(len(u))}
+    equations = tmp_path / "motor.yaml"
+    equations.write_text(
+        "inputs: [u]\noutputs: {y: {equation: x}}\n"
+        "states: {x: {derivative: '(K*deadzone(u, -w, w) - x)/T', initial: 0}}\n"
+        "parameters: {K: {start: 1}, T: {start: 1, min: 0.01}, w: {start: 0.1, min: 0}}\n"
+    )
+    found = planesman.fit_equations(data, equations, inputs={"u": "volts"})
+    truth = {"K": 2.0, "T": 0.5, "w": 0.3}
+    for it in found["parameters"]:
+        assert abs(it["value"] - truth[it["name"]]) < 4 * it["deviation"] < 0.1
+    curved = planesman.fit({"volts": u, "y": data["y"]}, "volts", "y", sample_time=0.1)
+    assert curved.curve is not None and curved.curve["kind"] == "dead zone"
+    levels = {it["name"]: it["value"] for it in curved.curve["parameters"]}
+    assert levels == pytest.approx({"lower": -0.3, "upper": 0.3}, abs=0.02)
+    assert abs(curved.steady_state_gain - 2) < 0.05
+
+
 def test_nothing_is_said_beyond_the_nyquist_frequency(model: planesman.Model) -> None:
     most = np.pi / model.sample_time
     assert np.isfinite(model.frequency_response([0.1, most]).value).all()
