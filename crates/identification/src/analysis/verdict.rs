@@ -414,7 +414,12 @@ impl Analysis {
         // One step correlates with itself alone: what is left over anywhere correlates with it.
         let may_tell = self.reference.is_none() && !self.is_step_test;
         let may_bias = self.fit.is_none_or(|fit| fit < LEAVES_LITTLE);
-        may_tell && may_bias && feeds_back(tests)
+        // What a model of a band leaves outside it goes with the input, and so with later inputs that are like earlier ones.
+        let is_more = || tests.of_later_inputs().largest() > tests.of_earlier_inputs().largest();
+        may_tell
+            && may_bias
+            && feeds_back(tests)
+            && (self.estimate.frequency.is_none() || is_more())
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
