@@ -553,19 +553,12 @@ impl FitOptions {
         })
     }
 
-    /// The options of the analysis of several inputs or outputs.
-    pub(crate) fn of_several(&self) -> Result<several::Options, FitError> {
+    /// The first option that is given of those that only a sampled model of one input and output has.
+    pub(crate) fn given_of_one(&self) -> Option<&'static str> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
-        let kind = match self.method {
-            MethodChoice::One(Method::Automatic) => None,
-            MethodChoice::One(Method::OutputError) => Some(Kind::OutputError),
-            MethodChoice::One(Method::BoxJenkins) => Some(Kind::BoxJenkins),
-            _ => return Err(FitError::MethodOfSeveral(self.method.described().0)),
-        };
         let recursion = &self.recursion;
         let of_one = [
             ("reference", self.signals.reference.is_some()),
-            ("numerator", structure.numerator.is_some()),
             ("process", structure.process.is_some()),
             ("zeros_at_one", structure.zeros_at_one > 0),
             ("integrators", structure.integrators > 0),
@@ -581,7 +574,22 @@ impl FitOptions {
             ("forgetting", recursion.forgetting.is_some()),
             ("initial_covariance", recursion.initial_covariance.is_some()),
         ];
-        if let Some((option, _)) = of_one.into_iter().find(|it| it.1) {
+        of_one
+            .into_iter()
+            .find_map(|(option, given)| given.then_some(option))
+    }
+
+    /// The options of the analysis of several inputs or outputs.
+    pub(crate) fn of_several(&self) -> Result<several::Options, FitError> {
+        let structure = &self.structure;
+        let kind = match self.method {
+            MethodChoice::One(Method::Automatic) => None,
+            MethodChoice::One(Method::OutputError) => Some(Kind::OutputError),
+            MethodChoice::One(Method::BoxJenkins) => Some(Kind::BoxJenkins),
+            _ => return Err(FitError::MethodOfSeveral(self.method.described().0)),
+        };
+        let numerator = structure.numerator.map(|_| "numerator");
+        if let Some(option) = self.given_of_one().or(numerator) {
             return Err(FitError::OfOne(option));
         }
         if structure.order.is_some_and(|order| order > MAX_ORDER) {

@@ -52,36 +52,20 @@ impl FitOptions {
     /// Refuses options of a grid, of its preparation and of other models.
     pub(crate) fn check_stamped(&self) -> Result<(), FitError> {
         self.check()?;
-        let (signals, structure) = (&self.signals, &self.structure);
-        let preparation = &signals.preparation;
-        let vehicle = &self.vehicle;
-        let given = [
+        let (signals, preparation) = (&self.signals, &self.signals.preparation);
+        let of_grid = [
             ("rate", signals.grid.rate.is_some()),
             ("prefilter", preparation.prefilter.is_some()),
             ("segment", preparation.segment != Default::default()),
             ("detrend", preparation.detrend != Default::default()),
-            ("reference", signals.reference.is_some()),
             ("method", self.method != Default::default()),
-            ("process", structure.process.is_some()),
-            ("coherence", structure.coherence.is_some()),
-            ("zeros_at_one", structure.zeros_at_one > 0),
-            ("integrators", structure.integrators > 0),
-            ("prewindow", structure.prewindow),
-            ("own_numerators", structure.own_numerators),
-            ("heave", vehicle.heave.is_some()),
-            ("vehicle", vehicle.vehicle.is_some()),
-            ("speed", vehicle.speed.is_some()),
-            ("inertia", vehicle.inertia.is_some()),
-            ("noise", vehicle.noise.is_some()),
-            ("bootstrap", self.bootstrap.is_some()),
-            ("forgetting", self.recursion.forgetting.is_some()),
-            (
-                "initial_covariance",
-                self.recursion.initial_covariance.is_some(),
-            ),
+            ("coherence", self.structure.coherence.is_some()),
         ];
-        match given.into_iter().find(|it| it.1) {
-            Some((option, _)) => Err(FitError::NotOf(option, WHAT)),
+        let of_grid = of_grid
+            .into_iter()
+            .find_map(|(option, given)| given.then_some(option));
+        match of_grid.or_else(|| self.given_of_one()) {
+            Some(option) => Err(FitError::NotOf(option, WHAT)),
             None => Ok(()),
         }
     }
