@@ -171,15 +171,21 @@ impl StaticCurve {
         }
     }
 
+    /// Where it bends.
+    pub(crate) fn levels(&self) -> Vec<f64> {
+        match self {
+            Self::DeadZone { lower, upper } => vec![*lower, *upper],
+            Self::Saturation { lower, upper } => lower.iter().chain(upper).copied().collect(),
+            Self::Piecewise { levels, .. } => levels.clone(),
+            Self::Square { .. } | Self::Backlash { .. } => Vec::new(),
+        }
+    }
+
     /// Whether it bends only between two levels of a signal, and a play is no wider.
     pub(crate) fn bends_within(&self, least: f64, most: f64) -> bool {
-        let within = |level: &f64| (least..=most).contains(level);
         match self {
-            Self::DeadZone { lower, upper } => within(lower) && within(upper),
-            Self::Saturation { lower, upper } => lower.iter().chain(upper).all(within),
-            Self::Square { .. } => true,
-            Self::Piecewise { levels, .. } => levels.iter().all(within),
             Self::Backlash { width } => *width <= most - least,
+            _ => (self.levels().iter()).all(|level| (least..=most).contains(level)),
         }
     }
 

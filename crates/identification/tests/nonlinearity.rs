@@ -5,7 +5,8 @@
 
 use planesman_identification::analysis::{Analysis, Options, Verdict, analyse};
 use planesman_identification::estimators::Method;
-use planesman_identification::validation::nonlinearity::{Cause, Curve};
+use planesman_identification::static_curve::StaticCurve;
+use planesman_identification::validation::nonlinearity::Cause;
 use planesman_identification::{Record, filter, noise};
 
 /// s
@@ -99,24 +100,24 @@ fn a_static_curve_is_named_with_the_levels_at_which_it_bends() {
     };
     let found = through(|u| u.signum() * (u.abs() - 0.3).max(0.0));
     assert!(
-        matches!(found, Cause::Input(Curve::DeadZone(low, high)) if near(low, -0.3, 0.15) && near(high, 0.3, 0.15)),
+        matches!(found, Cause::Input(StaticCurve::DeadZone { lower: low, upper: high }) if near(low, -0.3, 0.15) && near(high, 0.3, 0.15)),
         "{found:?}"
     );
     let found = through(|u| u.clamp(-0.4, 0.4));
     assert!(
-        matches!(found, Cause::Input(Curve::Limits(Some(low), Some(high))) if near(low, -0.4, 0.15) && near(high, 0.4, 0.15)),
+        matches!(found, Cause::Input(StaticCurve::Saturation { lower: Some(low), upper: Some(high) }) if near(low, -0.4, 0.15) && near(high, 0.4, 0.15)),
         "{found:?}"
     );
     let found = through(|u| u.min(0.2));
     assert!(
-        matches!(found, Cause::Input(Curve::Limits(None, Some(high))) if near(high, 0.2, 0.15)),
+        matches!(found, Cause::Input(StaticCurve::Saturation { lower: None, upper: Some(high) }) if near(high, 0.2, 0.15)),
         "{found:?}"
     );
     let found = through(|u| u * u.abs());
-    assert_eq!(found, Cause::Square);
+    assert_eq!(found, Cause::Input(StaticCurve::Square { linear: None }));
     let found = through(|u| if u > 0.0 { u } else { 0.5 * u });
     assert!(
-        matches!(&found, Cause::Input(Curve::Slopes(at, slopes)) if near(at[0], 0.0, 0.1) && near(slopes[0] / slopes[1], 0.5, 0.1)),
+        matches!(&found, Cause::Input(StaticCurve::Piecewise { levels: at, slopes }) if near(at[0], 0.0, 0.1) && near(slopes[0] / slopes[1], 0.5, 0.1)),
         "{found:?}"
     );
     let y = linear(&u);
@@ -124,7 +125,7 @@ fn a_static_curve_is_named_with_the_levels_at_which_it_bends() {
     let y: Vec<f64> = y.iter().map(|y| y.clamp(-limit, limit)).collect();
     let found = cause(&measured(&u, &y, seed));
     assert!(
-        matches!(found, Cause::Output(Curve::Limits(Some(low), Some(high)))
+        matches!(found, Cause::Output(StaticCurve::Saturation { lower: Some(low), upper: Some(high) })
             if near(low / limit, -1.0, 0.3) && near(high / limit, 1.0, 0.3)),
         "{found:?}"
     );
@@ -141,7 +142,7 @@ fn backlash_and_friction_are_named() {
     let y = linear(&u.iter().map(play).collect::<Vec<_>>());
     let found = cause(&measured(&u, &y, 4));
     assert!(
-        matches!(found, Cause::Backlash(width) if near(width, 0.6, 0.15)),
+        matches!(found, Cause::Input(StaticCurve::Backlash { width }) if near(width, 0.6, 0.15)),
         "{found:?}"
     );
     let y = response(&u, &|v| 0.6 * (v / 0.02).tanh());

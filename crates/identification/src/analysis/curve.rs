@@ -8,9 +8,9 @@ use crate::estimators::{
 };
 use crate::selection::criteria::first_part;
 use crate::static_curve::{FittedCurve, Side, StaticCurve};
-use crate::structure::{Problem, Structure};
+use crate::structure::{Problem, Structure, range};
 use crate::uncertainty::SIGMAS_95;
-use crate::validation::nonlinearity::{Cause, Curve};
+use crate::validation::nonlinearity::Cause;
 use planesman_linear::digits::with_interval;
 use planesman_record::Record;
 
@@ -20,6 +20,8 @@ pub(super) const WORTH_A_TRY: f64 = 0.4;
 const MAY_CURE: f64 = 0.7;
 /// Levels tried of a curve whose place is not known, as shares of the samples.
 const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Widths of a backlash, as shares of the signal's range.
+const WIDTHS: [f64; 4] = [0.05, 0.15, 0.3, 0.5];
 /// Samples by which the kind of a curve is chosen, the last of the longest segment.
 const SEARCHED: usize = 1000;
 /// A slope beside one of 1 where the search begins.
@@ -100,8 +102,16 @@ impl CurveChoice {
         }
     }
 
-    /// The side, and curves to begin at by levels among the signal's own.
-    pub(super) fn starts(self, signal: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
+    /// Which signal it is of.
+    pub(super) const fn side(self) -> Side {
+        match self {
+            Self::OutputDeadZone | Self::OutputSaturation | Self::OutputPiecewise => Side::Output,
+            _ => Side::Input,
+        }
+    }
+
+    /// Curves to begin at by levels among the signal's own; none where it has too few, or no curve is named.
+    pub(super) fn starts(self, signal: &[f64]) -> Vec<StaticCurve> {
         let mut sorted = signal.to_vec();
         sorted.sort_by(f64::total_cmp);
         let at = |share: &f64| {
@@ -109,43 +119,32 @@ impl CurveChoice {
             sorted.get(place).copied()
         };
         let levels: Vec<f64> = PLACES.iter().filter_map(at).collect();
-        let pairs = |make: &dyn Fn(f64, f64) -> StaticCurve| {
-            let places = levels.iter().enumerate();
-            let pairs =
-                places.flat_map(|(i, low)| levels[i + 1..].iter().map(|high| (*low, *high)));
-            let pairs = pairs.filter(|(low, high)| low < high);
-            pairs.map(|(low, high)| make(low, high)).collect::<Vec<_>>()
-        };
-        let range = sorted.last()? - sorted.first()?;
-        let dead_zone = |lower, upper| StaticCurve::DeadZone { lower, upper };
-        let saturation = |lower, upper| StaticCurve::Saturation {
-            lower: Some(lower),
-            upper: Some(upper),
-        };
-        let piecewise = || {
-            let alone = levels.iter().map(|level| vec![*level]);
-            let places = levels.iter().enumerate();
-            let pairs =
-                places.flat_map(|(i, low)| levels[i + 1..].iter().map(|high| vec![*low, *high]));
-            let rising = |it: &Vec<f64>| it.windows(2).all(|pair| pair[0] < pair[1]);
-            let all = alone.chain(pairs).filter(rising);
-            all.flat_map(|it| bent(&it)).collect()
-        };
-        Some(match self {
-            Self::Automatic | Self::None => return None,
-            Self::DeadZone => (Side::Input, pairs(&dead_zone)),
-            Self::Saturation => (Side::Input, pairs(&saturation)),
-            Self::Square => (Side::Input, vec![StaticCurve::Square { linear: Some(0.0) }]),
-            Self::Piecewise => (Side::Input, piecewise()),
-            Self::Backlash => {
-                let widths = [0.05, 0.15, 0.3, 0.5].map(|it| it * range);
-                let curves = widths.map(|width| StaticCurve::Backlash { width });
-                (Side::Input, curves.into())
+        let places = levels.iter().enumerate();
+        let pairs = places.flat_map(|(i, low)| levels[i + 1..].iter().map(|high| (*low, *high)));
+        let pairs = pairs.filter(|(low, high)| low < high);
+        match self {
+            Self::Automatic | Self::None => Vec::new(),
+            Self::DeadZone | Self::OutputDeadZone => pairs
+                .map(|(lower, upper)| StaticCurve::DeadZone { lower, upper })
+                .collect(),
+            Self::Saturation | Self::OutputSaturation => pairs
+                .map(|(lower, upper)| StaticCurve::Saturation {
+                    lower: Some(lower),
+                    upper: Some(upper),
+                })
+                .collect(),
+            Self::Square => vec![StaticCurve::Square { linear: Some(0.0) }],
+            Self::Piecewise | Self::OutputPiecewise => {
+                let alone = levels.iter().flat_map(|level| bent(&[*level]));
+                alone
+                    .chain(pairs.flat_map(|(low, high)| bent(&[low, high])))
+                    .collect()
             }
-            Self::OutputDeadZone => (Side::Output, pairs(&dead_zone)),
-            Self::OutputSaturation => (Side::Output, pairs(&saturation)),
-            Self::OutputPiecewise => (Side::Output, piecewise()),
-        })
+            Self::Backlash => {
+                let widths = WIDTHS.map(|it| it * range(signal));
+                widths.map(|width| StaticCurve::Backlash { width }).into()
+            }
+        }
     }
 }
 
@@ -201,11 +200,6 @@ impl Curved {
     }
 }
 
-/// A curve that was asked for, to begin at.
-pub(super) fn starts_of(choice: CurveChoice, signal: &[f64]) -> impl Iterator<Item = StaticCurve> {
-    choice.starts(signal).into_iter().flat_map(|it| it.1)
-}
-
 /// Curves of an input without memory.
 pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     let choices = [
@@ -213,51 +207,30 @@ pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
         CurveChoice::Saturation,
         CurveChoice::Square,
     ];
-    choices
-        .into_iter()
-        .flat_map(|choice| starts_of(choice, inputs))
+    choices.into_iter().flat_map(|choice| choice.starts(inputs))
 }
 
-/// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends.
+/// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends. What bends may be told by a square,
+/// and the other way round.
 pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
-    let of = |curve: &Curve| {
-        let (own, levels) = match curve {
-            Curve::DeadZone(lower, upper) => {
-                let (lower, upper) = (*lower, *upper);
-                let own = StaticCurve::DeadZone { lower, upper };
-                (own, vec![lower, upper])
-            }
-            Curve::Limits(lower, upper) => {
-                let (lower, upper) = (*lower, *upper);
-                let levels = lower.into_iter().chain(upper).collect();
-                (StaticCurve::Saturation { lower, upper }, levels)
-            }
-            Curve::Slopes(levels, slopes) => {
-                let (levels, slopes) = (levels.clone(), slopes.clone());
-                let own = StaticCurve::Piecewise {
-                    levels: levels.clone(),
-                    slopes,
-                };
-                (own, levels)
-            }
-        };
-        let mut curves = vec![own];
+    let of = |curve: &StaticCurve| {
+        let levels = curve.levels();
+        let mut curves = vec![curve.clone()];
         curves.extend(levels.iter().flat_map(|level| bent(&[*level])));
         if levels.len() > 1 {
             curves.extend(bent(&levels));
         }
         curves
     };
-    // What bends may be told by a square, and the other way round.
-    let of_input = |mut curves: Vec<StaticCurve>| {
-        curves.extend(of_inputs(inputs));
-        (Side::Input, curves)
-    };
     Some(match cause {
-        Cause::Input(curve) => of_input(of(curve)),
-        Cause::Square => of_input(Vec::new()),
+        Cause::Input(curve @ StaticCurve::Backlash { .. }) => (Side::Input, vec![curve.clone()]),
+        Cause::Input(StaticCurve::Square { .. }) => (Side::Input, of_inputs(inputs).collect()),
+        Cause::Input(curve) => {
+            let all = of(curve).into_iter().chain(of_inputs(inputs));
+            (Side::Input, all.collect())
+        }
+        Cause::Output(StaticCurve::Backlash { .. }) => return None,
         Cause::Output(curve) => (Side::Output, of(curve)),
-        Cause::Backlash(width) => (Side::Input, vec![StaticCurve::Backlash { width: *width }]),
         _ => return None,
     })
 }

@@ -3,11 +3,7 @@
 //! What the linear model's error points to ([`super::Analysis::finding`]) says which curve is tried, or the user does. Its levels are fitted
 //! beside the dynamics; it is kept where what is held out is simulated better by a good part.
 
-use std::borrow::Cow;
-
-use super::curve::{
-    CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, problem, starts_of,
-};
+use super::curve::{CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, problem};
 use super::{Analysis, Beside, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion};
@@ -17,8 +13,6 @@ use planesman_record::{Record, Run};
 
 /// What a curve must leave at most of the error of the held-out simulation by the linear model.
 const BETTER: f64 = 0.8;
-/// Rounds of dynamics and curve.
-const ROUNDS: usize = 2;
 
 /// The model between the first input and the first output of a record; a second input is the reference of the
 /// loop they are in. A static curve is fitted beside it where the options ask for one, or the evidence does.
@@ -47,7 +41,11 @@ pub fn analyse_validated(
 /// # Errors
 /// Those of the linear analysis; of a curve that was asked for, its own.
 fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> Result<Analysis> {
-    let linear = judged_on(record, options, validation, Beside::Nothing)?;
+    let is_named = ![CurveChoice::Automatic, CurveChoice::None].contains(&options.curve);
+    let linear = match is_named {
+        true => judged_on(record, &for_structure(options), validation, Beside::Nothing)?,
+        false => judged_on(record, options, validation, Beside::Nothing)?,
+    };
     let run = record.segments[linear.segments[linear.longest]].run();
     let Run {
         inputs, outputs, ..
@@ -68,19 +66,26 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
             Ok(found.filter(is_better).unwrap_or(linear))
         }
         choice => {
-            let signal = match choice.starts(inputs) {
-                Some((Side::Output, _)) => outputs,
-                _ => inputs,
-            };
-            let starts = choice.starts(signal).filter(|(_, it)| !it.is_empty());
-            let (side, starts) = starts.ok_or_else(|| {
-                IdentificationError::Option(format!(
+            let starts = choice.starts(match choice.side() {
+                Side::Input => inputs,
+                Side::Output => outputs,
+            });
+            if starts.is_empty() {
+                return Err(IdentificationError::Option(format!(
                     "--curve {}: the signal has too few levels for it",
                     choice.described().0
-                ))
-            })?;
-            beside(record, options, validation, &linear, side, &starts)
+                )));
+            }
+            beside(record, options, validation, &linear, choice.side(), &starts)
         }
+    }
+}
+
+/// The options for a model of which only the structure is wanted.
+fn for_structure(options: &Options) -> Options {
+    Options {
+        bootstrap: None,
+        ..options.clone()
     }
 }
 
@@ -93,7 +98,7 @@ fn tried(linear: &Analysis, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> 
             of_cause(&finding.cause, inputs).filter(|_| is_large)
         }
         None => linear.is_below_noise().then(|| {
-            let curves = of_inputs(inputs).chain(starts_of(CurveChoice::Backlash, inputs));
+            let curves = of_inputs(inputs).chain(CurveChoice::Backlash.starts(inputs));
             (Side::Input, curves.collect())
         }),
     }
@@ -127,21 +132,14 @@ fn hammerstein(
     linear: &Analysis,
     starts: &[StaticCurve],
 ) -> Result<Analysis> {
-    let mut structure = linear.estimate.layout.structure.clone();
     let is_pointed_to = options.curve != CurveChoice::Automatic || linear.finding.is_some();
-    let mut starts = Cow::Borrowed(starts);
-    let mut curve = fitted(record, &structure, &starts, is_pointed_to)?;
-    for _ in 1..ROUNDS {
-        let behind = judged_on(
-            &curve.curve.of_input(record),
-            options,
-            None,
-            Beside::Nothing,
-        )?;
-        structure = behind.estimate.layout.structure;
-        starts = Cow::Owned(vec![curve.curve]);
-        curve = fitted(record, &structure, &starts, is_pointed_to)?;
-    }
+    let of = |structure: &Structure, starts: &[StaticCurve]| {
+        fitted(record, structure, starts, is_pointed_to)
+    };
+    let first = of(&linear.estimate.layout.structure, starts)?.curve;
+    let behind = first.of_input(record);
+    let behind = judged_on(&behind, &for_structure(options), None, Beside::Nothing)?;
+    let curve = of(&behind.estimate.layout.structure, &[first])?;
     let through = curve.curve.of_input(record);
     let validation = validation.map(|it| curve.curve.of_input(it));
     let front = Front {
@@ -187,7 +185,7 @@ fn wiener(
             *first = outputs;
         }
     }
-    let chosen = judged_on(&in_front, options, None, Beside::Nothing)?.estimate;
+    let chosen = judged_on(&in_front, &for_structure(options), None, Beside::Nothing)?.estimate;
     // What the outputs in front of the curve owe to the first model does not ask for fewer poles: the curve's own criterion does.
     let most = chosen.layout.structure.poles;
     let orders = match options.order {

@@ -11,10 +11,10 @@ use super::text::interval;
 use super::verdict::Verdict;
 use crate::prediction::AHEAD;
 use crate::selection::{Candidate, criteria};
-use crate::static_curve::Side;
+use crate::static_curve::{Side, StaticCurve};
 use crate::uncertainty::SIGMAS_95;
 use crate::validation::identifiability::Doubt;
-use crate::validation::nonlinearity::{Cause, Curve};
+use crate::validation::nonlinearity::Cause;
 use crate::validation::residuals::Correlation;
 
 /// The cost J up to which a transfer function is called good (Tischler and Remple 2012, ch. 11).
@@ -459,18 +459,10 @@ impl fmt::Display for Doubt {
 
 /// What an error points to; times in seconds.
 fn not_linear(f: &mut fmt::Formatter<'_>, cause: &Cause, sample_time: f64) -> fmt::Result {
-    let number = |it: f64| significant(it, 3);
     let seconds = |sample: &usize| format!("{:.2}", *sample as f64 * sample_time);
     match cause {
-        Cause::Input(curve) => write!(f, "the input acts {}", in_words(curve)),
-        Cause::Output(curve) => write!(f, "the output follows {}", in_words(curve)),
-        Cause::Square => {
-            f.write_str("the input acts by its square, u|u|, as a propeller's speed does")
-        }
-        Cause::Backlash(width) => write!(f, "the input has backlash of about {}", number(*width)),
-        Cause::OutputBacklash(width) => {
-            write!(f, "the output has backlash of about {}", number(*width))
-        }
+        Cause::Input(curve) => write!(f, "the input {}", in_words("acts", curve)),
+        Cause::Output(curve) => write!(f, "the output {}", in_words("follows", curve)),
         Cause::Drag => f.write_str("damping grows with the output, y|y|, as drag does"),
         Cause::Friction => {
             f.write_str("damping does not grow with the output's rate, as dry friction")
@@ -504,31 +496,35 @@ fn not_linear(f: &mut fmt::Formatter<'_>, cause: &Cause, sample_time: f64) -> fm
     }
 }
 
-/// How a signal goes through a curve.
-fn in_words(curve: &Curve) -> String {
+/// How a signal goes through a curve, with what it does there.
+fn in_words(verb: &str, curve: &StaticCurve) -> String {
     let number = |it: &f64| significant(*it, 3);
     match curve {
-        Curve::DeadZone(low, high) => format!(
-            "only beyond a dead zone from about {} to {}",
-            number(low),
-            number(high)
+        StaticCurve::DeadZone { lower, upper } => format!(
+            "{verb} only beyond a dead zone from about {} to {}",
+            number(lower),
+            number(upper)
         ),
-        Curve::Limits(low, high) => {
+        StaticCurve::Saturation { lower, upper } => {
             let side = |word: &str, level: &Option<f64>| {
                 level.map(|it| format!("{word} about {}", number(&it)))
             };
-            let sides = [side("below", low), side("above", high)];
+            let sides = [side("below", lower), side("above", upper)];
             let sides: Vec<String> = sides.into_iter().flatten().collect();
-            format!("no more {}: it saturates", sides.join(" and "))
+            format!("{verb} no more {}: it saturates", sides.join(" and "))
         }
-        Curve::Slopes(levels, slopes) => {
+        StaticCurve::Piecewise { levels, slopes } => {
             let list = |values: &[f64]| values.iter().map(number).collect::<Vec<_>>().join(", ");
             format!(
-                "by a curve that bends at about {}, with slopes in the ratio {}",
+                "{verb} by a curve that bends at about {}, with slopes in the ratio {}",
                 list(levels),
                 list(slopes)
             )
         }
+        StaticCurve::Square { .. } => {
+            format!("{verb} by its square, u|u|, as a propeller's speed does")
+        }
+        StaticCurve::Backlash { width } => format!("has backlash of about {}", number(width)),
     }
 }
 

@@ -21,6 +21,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::{Estimate, dot, impulse, through_poles, whitened, whitening};
+use crate::static_curve::StaticCurve;
 use crate::structure::range;
 use planesman_record::{LONGEST_PAST, Run, filter};
 
@@ -73,15 +74,9 @@ const A_WHILE: usize = PARTS / 3;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
     /// A static curve of the input, in front of the dynamics.
-    Input(Curve),
-    /// The input's square with its sign, in front of the dynamics.
-    Square,
-    /// Backlash of the input: its whole width.
-    Backlash(f64),
+    Input(StaticCurve),
     /// A static curve of the output, behind the dynamics.
-    Output(Curve),
-    /// Backlash of the output: its whole width.
-    OutputBacklash(f64),
+    Output(StaticCurve),
     /// Damping that grows with the square of the output.
     Drag,
     /// Damping that does not grow with the output's rate.
@@ -92,17 +87,6 @@ pub enum Cause {
     Steps(Vec<usize>),
     /// The error is so many times larger from one time to another.
     While(usize, usize, f64),
-}
-
-/// A static curve.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Curve {
-    /// Nothing between two levels.
-    DeadZone(f64, f64),
-    /// Nothing more below the one and above the other.
-    Limits(Option<f64>, Option<f64>),
-    /// Levels at which the slope changes, and the slopes below, between and above them, the largest 1.
-    Slopes(Vec<f64>, Vec<f64>),
 }
 
 /// A cause, and how sure it is.
@@ -344,14 +328,18 @@ impl Tested<'_> {
         }
         let square = |it: &f64| it * it.abs();
         let squared = self.in_front(|u| u.iter().map(square).collect());
-        alone(squared, Kind::Other(Cause::Square));
+        alone(
+            squared,
+            Kind::Other(Cause::Input(StaticCurve::Square { linear: None })),
+        );
+        let play = |width| StaticCurve::Backlash { width };
         for i in 1..=WIDTHS {
             let width = |signal: &[f64]| range(signal) * i as f64 / (WIDTHS + 2) as f64;
             let (front, behind) = (width(inputs), width(outputs));
-            let played = self.in_front(|u| play(u, front));
-            alone(played, Kind::Other(Cause::Backlash(front)));
-            let played = play(outputs, behind);
-            alone(played, Kind::Other(Cause::OutputBacklash(behind)));
+            let played = self.in_front(|u| play(front).of(u));
+            alone(played, Kind::Other(Cause::Input(play(front))));
+            let played = play(behind).of(outputs);
+            alone(played, Kind::Other(Cause::Output(play(behind))));
         }
         let damped = |force: Vec<f64>| self.delayed(&self.through_poles(&force), 1);
         let drag = damped(self.simulated.iter().map(square).collect());
@@ -388,10 +376,10 @@ impl Tested<'_> {
                 let times = times.iter().zip(&slopes[1..]);
                 Cause::Gain(times.map(|(time, it)| (*time, it / slopes[0])).collect())
             }
-            Kind::Input(levels) => Cause::Input(Curve::of(levels, &slopes(input())?)),
+            Kind::Input(levels) => Cause::Input(curve_of(levels, &slopes(input())?)),
             Kind::Output(levels) => {
                 let straight = self.simulated[self.first..].to_vec();
-                Cause::Output(Curve::of(levels, &slopes(straight)?))
+                Cause::Output(curve_of(levels, &slopes(straight)?))
             }
         })
     }
@@ -455,38 +443,38 @@ fn steps(terms: &[Term], left: &Left) -> Vec<Term> {
     found
 }
 
-impl Curve {
-    /// From the levels at which it bends and the slopes below, between and above them.
-    fn of(levels: &[f64], slopes: &[f64]) -> Self {
-        let size = |largest: f64, it: &f64| {
-            if it.abs() > largest.abs() {
-                *it
-            } else {
-                largest
-            }
-        };
-        let largest = slopes.iter().fold(0.0, size);
-        let slopes: Vec<f64> = slopes.iter().map(|it| it / largest).collect();
-        let flat = |slope: f64| slope.abs() < FLAT;
-        let same = |one: f64, other: f64| (one - other).abs() < SAME;
-        match (levels, &slopes[..]) {
-            ([level], [below, _]) if flat(*below) => Self::Limits(Some(*level), None),
-            ([level], [_, above]) if flat(*above) => Self::Limits(None, Some(*level)),
-            ([low, high], [below, between, above]) => {
-                match (flat(*below), flat(*between), flat(*above)) {
-                    (false, true, false) => Self::DeadZone(*low, *high),
-                    (true, false, true) => Self::Limits(Some(*low), Some(*high)),
-                    (true, false, false) if same(*between, *above) => {
-                        Self::Limits(Some(*low), None)
-                    }
-                    (false, false, true) if same(*between, *below) => {
-                        Self::Limits(None, Some(*high))
-                    }
-                    _ => Self::Slopes(levels.to_vec(), slopes),
-                }
-            }
-            _ => Self::Slopes(levels.to_vec(), slopes),
+/// A curve from the levels at which it bends and the slopes below, between and above them.
+fn curve_of(levels: &[f64], slopes: &[f64]) -> StaticCurve {
+    let size = |largest: f64, it: &f64| {
+        if it.abs() > largest.abs() {
+            *it
+        } else {
+            largest
         }
+    };
+    let largest = slopes.iter().fold(0.0, size);
+    let slopes: Vec<f64> = slopes.iter().map(|it| it / largest).collect();
+    let flat = |slope: f64| slope.abs() < FLAT;
+    let same = |one: f64, other: f64| (one - other).abs() < SAME;
+    let dead_zone = |lower, upper| StaticCurve::DeadZone { lower, upper };
+    let limits = |lower, upper| StaticCurve::Saturation { lower, upper };
+    let bent = |slopes| StaticCurve::Piecewise {
+        levels: levels.to_vec(),
+        slopes,
+    };
+    match (levels, &slopes[..]) {
+        ([level], [below, _]) if flat(*below) => limits(Some(*level), None),
+        ([level], [_, above]) if flat(*above) => limits(None, Some(*level)),
+        ([low, high], [below, between, above]) => {
+            match (flat(*below), flat(*between), flat(*above)) {
+                (false, true, false) => dead_zone(*low, *high),
+                (true, false, true) => limits(Some(*low), Some(*high)),
+                (true, false, false) if same(*between, *above) => limits(Some(*low), None),
+                (false, false, true) if same(*between, *below) => limits(None, Some(*high)),
+                _ => bent(slopes),
+            }
+        }
+        _ => bent(slopes),
     }
 }
 
@@ -630,14 +618,4 @@ fn levels(signal: &[f64]) -> Vec<f64> {
     let mut levels: Vec<f64> = (1..=BENDS).filter_map(at).collect();
     levels.dedup();
     levels
-}
-
-/// What follows a signal with a play of that width, from its middle.
-fn play(signal: &[f64], width: f64) -> Vec<f64> {
-    let mut at = signal.first().copied().unwrap_or_default();
-    let follow = |it: &f64| {
-        at = at.clamp(it - width / 2.0, it + width / 2.0);
-        at
-    };
-    signal.iter().map(follow).collect()
 }
