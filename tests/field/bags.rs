@@ -789,7 +789,7 @@ fn two_commanders(second: i64, value: fn(usize) -> f64) -> Vec<(usize, Vec<u8>, 
 fn two_publishers_of_messages_that_say_nothing_of_whose_they_are_are_noticed() {
     for (second, value) in [
         (STEP_NS, (|_| 0.3) as fn(usize) -> f64),
-        (STEP_NS, |k| 4.0 + (k as f64 * 0.05).sin()),
+        (STEP_NS, |k| 4.0 + libm::sin(k as f64 * 0.05)),
         (2 * STEP_NS, |_| 0.0),
         (7 * STEP_NS, |_| 0.0),
         (66_000_000, |_| 0.3),

@@ -11,7 +11,7 @@ use crate::plant::{GAIN, POLE, STEP, noise, prbs, second_order, table};
 fn delayed(delay: usize, seed: u64, samples: usize) -> Vec<(String, f64, f64)> {
     let mut u = prbs(seed, samples);
     u[..10].fill(1.0);
-    let decay = (-STEP / 2.0_f64).exp();
+    let decay = libm::exp(-STEP / 2.0_f64);
     let mut x = 0.0;
     let row = |(k, e): (usize, f64)| {
         let y = x + 0.005 * e;

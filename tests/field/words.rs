@@ -21,7 +21,7 @@ fn spin_up(path: &Path, begin: f64, level: f64, steps: &[(f64, f64)]) {
         let mut speed = level + 0.3 * e;
         for (time, volts) in steps {
             let since = (t - time).max(0.0);
-            speed += GAIN * (volts - before) * (1.0 - (-since / TIME_CONSTANT).exp());
+            speed += GAIN * (volts - before) * (1.0 - libm::exp(-since / TIME_CONSTANT));
             before = *volts;
         }
         text += &format!("{:.2},{speed:.4}\n", begin + t);

@@ -10,7 +10,7 @@ use std::path::Path;
 use foreign::Python;
 use planesman_flight::compose::Loop;
 use planesman_flight::scenario::Scenario;
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_model_file::{ModelFile, Place};
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
@@ -49,7 +49,7 @@ fn poles(vehicle: &Vehicle) -> Vec<Complex<f64>> {
 
 /// How far the nearest of a file's poles is from this one, 1/s.
 fn off(file: &ModelFile, pole: Complex<f64>) -> f64 {
-    let off = |place: &Place| (Complex::new(place.re, place.im) - pole).norm();
+    let off = |place: &Place| (Complex::new(place.re, place.im) - pole).modulus();
     let all = file.continuous_poles.iter().map(off);
     all.fold(f64::MAX, f64::min)
 }
@@ -71,10 +71,10 @@ fn an_identified_model_dives_as_the_vehicle_it_was_identified_from() {
     let loaded = poles(&load_on(&model, "brunner").unwrap());
     for (found, truth) in loaded.into_iter().zip(poles(&brunner())) {
         let from_the_file = off(&file, found);
-        assert!(from_the_file < 0.01 * found.norm(), "{from_the_file}");
+        assert!(from_the_file < 0.01 * found.modulus(), "{from_the_file}");
         // Heave is known to the vehicle and was not to the fit, so it comes nearer to the truth.
-        let off = (found - truth).norm();
-        assert!(off < 0.001 * truth.norm(), "{found} is not {truth}");
+        let off = (found - truth).modulus();
+        assert!(off < 0.001 * truth.modulus(), "{found} is not {truth}");
     }
 
     let text = include_str!("../../launch-scripts/scenarios/identified.yaml");
@@ -102,7 +102,7 @@ fn the_vehicle_s_equations_come_round_to_their_own_poles() {
             let pole = Complex::new(place.re, place.im);
             let off = loaded
                 .iter()
-                .map(|it| (it - pole).norm())
+                .map(|it| (it - pole).modulus())
                 .fold(f64::MAX, f64::min);
             assert!(off < 1e-6, "{name}: {pole}, {loaded:?}");
         }
@@ -197,7 +197,7 @@ fn python_control_loads_the_same_model() {
             let place = Complex::new(place.re, place.im);
             let nearest = found
                 .iter()
-                .map(|it| (it - place).norm())
+                .map(|it| (it - place).modulus())
                 .fold(f64::MAX, f64::min);
             assert!(nearest < tolerance, "{name}: {nearest}");
         }
@@ -213,7 +213,7 @@ fn python_control_loads_the_same_model() {
     // Its own zero-order hold leads from the continuous model to the sampled one.
     for (held, sampled) in list("held_response").iter().zip(list("response")) {
         assert!(
-            (held - sampled).norm() < 1e-7 * sampled.norm(),
+            (held - sampled).modulus() < 1e-7 * sampled.modulus(),
             "{held} for {sampled}"
         );
     }

@@ -169,7 +169,9 @@ impl TestSignal {
                 Signal::Doublet if time < self.period => sign(time < self.period / 2),
                 Signal::Pulse | Signal::Doublet => 0.0,
                 Signal::Square => sign(time % self.period < self.period / 2),
-                Signal::Sinusoid => (TAU * (time % self.period) as f64 / self.period as f64).sin(),
+                Signal::Sinusoid => {
+                    libm::sin(TAU * (time % self.period) as f64 / self.period as f64)
+                }
                 Signal::Prbs => {
                     let interval = (time / self.period) as usize % SEQUENCE_LENGTH;
                     sign(self.sequence[interval])
@@ -179,7 +181,7 @@ impl TestSignal {
                         [time, self.end - self.start, self.period, self.period_end]
                             .map(|nanos| nanos as f64 * 1e-9);
                     let sweep = (1.0 / last - 1.0 / first) / duration;
-                    (TAU * (time / first + 0.5 * sweep * time * time)).sin()
+                    libm::sin(TAU * (time / first + 0.5 * sweep * time * time))
                 }
             }
     }

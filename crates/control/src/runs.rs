@@ -115,7 +115,7 @@ impl Run {
                 period,
             } if millis >= from => {
                 let within = (nanos - from * 1_000_000) % (period * 1_000_000);
-                amplitude * (TAU * within as f64 / (period * 1_000_000) as f64).sin()
+                amplitude * libm::sin(TAU * within as f64 / (period * 1_000_000) as f64)
             }
             Shape::Sinusoid { .. } => 0.0,
         };

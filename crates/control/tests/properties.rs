@@ -137,7 +137,7 @@ fn model_file() -> &'static str {
         let gains = ControllerParameters::default().gains;
         let (k, b) = (gains.model.plane, gains.model.damping);
         let (dt, input, output) = (0.05, "plane_motion:dive_planes", "state:pitch_rate");
-        let pole = (-b * dt).exp();
+        let pole = libm::exp(-b * dt);
         let num = vec![-k * (1.0 - pole) / b];
         let file = ModelFile {
             speed: Some(gains.reference_speed),

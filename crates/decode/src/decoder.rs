@@ -397,7 +397,7 @@ fn vector(values: &Values, [x, y, z]: &[usize; 3]) -> Option<[f64; 3]> {
 
 fn norm(values: &Values, xyz: &[usize; 3]) -> Option<f64> {
     let [x, y, z] = vector(values, xyz)?;
-    Some(x.hypot(y).hypot(z))
+    Some(libm::hypot(libm::hypot(x, y), z))
 }
 
 /// An angle of the quaternion, of whatever norm; none if that is zero.
@@ -409,9 +409,9 @@ fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64>
         return None;
     }
     Some(match axis {
-        Axis::Roll => (2.0 * (w * x + y * z)).atan2(w * w - x * x - y * y + z * z),
-        Axis::Pitch => (2.0 * (w * y - z * x) / norm).clamp(-1.0, 1.0).asin(),
-        Axis::Yaw => (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z),
+        Axis::Roll => libm::atan2(2.0 * (w * x + y * z), w * w - x * x - y * y + z * z),
+        Axis::Pitch => libm::asin((2.0 * (w * y - z * x) / norm).clamp(-1.0, 1.0)),
+        Axis::Yaw => libm::atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z),
     })
 }
 

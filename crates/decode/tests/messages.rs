@@ -261,7 +261,7 @@ fn angles_of_a_quaternion_are_those_of_rep_103() {
     for [roll, pitch, yaw] in [[0.1_f64, 0.2, 0.3], [-3.0, -1.5, 2.5], [0.0, 1.57, -0.7]] {
         // About fixed x, then y, then z: q = q_z q_y q_x.
         let [(sr, cr), (sp, cp), (sy, cy)] =
-            [roll, pitch, yaw].map(|angle| (angle / 2.0).sin_cos());
+            [roll, pitch, yaw].map(|angle| libm::sincos(angle / 2.0));
         let mut imu = Imu::default();
         imu.orientation.x = 2.0 * (sr * cp * cy - cr * sp * sy);
         imu.orientation.y = 2.0 * (cr * sp * cy + sr * cp * sy);

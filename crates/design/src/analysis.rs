@@ -9,7 +9,7 @@ use planesman_control::design::dive_loop::{DiveLoop, Judgement};
 use planesman_flight::During as _;
 use planesman_flight::summary::step_text;
 use planesman_linear::frequency::{Response, grid};
-use planesman_linear::{Complex, unwrapped_phases};
+use planesman_linear::{Complex, ComplexField as _, unwrapped_phases};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 
@@ -68,7 +68,7 @@ impl Drawn {
 
     fn decibels(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let points = self.response.iter();
-        points.map(|(w, l)| (*w, decibels(l.norm())))
+        points.map(|(w, l)| (*w, decibels(l.modulus())))
     }
 
     fn degrees(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
@@ -81,7 +81,7 @@ impl Drawn {
     fn degrees_at(&self, frequency: f64) -> f64 {
         let mut points = self.degrees().collect::<Vec<_>>();
         points.sort_by(|a, b| {
-            let off = |it: &(f64, f64)| (it.0 / frequency).ln().abs();
+            let off = |it: &(f64, f64)| libm::log(it.0 / frequency).abs();
             off(a).total_cmp(&off(b))
         });
         points.first().map_or(f64::NAN, |point| point.1)
@@ -102,7 +102,7 @@ impl Drawn {
 }
 
 fn decibels(factor: f64) -> f64 {
-    20.0 * factor.log10()
+    20.0 * libm::log10(factor)
 }
 
 impl Analysis {
@@ -155,7 +155,7 @@ impl Analysis {
                 phase_marks,
             );
             let near = drawn.response.iter();
-            let near = near.filter(|(_, l)| l.norm() < NYQUIST_EXTENT);
+            let near = near.filter(|(_, l)| l.modulus() < NYQUIST_EXTENT);
             let (points, frequencies): (Vec<_>, Vec<_>) =
                 near.map(|(w, l)| ((l.re, l.im), *w)).unzip();
             nyquist = nyquist.with_all([Series {
@@ -231,8 +231,13 @@ const LOOP_PHASE: [&str; 2] = ["Phase of the open loop", "phase [deg]"];
 
 /// The poles that a drawing can show together: not those of a dead time, far to the left.
 fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
-    let far = 4.0 * poles.iter().map(|s| s.norm()).fold(1.0, f64::min).max(1.0);
-    let near = poles.iter().filter(|s| s.norm() < far);
+    let far = 4.0
+        * poles
+            .iter()
+            .map(|s| s.modulus())
+            .fold(1.0, f64::min)
+            .max(1.0);
+    let near = poles.iter().filter(|s| s.modulus() < far);
     near.map(|s| (s.re, s.im)).collect()
 }
 
@@ -281,7 +286,7 @@ pub fn described(judged: &Judgement) -> String {
     match judged.tick {
         Some(tick) => {
             let (slow, fast): (Vec<Complex<f64>>, Vec<_>) =
-                judged.poles.iter().partition(|z| z.norm() >= FAST);
+                judged.poles.iter().partition(|z| z.modulus() >= FAST);
             let s: Vec<_> = slow.iter().map(|z| z.ln() / tick).collect();
             let more = match fast.len() {
                 0 => String::new(),

@@ -4,7 +4,7 @@ use maud::html;
 use planesman_console::Table;
 use planesman_control::design::dive_loop::DiveLoop;
 use planesman_control::gains::LoopGains;
-use planesman_linear::{Complex, discrete_to_continuous};
+use planesman_linear::{Complex, ComplexField as _, discrete_to_continuous};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 use planesman_text::number;
@@ -128,7 +128,7 @@ impl Locus {
     pub fn poles_text(&self, drive: &Drive, value: f64) -> Result<String> {
         let mut poles = self.poles(drive, value)?;
         if let Some(sampling) = &drive.sampling {
-            poles.retain(|s| (s.re * sampling.tick).exp() >= FAST);
+            poles.retain(|s| libm::exp(s.re * sampling.tick) >= FAST);
         }
         Ok(poles_text(&poles))
     }
@@ -164,13 +164,17 @@ impl Locus {
         // Those of the actuator are far to the left and would make the rest small, unless they become unstable.
         let first = self.poles(drive, self.value(0.0))?;
         let last = self.poles(drive, self.value(1.0))?;
-        let slowest = first.iter().map(|s| s.norm()).fold(1.0, f64::min).max(1.0);
-        let unstable = last.iter().filter(|s| s.re >= 0.0).map(|s| s.norm());
+        let slowest = first
+            .iter()
+            .map(|s| s.modulus())
+            .fold(1.0, f64::min)
+            .max(1.0);
+        let unstable = last.iter().filter(|s| s.re >= 0.0).map(|s| s.modulus());
         let far = unstable
             .map(|norm| 1.2 * norm)
             .fold(4.0 * slowest, f64::max);
         let near = |poles: Vec<Complex<f64>>| -> Vec<(f64, f64)> {
-            let near = poles.into_iter().filter(|s| s.norm() < far);
+            let near = poles.into_iter().filter(|s| s.modulus() < far);
             near.map(|s| (s.re, s.im)).collect()
         };
         let at = |style, name: &'static str, shares: &mut dyn Iterator<Item = f64>| {
@@ -233,8 +237,8 @@ fn damping_grid((left, top): (f64, f64)) -> Vec<Series<'static>> {
     const RATIOS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
     let left = left.max(0.1);
     let top = top.max(0.4 * left);
-    let largest = left.hypot(top);
-    let decade = 10f64.powf((largest / 4.0).log10().floor());
+    let largest = libm::hypot(left, top);
+    let decade = libm::pow(10f64, libm::log10(largest / 4.0).floor());
     let steps = [1.0, 2.0, 5.0].map(|it| it * decade);
     let step = steps.into_iter().rfind(|it| *it <= largest / 4.0);
     let step = step.unwrap_or(decade);
@@ -249,8 +253,12 @@ fn damping_grid((left, top): (f64, f64)) -> Vec<Series<'static>> {
         }
         for frequency in &frequencies {
             let angles = (0..=90).map(|degree| f64::from(degree).to_radians());
-            let points =
-                angles.map(|angle| (-frequency * angle.sin(), side * frequency * angle.cos()));
+            let points = angles.map(|angle| {
+                (
+                    -frequency * libm::sin(angle),
+                    side * frequency * libm::cos(angle),
+                )
+            });
             lines.push(
                 points
                     .filter(|(re, im)| *re >= -left && im.abs() <= top)

@@ -7,7 +7,7 @@ use planesman_flight::During as _;
 use planesman_hydraulics::linearised as actuator_model;
 use planesman_hydraulics::{ActuatorParameters, actuator_file};
 use planesman_linear::sampled::AT_ONCE;
-use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
+use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
@@ -315,7 +315,7 @@ fn pole_text(pole: &Complex<f64>) -> String {
     if pole.im == 0.0 {
         pair_text(*pole, 4)
     } else {
-        let ratio = -pole.re / pole.norm();
+        let ratio = -pole.re / pole.modulus();
         format!("{} (zeta {ratio:.3})", pair_text(*pole, 4))
     }
 }

@@ -175,7 +175,7 @@ impl DiveTask {
         }
         Err(Error::OutOfReach {
             phase_margin: self.phase_margin.to_degrees(),
-            gain_margin: 20.0 * self.gain_margin.log10(),
+            gain_margin: 20.0 * libm::log10(self.gain_margin),
             sensitivity: self.sensitivity,
             nearest: match nearest {
                 None => "the model itself keeps them with none".to_owned(),
@@ -197,7 +197,7 @@ impl DiveTask {
             memory: Memory::default(),
             path: plants.drive.path,
             phase_margin: self.phase_margin + share * phase,
-            gain_margin: self.gain_margin * gain.powf(share),
+            gain_margin: self.gain_margin * libm::pow(gain, share),
             overshoot: self.overshoot,
             step: self.step,
             pitch_limit: PITCH_LIMIT,
@@ -236,7 +236,7 @@ impl DiveGains {
             let (above, below) = it.gain_limits();
             let sides = [above.map(|it| it.factor), below.map(|it| 1.0 / it.factor)];
             let nearer = sides.into_iter().flatten().fold(f64::INFINITY, f64::min);
-            20.0 * nearer.log10()
+            20.0 * libm::log10(nearer)
         })
     }
 
@@ -267,7 +267,7 @@ impl DiveGains {
 
     fn keeps(&self, task: &DiveTask) -> bool {
         let worst = |spread: &Spread, share: f64| spread.quantile(share);
-        let gain = 20.0 * task.gain_margin.log10();
+        let gain = 20.0 * libm::log10(task.gain_margin);
         worst(&self.phase(), MISSED) >= task.phase_margin.to_degrees()
             && worst(&self.gain(), MISSED) >= gain
             && worst(&self.sensitivity(), 1.0 - MISSED) <= task.sensitivity
@@ -353,7 +353,7 @@ mod tests {
         assert!(
             found.phase().quantile(MISSED) >= 60.0 && found.phase().sorted[0] < found.phase().model
         );
-        assert!(found.gain().quantile(MISSED) >= 20.0 * 2_f64.log10());
+        assert!(found.gain().quantile(MISSED) >= 20.0 * libm::log10(2_f64));
         assert!(found.sensitivity().quantile(0.95) <= 1.6);
         // The start that the thesis has is slower.
         let text = found.parameter_file();

@@ -148,7 +148,7 @@ fn kept(
         }
         Some(problem.errors(&moved)? - problem.errors(theta)?)
     };
-    let product = |i: usize, by: f64| theta[i] * (STEP * by * theta[i].signum()).exp();
+    let product = |i: usize, by: f64| theta[i] * libm::exp(STEP * by * theta[i].signum());
     let sum = |i: usize, by: f64| theta[i] + STEP * by * scale(i);
     let is_constant = |change: &dyn Fn(usize, f64) -> f64| {
         let all = errors(change, direction);
@@ -185,7 +185,7 @@ fn kept(
                 // An exponent that is not whole is of the magnitude.
                 let power = match exponent == whole {
                     true => theta[last].powi(whole as i32),
-                    false => theta[last].abs().powf(exponent),
+                    false => libm::pow(theta[last].abs(), exponent),
                 };
                 let value = theta[*other] * power;
                 let by_last = exponent * value / theta[last];

@@ -104,17 +104,17 @@ impl Unary {
             Self::Abs => x.abs(),
             Self::Sign => sign(x),
             Self::Sqrt => x.sqrt(),
-            Self::Exp => x.exp(),
-            Self::Log => x.ln(),
-            Self::Sin => x.sin(),
-            Self::Cos => x.cos(),
-            Self::Tan => x.tan(),
-            Self::Asin => x.asin(),
-            Self::Acos => x.acos(),
-            Self::Atan => x.atan(),
-            Self::Sinh => x.sinh(),
-            Self::Cosh => x.cosh(),
-            Self::Tanh => x.tanh(),
+            Self::Exp => libm::exp(x),
+            Self::Log => libm::log(x),
+            Self::Sin => libm::sin(x),
+            Self::Cos => libm::cos(x),
+            Self::Tan => libm::tan(x),
+            Self::Asin => libm::asin(x),
+            Self::Acos => libm::acos(x),
+            Self::Atan => libm::atan(x),
+            Self::Sinh => libm::sinh(x),
+            Self::Cosh => libm::cosh(x),
+            Self::Tanh => libm::tanh(x),
         }
     }
 
@@ -127,14 +127,14 @@ impl Unary {
             Self::Sqrt => 0.5 / y,
             Self::Exp => y,
             Self::Log => 1.0 / x,
-            Self::Sin => x.cos(),
-            Self::Cos => -x.sin(),
+            Self::Sin => libm::cos(x),
+            Self::Cos => -libm::sin(x),
             Self::Tan => 1.0 + y * y,
             Self::Asin => 1.0 / (1.0 - x * x).sqrt(),
             Self::Acos => -1.0 / (1.0 - x * x).sqrt(),
             Self::Atan => 1.0 / (1.0 + x * x),
-            Self::Sinh => x.cosh(),
-            Self::Cosh => x.sinh(),
+            Self::Sinh => libm::cosh(x),
+            Self::Cosh => libm::sinh(x),
             Self::Tanh => 1.0 - y * y,
         }
     }
@@ -147,10 +147,10 @@ impl Binary {
             Self::Subtract => a - b,
             Self::Multiply => a * b,
             Self::Divide => a / b,
-            Self::Power => a.powf(b),
+            Self::Power => libm::pow(a, b),
             Self::Min => a.min(b),
             Self::Max => a.max(b),
-            Self::Atan2 => a.atan2(b),
+            Self::Atan2 => libm::atan2(a, b),
         }
     }
 
@@ -162,8 +162,12 @@ impl Binary {
             Self::Multiply => (b, a),
             Self::Divide => (1.0 / b, -y / b),
             Self::Power => {
-                let by_base = if b == 0.0 { 0.0 } else { b * a.powf(b - 1.0) };
-                (by_base, if a > 0.0 { y * a.ln() } else { 0.0 })
+                let by_base = if b == 0.0 {
+                    0.0
+                } else {
+                    b * libm::pow(a, b - 1.0)
+                };
+                (by_base, if a > 0.0 { y * libm::log(a) } else { 0.0 })
             }
             Self::Min if a <= b => (1.0, 0.0),
             Self::Max if a >= b => (1.0, 0.0),

@@ -179,7 +179,7 @@ pub fn fit(
         let mut moved = 0.0_f64;
         for output in &free {
             let weight = 1.0 / found[*output].max(1e-12 / problem.weights[*output]);
-            moved = moved.max((weight / problem.weights[*output]).ln().abs());
+            moved = moved.max(libm::log(weight / problem.weights[*output]).abs());
             problem.weights[*output] = weight;
         }
         if moved < 0.01 {

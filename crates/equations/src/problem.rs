@@ -190,7 +190,7 @@ impl<'a> Problem<'a> {
                 let (low, high) = self.sought[*at].bounds;
                 let share = halton(point, PRIMES[dimension % PRIMES.len()]);
                 theta[*at] = match low > 0.0 {
-                    true => low * (high / low).powf(share),
+                    true => low * libm::pow(high / low, share),
                     false => low + share * (high - low),
                 };
             }

@@ -371,7 +371,7 @@ pub(crate) fn simulate(
                 step = 0.1 * h;
                 continue;
             }
-            let factor = (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.2, 5.0);
+            let factor = (0.9 * libm::pow(error.max(1e-10), -0.2)).clamp(0.2, 5.0);
             if error > 1.0 && !is_shortest {
                 step = (h * factor).max(SHORTEST * (end - time));
                 continue;

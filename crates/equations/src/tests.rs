@@ -19,7 +19,7 @@ fn times(count: usize) -> Vec<f64> {
     steps
         .map(|it| {
             let now = time;
-            time += 0.1 + 0.05 * it.sin();
+            time += 0.1 + 0.05 * libm::sin(it);
             now
         })
         .collect()
@@ -40,7 +40,7 @@ fn first_order(a: f64, b: f64, x0: f64, input: &Track, times: &[f64]) -> Vec<f64
         let mut x = x0;
         for (k, begin) in input.times.iter().enumerate().filter(|it| *it.1 < time) {
             let end = input.times.get(k + 1).map_or(time, |it| it.min(time));
-            let share = (-a * (end - begin)).exp();
+            let share = libm::exp(-a * (end - begin));
             x = x * share + b / a * input.values[k] * (1.0 - share);
         }
         x

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
 use planesman_identification::estimators::{Search, Total, coloured_covariance, least};
 use planesman_identification::{IdentificationError, Uncertain, least_squares, stop_point};
-use planesman_linear::polynomial;
+use planesman_linear::{ComplexField as _, polynomial};
 
 use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
@@ -156,7 +156,7 @@ impl TransferFit {
                 }
             })
             .collect();
-        poles.sort_by(|p, q| p.value.norm().total_cmp(&q.value.norm()));
+        poles.sort_by(|p, q| p.value.modulus().total_cmp(&q.value.modulus()));
         Ok(poles)
     }
 
@@ -246,7 +246,7 @@ impl Chains<'_> {
     fn rate(&self) -> f64 {
         let n = self.d.len();
         let powers = self.d.iter().enumerate();
-        let bounds = powers.map(|(k, d)| (n as f64 * d.abs()).powf(1.0 / (n - k) as f64));
+        let bounds = powers.map(|(k, d)| libm::pow(n as f64 * d.abs(), 1.0 / (n - k) as f64));
         bounds.fold(0.0, f64::max)
     }
 
@@ -560,7 +560,7 @@ impl Problem<'_> {
             }
             let mut of_delay: Vec<(DVector<f64>, f64)> = Vec::new();
             for filter in 0..FILTERS {
-                let omega = slow * (fast / slow).powf(filter as f64 / (FILTERS - 1) as f64);
+                let omega = slow * libm::pow(fast / slow, filter as f64 / (FILTERS - 1) as f64);
                 let both = [
                     self.denominator(omega, delay),
                     Some(repeated(omega, self.n)),

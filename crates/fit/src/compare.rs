@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{Judgement, Reading, Uncertain};
-use planesman_linear::unwrapped_phases;
+use planesman_linear::{ComplexField as _, unwrapped_phases};
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
 use planesman_signals::PreparedRecord;
@@ -180,7 +180,7 @@ impl Compared {
     pub fn poles(&self) -> Vec<Uncertain> {
         let mut poles = self.reading().continuous_poles().unwrap_or_default();
         poles.retain(|pole| pole.value.im >= 0.0);
-        poles.sort_by(|p, q| p.value.norm().total_cmp(&q.value.norm()));
+        poles.sort_by(|p, q| p.value.modulus().total_cmp(&q.value.modulus()));
         poles
     }
 
@@ -207,9 +207,9 @@ impl Response {
     /// The magnitude, so many standard deviations up, dB.
     #[must_use]
     pub fn magnitude(&self, sigmas: f64) -> f64 {
-        let size = self.value.value.norm();
+        let size = self.value.value.modulus();
         let size = (size + sigmas * self.value.magnitude_deviation()).max(1e-3 * size);
-        20.0 * size.max(1e-12).log10()
+        20.0 * libm::log10(size.max(1e-12))
     }
 }
 
@@ -219,9 +219,9 @@ impl Response {
 pub fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
     let nyquist = PI / sample_time;
     let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
-        .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
+        .map(|i| nyquist * libm::pow(10f64, -3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
         .filter_map(|omega| Some((omega, reading.response(omega)?)))
-        .filter(|(_, it)| it.value.norm() > 0.0)
+        .filter(|(_, it)| it.value.modulus() > 0.0)
         .collect();
     let phases = unwrapped_phases(responses.iter().map(|(_, it)| it.value));
     let each = responses.into_iter().zip(phases);

@@ -196,7 +196,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
 
     /// x' = -2 x + 3 u, a sample every 0.1 s, in closed form; 30 samples are missing.
     fn options() -> FitOptions {
-        let share = (-0.2_f64).exp();
+        let share = libm::exp(-0.2_f64);
         let u: Vec<f64> = (0..400_u32)
             .map(|k| f64::from(u8::from((k / 7 * 5 % 3) == 0)) - 0.3)
             .collect();
@@ -204,7 +204,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         for k in 1..u.len() {
             x.push(share * x[k - 1] + 1.5 * (1.0 - share) * u[k - 1]);
         }
-        let hum = |k: usize| 0.01 * (0.7 * (k * k) as f64).sin();
+        let hum = |k: usize| 0.01 * libm::sin(0.7 * (k * k) as f64);
         let missing = 200..230;
         let y = x.iter().enumerate();
         let y = y.map(|(k, x)| {

@@ -390,7 +390,7 @@ mod tests {
     fn columns() -> Vec<(String, Vec<f64>)> {
         let square = |k: u32| f64::from(u8::from((k / 15).is_multiple_of(2)));
         let u: Vec<f64> = (0..400)
-            .map(|k| square(k) + 0.1 * f64::from(k).sin())
+            .map(|k| square(k) + 0.1 * libm::sin(f64::from(k)))
             .collect();
         let mut y = vec![0.0];
         for k in 1..u.len() {
@@ -459,9 +459,9 @@ mod tests {
     fn a_frequency_response_is_fitted_written_and_refused_without_a_band() {
         // y = 0.9 y before + 0.2 u before: 2.107/(s + 1.054) behind a hold.
         let u: Vec<f64> = (0..1500)
-            .map(|k| (0.3 * (f64::from(k) * 0.003).exp() / 0.03).sin())
+            .map(|k| libm::sin(0.3 * libm::exp(f64::from(k) * 0.003) / 0.03))
             .collect();
-        let hum = |k: usize| 0.02 * (0.7 * (k * k) as f64).sin();
+        let hum = |k: usize| 0.02 * libm::sin(0.7 * (k * k) as f64);
         let mut y = vec![0.0];
         for k in 1..u.len() {
             y.push(0.9 * y[k - 1] + 0.2 * u[k - 1]);

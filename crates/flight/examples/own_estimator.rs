@@ -64,7 +64,7 @@ fn main() -> Result<()> {
     let ticks = Loop::of_parts(&parts, &scenario)?.collect::<Result<Vec<_>, _>>()?;
     let model = ticks.iter().rev().find_map(|it| it.models.last());
     let model = model.context("no model")?;
-    let pole = (-model.a[0]).ln() / model.sample_time;
+    let pole = libm::log(-model.a[0]) / model.sample_time;
     let truth = summary::truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)?;
     println!(
         "identified pole {pole:.3} 1/s from {} samples",

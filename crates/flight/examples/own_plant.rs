@@ -23,7 +23,7 @@ impl Plant for Glider {
         let mut state = VehicleState {
             distance: self.distance,
             depth: self.depth,
-            depth_rate: -self.speed * self.pitch.sin(),
+            depth_rate: -self.speed * libm::sin(self.pitch),
             pitch: self.pitch,
             pitch_rate: self.pitch_rate,
             surge: self.speed,
@@ -39,8 +39,8 @@ impl Plant for Glider {
         for delta in &motion.dive_planes {
             self.pitch_rate += dt * (-1.2 * self.pitch_rate - 0.3 * self.pitch - 0.5 * delta);
             self.pitch += dt * self.pitch_rate;
-            self.depth -= dt * self.speed * self.pitch.sin();
-            self.distance += dt * self.speed * self.pitch.cos();
+            self.depth -= dt * self.speed * libm::sin(self.pitch);
+            self.distance += dt * self.speed * libm::cos(self.pitch);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What is compared of an identified model and the true one: poles and gains.
 
-use planesman_linear::{Complex, by_decay, is_sampling_artefact, mode_text};
+use planesman_linear::{Complex, ComplexField as _, by_decay, is_sampling_artefact, mode_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 /// The characteristics of a transfer function that are compared.
@@ -65,7 +65,7 @@ mod tests {
     fn the_dominant_pole_decays_slowest_and_is_no_artefact() {
         let pole = Complex::new;
         // Slower than -1, though it is further from the origin; ln(-0.9)/0.05 turns at the Nyquist frequency.
-        let artefact = Complex::new(-0.9, 0.0).ln() / 0.05;
+        let artefact = (Complex::new(-0.9, 0.0)).ln() / 0.05;
         let poles = vec![pole(-1.0, 0.0), artefact, pole(-0.1, -3.0), pole(-0.1, 3.0)];
         let summary = ModelSummary {
             poles: slowest_first(poles, 0.05),

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::error::{Result, refused};
 use planesman_control::ControllerParameters;
-use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
+use planesman_linear::{Complex, ComplexField as _, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
 
@@ -79,7 +79,7 @@ impl Summary {
     pub fn pole_error(&self) -> Option<f64> {
         let identified = self.identified.as_ref()?.dominant()?;
         let truth = self.truth.dominant()?;
-        Some((identified - truth).norm() / truth.norm())
+        Some((identified - truth).modulus() / truth.modulus())
     }
 
     /// The quantities that flights are compared by.

@@ -311,7 +311,7 @@ impl ClosedForm {
                 };
                 let left =
                     (drive / viscous_rate - passes) / (drive / viscous_rate - start.velocity);
-                Some(Turns::once(-left.ln() / viscous_rate))
+                Some(Turns::once(-libm::log(left) / viscous_rate))
             }
             (Law::CompressibleSliding(law), Quantity::Speed | Quantity::Oil) => {
                 let (v_dot, w_dot) = self.rates(start);
@@ -424,11 +424,15 @@ impl CompressibleSliding {
         if self.root == 0.0 {
             Turns::once(-rate / odd)
         } else if self.spread > 0.0 {
-            Turns::once((-rate * self.root / odd).atanh() / self.root)
+            Turns::once(libm::atanh(-rate * self.root / odd) / self.root)
         } else {
             // The angle of (-odd/r, rate), within (0, pi].
             let (y, x) = (rate, -odd / self.root);
-            let angle = if y < 0.0 { (-y).atan2(-x) } else { y.atan2(x) };
+            let angle = if y < 0.0 {
+                libm::atan2(-y, -x)
+            } else {
+                libm::atan2(y, x)
+            };
             let half_turn = std::f64::consts::PI;
             Turns {
                 first: if angle > 0.0 { angle } else { half_turn } / self.root,
@@ -443,17 +447,17 @@ impl CompressibleSliding {
         let angle = self.root * t;
         if angle < 1e-3 {
             let z = self.spread * t * t;
-            let decay = (self.mu * t).exp();
+            let decay = libm::exp(self.mu * t);
             let even = 1.0 + z / 2.0 * (1.0 + z / 12.0);
             let odd = t * (1.0 + z / 6.0 * (1.0 + z / 20.0));
             (decay * even, decay * odd)
         } else if self.spread < 0.0 {
-            let decay = (self.mu * t).exp();
-            let (sine, cosine) = angle.sin_cos();
+            let decay = libm::exp(self.mu * t);
+            let (sine, cosine) = libm::sincos(angle);
             (decay * cosine, decay * sine * self.time)
         } else {
-            let slow = ((self.mu + self.root) * t).exp();
-            let fast = ((self.mu - self.root) * t).exp();
+            let slow = libm::exp((self.mu + self.root) * t);
+            let fast = libm::exp((self.mu - self.root) * t);
             (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
         }
     }
@@ -468,7 +472,7 @@ fn decayed(rate: f64, t: f64) -> f64 {
     if rate == 0.0 {
         t
     } else {
-        -(-rate * t).exp_m1() / rate
+        -libm::expm1(-rate * t) / rate
     }
 }
 

@@ -16,7 +16,7 @@
 //!   vanish when the valve spends half its time on each side. The loop parks half-way between two
 //!   levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
 
-use planesman_linear::{Complex, DelayedLoop};
+use planesman_linear::{Complex, ComplexField as _, DelayedLoop};
 use std::f64::consts::PI;
 
 /// N of a quantizer with hysteresis for the amplitude `amplitude`, in the unit of `quantum` and
@@ -77,7 +77,7 @@ pub fn balance(
 ) -> Balance {
     const GRID: i32 = 12;
     const DRAWN_CLOSER: usize = 4;
-    let span = |(from, to): (f64, f64)| (to / from).powf(1.0 / f64::from(GRID));
+    let span = |(from, to): (f64, f64)| libm::pow(to / from, 1.0 / f64::from(GRID));
     let mut ratios = [span(search.amplitudes), span(search.frequencies)];
     let mut best = Balance {
         amplitude: search.amplitudes.0,
@@ -85,7 +85,8 @@ pub fn balance(
         residual: f64::INFINITY,
     };
     let look = |best: &mut Balance, amplitude: f64, frequency: f64| {
-        let residual = (describing_function(amplitude, frequency) * rest(frequency) + 1.0).norm();
+        let residual =
+            (describing_function(amplitude, frequency) * rest(frequency) + 1.0).modulus();
         if residual < best.residual {
             *best = Balance {
                 amplitude,
@@ -104,7 +105,7 @@ pub fn balance(
         }
     }
     for _ in 0..DRAWN_CLOSER {
-        ratios = ratios.map(|ratio| ratio.powf(1.0 / 3.0));
+        ratios = ratios.map(|ratio| libm::pow(ratio, 1.0 / 3.0));
         let about = best;
         for (i, j) in (-2..=2).flat_map(|i| (-2..=2).map(move |j| (i, j))) {
             look(
@@ -137,6 +138,7 @@ mod tests {
     use super::*;
     use crate::actuator_file::load;
     use crate::pulse_logic::{PulseLogic, Volume};
+    use planesman_linear::polar;
     use planesman_units::DEGREE;
 
     #[test]
@@ -149,29 +151,29 @@ mod tests {
             let samples = 40_000;
             for i in 0..2 * samples {
                 let angle = f64::from(i) / f64::from(samples) * 2.0 * PI;
-                let asked = amplitude * DEGREE * angle.sin();
+                let asked = amplitude * DEGREE * libm::sin(angle);
                 let command = logic.accumulate(asked - before, 0.0).command;
                 before = asked;
                 if command.volume != Volume::None {
                     level += f64::from(command.sign) * set.quantum;
                 }
                 if i >= samples {
-                    harmonic += Complex::from_polar(level, -angle);
+                    harmonic += polar(level, -angle);
                 }
             }
             let found =
                 harmonic * Complex::new(0.0, 2.0 / f64::from(samples)) / (amplitude * DEGREE);
             let formula = quantizer(amplitude * DEGREE, set.quantum, set.threshold);
-            assert!((found - formula).norm() < 2e-3, "{found} for {formula}");
+            assert!((found - formula).modulus() < 2e-3, "{found} for {formula}");
         }
     }
 
     #[test]
     fn a_coarse_signal_passes_the_quantizer_as_it_is_and_a_small_one_not_at_all() {
         let large = quantizer(200.0, 0.5, 0.3125);
-        assert!((large - 1.0).norm() < 2e-3, "{large}");
-        assert_eq!(quantizer(0.3, 0.5, 0.3125).norm(), 0.0);
-        assert_eq!(relay(0.1, 1.0, 0.2).norm(), 0.0);
+        assert!((large - 1.0).modulus() < 2e-3, "{large}");
+        assert_eq!(quantizer(0.3, 0.5, 0.3125).modulus(), 0.0);
+        assert_eq!(relay(0.1, 1.0, 0.2).modulus(), 0.0);
     }
 
     #[test]

@@ -120,6 +120,7 @@ pub fn slew_response(set: &ActuatorSet, tick: f64) -> Option<Vec<(f64, f64)>> {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
+    use planesman_linear::ComplexField as _;
     use planesman_testing::near;
 
     #[track_caller]
@@ -163,11 +164,11 @@ mod tests {
     fn the_linear_actuator_only_delays_until_the_column_rings() {
         let set = load("table_4_1").unwrap();
         let slow = actuator(&set, Ram::OnItsOil).unwrap().at(5.0);
-        near(slow.norm(), 1.0, 1e-3);
-        near(slow.arg(), -5.0 * 0.0165606, 3e-3);
+        near(slow.modulus(), 1.0, 1e-3);
+        near(slow.argument(), -5.0 * 0.0165606, 3e-3);
         let ringing = actuator(&set, Ram::OnItsOil).unwrap();
         near(
-            ringing.at(set.natural_frequency()).norm(),
+            ringing.at(set.natural_frequency()).modulus(),
             0.5 / set.damping_ratio(),
             1e-9,
         );

@@ -337,7 +337,7 @@ mod tests {
             let mut logic = PulseLogic::with_options(set, options);
             let (mut asked, mut booked) = (0.0, 0.0);
             for i in 0..1000 {
-                let input = 3.0 * DEGREE * f64::from(i).sin();
+                let input = 3.0 * DEGREE * libm::sin(f64::from(i));
                 asked += input;
                 let decision = logic.accumulate(input, 0.0);
                 booked += decision.feedback;
@@ -490,7 +490,7 @@ mod tests {
             let mut logic = PulseLogic::with_options(&set, options);
             let mut mirror = logic.settled(-1);
             for i in 0..2000 {
-                let (input, ram) = (0.4 * DEGREE * f64::from(i).sin(), 0.3 * INCH);
+                let (input, ram) = (0.4 * DEGREE * libm::sin(f64::from(i)), 0.3 * INCH);
                 let one = logic.accumulate(input, ram);
                 let other = mirror.accumulate(-input, -ram);
                 assert_eq!(other.command.volume, one.command.volume);

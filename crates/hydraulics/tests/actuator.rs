@@ -134,7 +134,7 @@ fn a_stamp_within_the_tick_cuts_it_short() {
     let mut whole = Actuator::new(&with(&[]), TICK).expect("valid");
     let mut long = Actuator::new(&with(&[]), 10 * TICK).expect("valid");
     for k in 0..30 {
-        let angle = 0.3 * (k as f64).sin();
+        let angle = 0.3 * libm::sin(k as f64);
         let a = answer(&mut whole, k * TICK, angle);
         let b = answer(&mut long, k * TICK, angle);
         assert_eq!(a.planes(), b.planes());
@@ -309,7 +309,7 @@ fn each_group_follows_its_own_command_with_its_own_actuator() {
 fn each_with_equal_actuators_moves_the_dive_planes_as_one_ram_does() {
     let (mut one, mut four) = (actuator(&[]), each(&[]));
     for k in 0..100 {
-        let angle = 0.4 * (0.1 * k as f64).sin();
+        let angle = 0.4 * libm::sin(0.1 * k as f64);
         let (one, four) = (
             answer(&mut one, k * TICK, angle),
             answer(&mut four, k * TICK, angle),

@@ -9,7 +9,7 @@
 //! system has one.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix3};
-use planesman_linear::{TransferFunction, discrete_to_continuous, polynomial};
+use planesman_linear::{ComplexField as _, TransferFunction, discrete_to_continuous, polynomial};
 
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Physical};
@@ -59,13 +59,13 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
                 p.re
             ));
         }
-        if poles[..i].iter().any(|q| (p - q).norm() < APART) {
+        if poles[..i].iter().any(|q| (p - q).modulus() < APART) {
             return refuse(format!("two poles meet at {:.4} in z", p.re));
         }
         let s = discrete_to_continuous(*p, dt)
             .ok_or_else(|| IdentificationError::Model("a pole without a logarithm".to_owned()))?;
         let residue = polynomial::evaluate(&b, *p) / polynomial::evaluate(&derivative, *p);
-        let share = if (p - 1.0).norm() < APART {
+        let share = if (p - 1.0).modulus() < APART {
             Complex::new(1.0 / dt, 0.0)
         } else {
             s / (p - 1.0)
@@ -136,7 +136,7 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
         }
         let s = p.map(|p| p.ln() / dt);
         let apart = p[0] - p[1];
-        let slope = if apart.norm() > APART {
+        let slope = if apart.modulus() > APART {
             (s[0] - s[1]) / apart
         } else {
             (p[0] * dt).inv()
@@ -206,7 +206,7 @@ mod tests {
         let back = continuous(&model).unwrap();
         let point = Complex::new(0.3, 1.7);
         let off = back.transfer.value_at(point) - g.value_at(point);
-        assert!(off.norm() < 1e-6, "{off}");
+        assert!(off.modulus() < 1e-6, "{off}");
         assert_eq!(back.delay, 0.0);
     }
 

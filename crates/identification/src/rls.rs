@@ -225,7 +225,7 @@ impl RecursiveLeastSquares {
                 continue;
             }
             // Turn (R_ii, work_i) onto the first axis, and the rest of both rows with it.
-            let radius = self.r[(i, i)].hypot(self.work[i]);
+            let radius = libm::hypot(self.r[(i, i)], self.work[i]);
             let (cosine, sine) = (self.r[(i, i)] / radius, self.work[i] / radius);
             self.r[(i, i)] = radius;
             for j in i + 1..p {
@@ -372,8 +372,8 @@ mod tests {
         (0..40)
             .map(|k| {
                 let t = f64::from(k);
-                let row = vec![(0.3 * t).sin(), (0.7 * t).cos(), 1.0];
-                let noise = 0.01 * (17.0 * t * t).sin();
+                let row = vec![libm::sin(0.3 * t), libm::cos(0.7 * t), 1.0];
+                let noise = 0.01 * libm::sin(17.0 * t * t);
                 let output = 2.0 * row[0] - 0.5 * row[1] + 0.25 + noise;
                 (row, output)
             })
@@ -417,7 +417,7 @@ mod tests {
         assert_eq!(rls.unlearnt(&[0, 1, 2]), 3);
         assert_eq!(rls.noise_variance(), None);
         for k in 0..100 {
-            let x = f64::from(k).sin();
+            let x = libm::sin(f64::from(k));
             rls.update(&[x, 2.0 * x, 1.0], 3.0 * x + 1.0);
         }
         assert_eq!(rls.unlearnt(&[0, 1, 2]), 1);
@@ -428,8 +428,8 @@ mod tests {
     fn forgetting_without_excitation_keeps_the_estimate_and_a_bounded_covariance() {
         let mut rls = RecursiveLeastSquares::new(2, 0.9, 1e6).unwrap();
         for k in 0..50 {
-            let x = f64::from(k).sin();
-            let y = f64::from(k).cos();
+            let x = libm::sin(f64::from(k));
+            let y = libm::cos(f64::from(k));
             rls.update(&[x, y], 3.0 * x - y);
         }
         for _ in 0..100_000 {

@@ -15,7 +15,9 @@ use std::ops::Range;
 
 use nalgebra::{Complex, Matrix2};
 use planesman_linear::digits::with_interval;
-use planesman_linear::{discrete_to_continuous, is_sampling_artefact, polynomial};
+use planesman_linear::{
+    ComplexField as _, discrete_to_continuous, is_sampling_artefact, polynomial,
+};
 
 use crate::error::Result;
 use crate::estimators::Estimate;
@@ -62,9 +64,9 @@ impl Uncertain {
     /// The standard deviation of the magnitude.
     #[must_use]
     pub fn magnitude_deviation(&self) -> f64 {
-        let size = self.value.norm();
+        let size = self.value.modulus();
         if size == 0.0 {
-            return self.real_deviation().hypot(self.imaginary_deviation());
+            return libm::hypot(self.real_deviation(), self.imaginary_deviation());
         }
         let along = nalgebra::Vector2::new(self.value.re, self.value.im) / size;
         (along.dot(&(self.covariance * along))).max(0.0).sqrt()
@@ -73,7 +75,7 @@ impl Uncertain {
     /// Of a pole in s, the damping ratio `-re/|s|` and its standard deviation.
     #[must_use]
     pub fn damping_ratio(&self) -> (f64, f64) {
-        let size = self.value.norm();
+        let size = self.value.modulus();
         // The ratio depends on the angle alone: d(cos phi) = -sin phi d(phi).
         let slope = self.value.im / size;
         (-self.value.re / size, slope.abs() * self.phase_deviation())
@@ -89,7 +91,7 @@ impl Uncertain {
             let (damping, deviation) = self.damping_ratio();
             format!(
                 "{unstable}natural frequency {} rad/s, damping ratio {}",
-                with_interval(self.value.norm(), SIGMAS_95 * self.magnitude_deviation()),
+                with_interval(self.value.modulus(), SIGMAS_95 * self.magnitude_deviation()),
                 with_interval(damping, SIGMAS_95 * deviation)
             )
         } else if re == 0.0 {
@@ -106,7 +108,7 @@ impl Uncertain {
     /// The standard deviation of the phase, rad.
     #[must_use]
     pub fn phase_deviation(&self) -> f64 {
-        let size = self.value.norm();
+        let size = self.value.modulus();
         let across = nalgebra::Vector2::new(-self.value.im, self.value.re) / size;
         (across.dot(&(self.covariance * across))).max(0.0).sqrt() / size
     }
@@ -123,7 +125,7 @@ impl Uncertain {
         (0..=points)
             .map(|i| {
                 let angle = std::f64::consts::TAU * i as f64 / points as f64;
-                let at = root * nalgebra::Vector2::new(angle.cos(), angle.sin());
+                let at = root * nalgebra::Vector2::new(libm::cos(angle), libm::sin(angle));
                 self.value + Complex::new(at[0], at[1])
             })
             .collect()
@@ -183,8 +185,8 @@ impl<'a> Reading<'a> {
         };
         let cancels = |pole: &Uncertain| {
             zeros.iter().any(|zero| {
-                let apart = (zero.value - pole.value).norm();
-                let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
+                let apart = (zero.value - pole.value).modulus();
+                let joint = libm::hypot(zero.magnitude_deviation(), pole.magnitude_deviation());
                 joint > 0.0 && apart < SIGMAS_95 * joint && apart < CANCELS
             })
         };
@@ -221,7 +223,7 @@ impl<'a> Reading<'a> {
         let mut poles = self.poles()?;
         poles.retain(|it| it.value.im >= 0.0);
         // z = 0 is infinitely fast.
-        poles.sort_by(|p, q| p.value.ln().norm().total_cmp(&q.value.ln().norm()));
+        poles.sort_by(|p, q| p.value.ln().modulus().total_cmp(&q.value.ln().modulus()));
         Ok(poles)
     }
 
@@ -250,7 +252,7 @@ impl<'a> Reading<'a> {
         let known = &self.estimate.layout.structure.known_denominator;
         let integrators = known.len() - 1;
         let roots = polynomial::roots(known).ok()?;
-        let are_at_one = roots.iter().all(|root| (root - 1.0).norm() < AT_ONE);
+        let are_at_one = roots.iter().all(|root| (root - 1.0).modulus() < AT_ONE);
         if integrators == 0 || !are_at_one {
             return None;
         }
@@ -286,7 +288,7 @@ impl<'a> Reading<'a> {
         let layout = &self.estimate.layout;
         let structure = &layout.structure;
         let theta = self.estimate.theta.as_slice();
-        let back = Complex::new(0.0, -omega * self.estimate.sample_time).exp();
+        let back = (Complex::new(0.0, -omega * self.estimate.sample_time)).exp();
         let sum = |coefficients: &[f64]| -> Complex<f64> {
             coefficients
                 .iter()

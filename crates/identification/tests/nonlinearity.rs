@@ -145,7 +145,7 @@ fn backlash_and_friction_are_named() {
         matches!(found, Cause::Input(StaticCurve::Backlash { width }) if near(width, 0.6, 0.15)),
         "{found:?}"
     );
-    let y = response(&u, &|v| 0.6 * (v / 0.02).tanh());
+    let y = response(&u, &|v| 0.6 * libm::tanh(v / 0.02));
     assert_eq!(cause(&measured(&u, &y, 4)), Cause::Friction);
 }
 
@@ -249,8 +249,8 @@ fn a_linear_plant_stays_good_whatever_its_noise_and_loop() {
 
 /// `a1, a2` and `b1, b2` of `3/(s^2 + 1.2 s + 4)` behind a hold.
 fn difference_equation() -> ([f64; 2], [f64; 2]) {
-    let (decay, omega) = ((-0.6 * STEP).exp(), 3.64_f64.sqrt());
-    let (cos, sin) = ((omega * STEP).cos(), (omega * STEP).sin());
+    let (decay, omega) = (libm::exp(-0.6 * STEP), 3.64_f64.sqrt());
+    let (cos, sin) = (libm::cos(omega * STEP), libm::sin(omega * STEP));
     let b1 = 1.0 - decay * (cos + 0.6 / omega * sin);
     let b2 = decay * decay + decay * (0.6 / omega * sin - cos);
     ([-2.0 * decay * cos, decay * decay], [0.75 * b1, 0.75 * b2])

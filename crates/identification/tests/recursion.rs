@@ -135,11 +135,11 @@ fn after_a_million_nearly_dependent_rows_the_triangle_is_batch_and_the_textbook_
     let mut outputs = DVector::zeros(ROWS);
     for k in 0..ROWS {
         let t = k as f64;
-        let x = (0.37 * t).sin();
+        let x = libm::sin(0.37 * t);
         // The second column is the first but for a millionth.
-        let row = [x, x + APART * (0.11 * t).cos(), (0.05 * t).cos()];
+        let row = [x, x + APART * libm::cos(0.11 * t), libm::cos(0.05 * t)];
         let output =
-            row.iter().zip(truth).map(|(f, c)| f * c).sum::<f64>() + 1e-9 * (1.7 * t * t).sin();
+            row.iter().zip(truth).map(|(f, c)| f * c).sum::<f64>() + 1e-9 * libm::sin(1.7 * t * t);
         rls.update(&row, output);
         textbook.update(&row, output);
         phi.row_mut(k).copy_from_slice(&row);
@@ -191,7 +191,7 @@ fn standing_still(forgetting: Forgetting) -> (f64, f64) {
     for k in 0..500 {
         feed(
             &mut learner,
-            (0.7 * k as f64).sin() + (0.31 * k as f64).cos(),
+            libm::sin(0.7 * k as f64) + libm::cos(0.31 * k as f64),
             1.0,
             k,
         );
@@ -203,7 +203,7 @@ fn standing_still(forgetting: Forgetting) -> (f64, f64) {
     for k in 10_500..11_000 {
         feed(
             &mut learner,
-            (0.7 * k as f64).sin() + (0.31 * k as f64).cos(),
+            libm::sin(0.7 * k as f64) + libm::cos(0.31 * k as f64),
             2.0,
             k,
         );

@@ -12,7 +12,7 @@
 
 use planesman_identification::{Input, RecursiveLeastSquares, Shape, noise, rows};
 use planesman_identifier::{Change, Identifier, IdentifierParameters, Scheduled};
-use planesman_linear::{Complex, DMatrix, StateSpace};
+use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace};
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, PlaneMotion, VehicleState};
 use planesman_parameters::{Parameters as _, Value};
@@ -32,9 +32,9 @@ fn stamp(tick: i64) -> Time {
 fn derivative([w, q, pitch, _]: [f64; 4], planes: f64) -> [f64; 4] {
     [
         (0.0627 * planes - 0.8541 * w + 0.3016 * q) / 1.6098,
-        (-0.2832 * planes + 0.1354 * w - 0.7182 * q - 0.16333 * pitch.sin()) / 0.6033,
+        (-0.2832 * planes + 0.1354 * w - 0.7182 * q - 0.16333 * libm::sin(pitch)) / 0.6033,
         q,
-        w * pitch.cos() - pitch.sin(),
+        w * libm::cos(pitch) - libm::sin(pitch),
     ]
 }
 
@@ -183,7 +183,7 @@ fn without_restarts(mut estimates: Vec<ModelEstimate>) -> Vec<ModelEstimate> {
 /// Distance from the true slowest pole, as a share of its magnitude.
 fn miss(identifier: &Identifier) -> f64 {
     let slowest = true_poles()[0];
-    (identifier.model().dominant_pole().unwrap() - slowest).norm() / slowest.norm()
+    (identifier.model().dominant_pole().unwrap() - slowest).modulus() / slowest.modulus()
 }
 
 #[test]

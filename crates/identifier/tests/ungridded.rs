@@ -29,7 +29,7 @@ fn messages(from: f64) -> Vec<(f64, Sample)> {
     let mut to_output = t;
     while t < from + 60.0 {
         if next <= to_output {
-            y = GAIN * u + (y - GAIN * u) * (POLE * (next - t)).exp();
+            y = GAIN * u + (y - GAIN * u) * libm::exp(POLE * (next - t));
             t = next;
             u = chance.random_range(-1.0..1.0);
             next += chance.random_range(0.03..0.8);
@@ -42,7 +42,7 @@ fn messages(from: f64) -> Vec<(f64, Sample)> {
                 },
             ));
         } else {
-            y = GAIN * u + (y - GAIN * u) * (POLE * (to_output - t)).exp();
+            y = GAIN * u + (y - GAIN * u) * libm::exp(POLE * (to_output - t));
             t = to_output;
             to_output += chance.random_range(0.9..1.1) / 87.0;
             said.push((

@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn halving_the_step_divides_the_error_by_two_hundred_and_fifty_six_and_its_estimate_by_half_of_that()
      {
-        let exact = f64::exp(-4.0);
+        let exact = libm::exp(-4.0);
         let ((coarse, coarse_estimate), (fine, fine_estimate)) = (decayed(12), decayed(24));
         let ratio = (coarse - exact) / (fine - exact);
         assert!((ratio / 256.0 - 1.0).abs() < 0.2, "{ratio}");

@@ -11,9 +11,9 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Complex;
+use nalgebra::{Complex, ComplexField as _};
 
-use crate::{Error, TransferFunction, polynomial};
+use crate::{Error, TransferFunction, polar, polynomial};
 
 /// How finely the axis is searched for phase crossovers, points per decade.
 const POINTS_PER_DECADE: usize = 100;
@@ -59,7 +59,7 @@ pub struct Peak {
 pub fn unwrapped_phases(response: impl IntoIterator<Item = Complex<f64>>) -> Vec<f64> {
     let mut before: Option<f64> = None;
     let follow = |value: Complex<f64>| {
-        let phase = value.arg();
+        let phase = value.argument();
         let turns = before.map_or(0.0, |before| ((before - phase) / TAU).round());
         let phase = phase + turns * TAU;
         before = Some(phase);
@@ -98,7 +98,7 @@ impl DelayedLoop {
     /// `L(jw)` at a frequency (rad/s).
     #[must_use]
     pub fn at(&self, frequency: f64) -> Complex<f64> {
-        let delay = Complex::new(0.0, -frequency * self.delay).exp();
+        let delay = polar(1.0, -frequency * self.delay);
         self.transfer_function
             .value_at(Complex::new(0.0, frequency))
             * delay
@@ -122,7 +122,7 @@ impl DelayedLoop {
         }
         let mut crossovers: Vec<PhaseMargin> = polynomial::roots(&difference)?
             .into_iter()
-            .filter(|x| x.re > 0.0 && x.im.abs() <= 1e-9 * x.norm())
+            .filter(|x| x.re > 0.0 && x.im.abs() <= 1e-9 * x.modulus())
             .map(|x| {
                 let frequency = x.re.sqrt();
                 PhaseMargin {
@@ -149,10 +149,10 @@ pub type Response = Vec<(f64, Complex<f64>)>;
 /// Frequencies from `lowest` to `highest` (rad/s), both included, evenly over their logarithm.
 #[must_use]
 pub fn grid(lowest: f64, highest: f64) -> Vec<f64> {
-    let decades = (highest / lowest).log10();
+    let decades = libm::log10(highest / lowest);
     let points = (decades * POINTS_PER_DECADE as f64).ceil().max(1.0) as usize;
     (0..=points)
-        .map(|i| lowest * (highest / lowest).powf(i as f64 / points as f64))
+        .map(|i| lowest * libm::pow(highest / lowest, i as f64 / points as f64))
         .collect()
 }
 
@@ -173,10 +173,10 @@ pub fn gain_margins(
     let values = crossovers.into_iter().map(|w| (w, at(w)));
     values
         // A pole on the axis changes the sign too, through infinity.
-        .filter(|(_, value)| value.re < 0.0 && value.im.abs() <= 1e-6 * value.norm())
+        .filter(|(_, value)| value.re < 0.0 && value.im.abs() <= 1e-6 * value.modulus())
         .map(|(frequency, value)| GainMargin {
             frequency,
-            factor: 1.0 / value.norm(),
+            factor: 1.0 / value.modulus(),
         })
         .collect()
 }
@@ -187,7 +187,7 @@ pub fn phase_margins(
     response: &[(f64, Complex<f64>)],
     at: impl Fn(f64) -> Complex<f64>,
 ) -> Vec<PhaseMargin> {
-    let crossovers = crossings(response, &at, |value| value.norm().ln());
+    let crossovers = crossings(response, &at, |value| libm::log(value.modulus()));
     crossovers
         .into_iter()
         .map(|frequency| PhaseMargin {
@@ -204,7 +204,7 @@ pub fn sensitivity_peak(
     response: &[(f64, Complex<f64>)],
     at: impl Fn(f64) -> Complex<f64>,
 ) -> Option<Peak> {
-    let size = |value: Complex<f64>| 1.0 / (value + 1.0).norm();
+    let size = |value: Complex<f64>| 1.0 / (value + 1.0).modulus();
     let highest =
         (0..response.len()).max_by(|a, b| size(response[*a].1).total_cmp(&size(response[*b].1)))?;
     let (mut low, mut high) = (
@@ -254,8 +254,8 @@ fn crossings(
 
 /// The angle of -L, in `(-pi, pi]`: pi more than that of L.
 fn margin_of(value: Complex<f64>) -> f64 {
-    let (sin, cos) = value.arg().sin_cos();
-    (-sin).atan2(-cos)
+    let (sin, cos) = libm::sincos(value.argument());
+    libm::atan2(-sin, -cos)
 }
 
 /// `|p(jw)|^2` as a polynomial in `x = w^2`, highest power first: `E(x)^2 + x O(x)^2` with the even
@@ -325,7 +325,7 @@ mod tests {
         let rational = open.rational().unwrap();
         for w in [0.1, 1.0, 5.0] {
             let off = rational.value_at(Complex::new(0.0, w)) - open.at(w);
-            assert!(off.norm() < 1e-4 * open.at(w).norm(), "{w}");
+            assert!(off.modulus() < 1e-4 * open.at(w).modulus(), "{w}");
         }
     }
 

@@ -20,6 +20,7 @@
 pub mod digits;
 mod dormand_prince;
 pub mod error;
+mod exponential;
 pub mod frequency;
 pub mod pitch;
 pub mod poles;
@@ -33,8 +34,9 @@ pub mod transfer_function;
 
 pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
 pub use error::Error;
+pub use exponential::exponential;
 pub use frequency::{DelayedLoop, unwrapped_phases};
-pub use nalgebra::{Complex, DMatrix};
+pub use nalgebra::{Complex, ComplexField, DMatrix};
 pub use poles::{
     by_decay, discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text,
 };
@@ -44,6 +46,13 @@ pub use sampled::Sampled;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;
+
+/// `radius e^(j angle)`, the angle in rad: `Complex::from_polar` with the bits that every machine computes.
+#[must_use]
+pub fn polar(radius: f64, angle: f64) -> Complex<f64> {
+    let (sin, cos) = libm::sincos(angle);
+    Complex::new(radius * cos, radius * sin)
+}
 
 /// Whether a system's variable is `s` (differential equations) or `z` (difference equations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

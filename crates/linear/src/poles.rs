@@ -4,7 +4,9 @@
 
 use std::cmp::Ordering;
 
-use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch};
+use nalgebra::{
+    Complex, ComplexField as _, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch,
+};
 
 use crate::{Error, error::finite};
 
@@ -28,7 +30,7 @@ pub fn discrete_to_continuous(z: Complex<f64>, dt: f64) -> Option<Complex<f64>> 
 #[must_use]
 pub fn is_sampling_artefact(z: Complex<f64>) -> bool {
     // ln 0 has an infinite norm.
-    z.ln().norm() >= (1.0 - 1e-9) * std::f64::consts::PI
+    z.ln().modulus() >= (1.0 - 1e-9) * std::f64::consts::PI
 }
 
 /// The order of poles in s, the slowest first: the one whose mode decays least, with the largest real part; of a pair the upper
@@ -54,7 +56,7 @@ pub fn pair_text(pole: Complex<f64>, decimals: usize) -> String {
 /// What a continuous pole does, in words: natural frequency and damping ratio of a pair, time constant of a real pole.
 #[must_use]
 pub fn mode_text(pole: Complex<f64>) -> String {
-    let size = pole.norm();
+    let size = pole.modulus();
     let unstable = if pole.re > 0.0 { "unstable, " } else { "" };
     if size == 0.0 {
         "integrator".to_owned()
@@ -179,7 +181,7 @@ mod tests {
     fn the_planes_map_back_and_forth() {
         let s = Complex::new(-0.3553, 0.1256);
         let back = discrete_to_continuous((s * 0.05).exp(), 0.05).unwrap();
-        assert!((back - s).norm() < 1e-12);
+        assert!((back - s).modulus() < 1e-12);
     }
 
     #[test]
@@ -196,8 +198,8 @@ mod tests {
     fn eigenvalues_of_a_rotation_are_a_conjugate_pair() {
         let rotation = DMatrix::from_row_slice(2, 2, &[0.0, -2.0, 2.0, 0.0]);
         let values = eigenvalues(&rotation).unwrap();
-        assert!((values[0] - Complex::new(0.0, 2.0)).norm() < 1e-14);
-        assert!((values[1] - Complex::new(0.0, -2.0)).norm() < 1e-14);
+        assert!((values[0] - Complex::new(0.0, 2.0)).modulus() < 1e-14);
+        assert!((values[1] - Complex::new(0.0, -2.0)).modulus() < 1e-14);
     }
 
     #[test]

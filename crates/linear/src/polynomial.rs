@@ -3,7 +3,7 @@
 //! Roots are the eigenvalues of the companion matrix (Golub and Van Loan, *Matrix
 //! Computations*, 7.4.6), each then polished by Newton's method on the polynomial itself.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, ComplexField as _, DMatrix};
 
 use crate::{
     Error,
@@ -167,7 +167,7 @@ fn polish(monic: &[f64], slope: &[f64], mut root: Complex<f64>) -> Complex<f64> 
         let next = root - residual / evaluate(slope, root);
         let next_residual = evaluate(monic, next);
         // False also for NaN, after a division by a zero slope.
-        let improves = next_residual.norm() < residual.norm();
+        let improves = next_residual.modulus() < residual.modulus();
         if !improves {
             break;
         }
@@ -181,7 +181,10 @@ mod tests {
     use super::*;
 
     fn close(found: Complex<f64>, re: f64, im: f64, tolerance: f64) {
-        assert!((found - Complex::new(re, im)).norm() < tolerance, "{found}");
+        assert!(
+            (found - Complex::new(re, im)).modulus() < tolerance,
+            "{found}"
+        );
     }
 
     #[test]

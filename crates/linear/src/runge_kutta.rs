@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn halving_the_step_divides_the_error_by_sixteen() {
-        let exact = f64::exp(-1.0);
+        let exact = libm::exp(-1.0);
         let ratio = (decayed(10) - exact) / (decayed(20) - exact);
         assert!((ratio - 16.0).abs() < 1.0, "{ratio}");
     }

@@ -11,6 +11,7 @@
 //! For `s = 1` that is the zero-order hold (Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, ch. 4). Where
 //! `s` is straight between knots, each integral is a matrix exponential (Van Loan, *IEEE Trans. Automatic Control* 23, 1978).
 
+use crate::{exponential as matrix_exponential, polar};
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix};
@@ -69,7 +70,7 @@ impl Sampled {
                 let until = next.filter(|t| *t > from + INSTANT).fold(end, f64::min);
                 let (low, high) = (after(motion, from), before(motion, until));
                 if (exponential.0 - (until - from)).abs() > INSTANT {
-                    exponential = (until - from, (&ramp * (until - from)).exp());
+                    exponential = (until - from, matrix_exponential(&(&ramp * (until - from))));
                 }
                 let mut state = DMatrix::zeros(n + 2, 1);
                 state.view_mut((0, 0), (n, 1)).copy_from(&x);
@@ -114,7 +115,7 @@ impl Sampled {
     #[must_use]
     pub fn at(&self, frequency: f64) -> Option<DMatrix<Complex<f64>>> {
         let n = self.a.nrows();
-        let z = Complex::from_polar(1.0, frequency * self.tick);
+        let z = polar(1.0, frequency * self.tick);
         let complex = |m: &DMatrix<f64>| m.map(|it| Complex::new(it, 0.0));
         let mut driven = DMatrix::from_element(n, 1, Complex::new(0.0, 0.0));
         // Horner's rule in 1/z.
@@ -182,6 +183,7 @@ fn between(motion: &[(f64, f64)], next: usize, time: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::ComplexField as _;
 
     fn integrator() -> StateSpace {
         let one = DMatrix::from_element(1, 1, 1.0);
@@ -218,9 +220,9 @@ mod tests {
         let sampled = Sampled::new(&integrator(), &[(0.1, 0.0), (0.9, 1.0)], 0.5).unwrap();
         let open = sampled.state_space().transfer_function(0, 0).unwrap();
         for frequency in [0.1, 1.0, sampled.nyquist()] {
-            let z = Complex::from_polar(1.0, frequency * 0.5);
+            let z = polar(1.0, frequency * 0.5);
             let found = sampled.at(frequency).unwrap()[(0, 0)];
-            assert!((found - open.value_at(z)).norm() < 1e-12 * found.norm());
+            assert!((found - open.value_at(z)).modulus() < 1e-12 * found.modulus());
         }
     }
 

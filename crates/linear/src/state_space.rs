@@ -8,9 +8,9 @@
 //! The matrices do not say which of the two they are; what depends on it takes a
 //! [`Domain`] or says which it expects.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, ComplexField as _, DMatrix};
 
-use crate::{Domain, Error, TransferFunction, error::finite, poles::eigenvalues};
+use crate::{Domain, Error, TransferFunction, error::finite, exponential, poles::eigenvalues};
 
 /// A linear system with `n` states, `m` inputs and `p` outputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +87,7 @@ impl StateSpace {
             .view_mut((0, states), (states, inputs))
             .copy_from(&(&self.b * dt));
         finite("A dt or B dt", &augmented)?;
-        let exponential = augmented.exp();
+        let exponential = exponential(&augmented);
         finite("the matrix exponential", &exponential)?;
         Ok(Self {
             a: exponential.view((0, 0), (states, states)).into_owned(),
@@ -133,8 +133,8 @@ impl StateSpace {
             if reached.abs() > 1e-12 * seen.norm() * self.b.norm() {
                 let held = &self.a - &self.b * (&seen * &self.a) / reached;
                 let mut zeros = eigenvalues(&held)?;
-                let largest = zeros.iter().map(|it| it.norm()).fold(0.0, f64::max);
-                zeros.retain(|it| it.norm() > 1e-6 * largest);
+                let largest = zeros.iter().map(|it| it.modulus()).fold(0.0, f64::max);
+                zeros.retain(|it| it.modulus() > 1e-6 * largest);
                 return Ok(zeros);
             }
             seen = &seen * &self.a;
@@ -323,7 +323,7 @@ mod tests {
         let system = oscillator(2.0, 0.3);
         let held = system.zero_order_hold(0.05).unwrap();
         for (s, z) in system.poles().unwrap().iter().zip(held.poles().unwrap()) {
-            assert!(((s * 0.05).exp() - z).norm() < 1e-14);
+            assert!(((s * 0.05).exp() - z).modulus() < 1e-14);
         }
         assert!(
             (system.steady_state_gain(Domain::Continuous).unwrap()[(0, 0)] - 0.25).abs() < 1e-15

@@ -68,7 +68,7 @@ fn a_model_comes_back_as_it_was_written() {
 fn every_number_comes_back_to_its_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let noise_model: Vec<f64> = (0..1000)
-        .map(|k| f64::from(k).sin() * 10f64.powi(k % 41 - 20))
+        .map(|k| libm::sin(f64::from(k)) * 10f64.powi(k % 41 - 20))
         .collect();
     let written = ModelFile {
         noise_model,

@@ -7,7 +7,7 @@ use maud::html;
 use planesman_fit::{Compared, Response, frequency_responses};
 use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
-use planesman_linear::is_sampling_artefact;
+use planesman_linear::{ComplexField as _, is_sampling_artefact};
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::PreparedRecord;
 
@@ -163,7 +163,7 @@ fn near_poles(model: &Compared, artefacts: bool) -> Vec<(f64, f64)> {
     let wanted = poles
         .iter()
         .map(|it| it.value)
-        .filter(|it| it.norm() < DRAWN_WITHIN && is_sampling_artefact(*it) == artefacts);
+        .filter(|it| it.modulus() < DRAWN_WITHIN && is_sampling_artefact(*it) == artefacts);
     wanted.map(|it| (it.re, it.im)).collect()
 }
 

@@ -14,7 +14,7 @@ use planesman_identification::{
     IdentificationError, Problem, Reading, Record, SIGMAS_95, Structure, Uncertain,
 };
 use planesman_linear::digits::with_interval;
-use planesman_linear::is_sampling_artefact;
+use planesman_linear::{ComplexField as _, is_sampling_artefact};
 use planesman_plot::{Plot, Series, Style};
 
 use crate::poles::{self, ARTEFACT};
@@ -255,7 +255,10 @@ pub(crate) fn correlation(
 /// The border of stability in z.
 pub(crate) fn unit_circle() -> Series<'static> {
     let angles = (0..=120).map(|i| f64::from(i) * TAU / 120.0);
-    bound("unit circle", angles.map(|a| (a.cos(), a.sin())).collect())
+    bound(
+        "unit circle",
+        angles.map(|a| (libm::cos(a), libm::sin(a))).collect(),
+    )
 }
 
 /// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
@@ -263,7 +266,7 @@ pub(crate) fn unit_circle() -> Series<'static> {
 pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     let reading = Reading::new(estimate, run);
     let poles = reading.poles().ok()?;
-    if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
+    if poles.iter().any(|it| it.value.modulus() > 1.0 + 1e-6) {
         return None;
     }
     let response = reading.step_response(STEP.1);
@@ -340,7 +343,7 @@ pub(crate) fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     let at = |found: &[Uncertain]| {
         let found = found.iter().map(|it| (it.value.re, it.value.im));
         found
-            .filter(|p| p.0.hypot(p.1) < DRAWN_WITHIN)
+            .filter(|p| libm::hypot(p.0, p.1) < DRAWN_WITHIN)
             .collect::<Vec<_>>()
     };
     let (artefacts, modes): (Vec<_>, Vec<_>) = poles
@@ -350,7 +353,7 @@ pub(crate) fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     // Ellipses as wide as the map would hide everything else.
     let is_shown = |it: &&Uncertain| {
         let deviation = it.magnitude_deviation();
-        deviation > 0.0 && deviation < 1.0 && it.value.norm() < DRAWN_WITHIN
+        deviation > 0.0 && deviation < 1.0 && it.value.modulus() < DRAWN_WITHIN
     };
     let regions = |found: &[Uncertain], name: &'static str| {
         let found = found.iter().filter(is_shown).enumerate();
@@ -429,7 +432,7 @@ pub(crate) fn measured(
     let turns = rows.first().zip(rows.first().and_then(|it| it.model));
     let turns = turns.map_or(0.0, |(row, model)| {
         let near = responses.iter().min_by(|p, q| {
-            let away = |it: &Response| (it.omega / row.omega).ln().abs();
+            let away = |it: &Response| libm::log(it.omega / row.omega).abs();
             away(p).total_cmp(&away(q))
         });
         near.map_or(0.0, |it| ((it.phase - model.1) / 360.0).round() * 360.0)
@@ -504,7 +507,7 @@ mod tests {
 
     #[test]
     fn a_measured_response_is_drawn_with_its_coherence_and_the_model() {
-        let chirp = |k: u32| (0.3 * (f64::from(k) * 0.003).exp() / 0.03).sin();
+        let chirp = |k: u32| libm::sin(0.3 * libm::exp(f64::from(k) * 0.003) / 0.03);
         let u: Vec<f64> = (0..1500).map(chirp).collect();
         let y = planesman_identification::filter(&[0.0, 0.2], &[1.0, -0.9], &u);
         let y = planesman_identification::with_noise(&y, 1, 0.01);

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
 use planesman_linear::digits::with_interval;
-use planesman_linear::is_sampling_artefact;
+use planesman_linear::{ComplexField as _, is_sampling_artefact};
 
 use planesman_console::Table;
 
@@ -37,7 +37,7 @@ fn table(models: &[(&str, Reading<'_>)]) -> Table {
     for (name, reading) in models {
         let poles = reading.slowest_first().unwrap_or_default();
         // A finite impulse response has poles at 0 alone.
-        if poles.iter().all(|it| it.value.norm() == 0.0) {
+        if poles.iter().all(|it| it.value.modulus() == 0.0) {
             continue;
         }
         for pole in poles {

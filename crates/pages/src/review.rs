@@ -357,7 +357,7 @@ fn excitation(review: &Review<'_>, evidence: &mut Evidence<'_>, input: &str) -> 
         Err(reason) => return missing(reason),
     };
     let sample_time = review.data.prepared.resampled.record.sample_time;
-    let density = |it: &f64| 10.0 * (2.0 * sample_time * it).log10();
+    let density = |it: &f64| 10.0 * libm::log10(2.0 * sample_time * it);
     let points = found.points.iter();
     let points = points.filter_map(|it| Some((it.omega, density(it.inputs.first()?))));
     let points: Vec<(f64, f64)> = points.filter(|it| it.1.is_finite()).collect();

@@ -6,6 +6,7 @@ use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::Estimate;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{SIGMAS_95, Uncertain};
+use planesman_linear::ComplexField as _;
 use planesman_linear::digits::value_and_interval;
 use planesman_text::in_one_line;
 
@@ -330,7 +331,7 @@ pub fn numbers(models: &[Compared]) -> Table {
         }
         for it in responses {
             let omega = it.omega;
-            let size = it.value.value.norm().to_string();
+            let size = it.value.value.modulus().to_string();
             let deviation = it.value.magnitude_deviation();
             row(
                 format!("magnitude at {omega:.6} rad/s"),

@@ -4,7 +4,7 @@
 use maud::html;
 use planesman_console::{Format, Table};
 use planesman_linear::digits::{significant, with_interval};
-use planesman_linear::unwrapped_phases;
+use planesman_linear::{ComplexField as _, unwrapped_phases};
 use planesman_plot::{Plot, Series, Style};
 use planesman_tuning::{Band, MISSED, Seen, Spread, Tuning};
 
@@ -198,7 +198,7 @@ pub(crate) fn margins(of: &Tuning) -> Table {
             robustness.gain(),
             MISSED,
             1,
-            format!("{:.1}", 20.0 * of.limits.gain.log10()),
+            format!("{:.1}", 20.0 * libm::log10(of.limits.gain)),
         ),
         (
             "sensitivity peak Ms",
@@ -410,7 +410,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
             .zip(phases)
             .filter(|((w, _), _)| shown.contains(w))
             .step_by(2);
-        each.map(|((w, l), phase)| (w, 20.0 * l.norm().log10(), phase.to_degrees()))
+        each.map(|((w, l), phase)| (w, 20.0 * libm::log10(l.modulus()), phase.to_degrees()))
             .collect::<Vec<_>>()
     };
     let model = seen(&of.seen);
@@ -465,7 +465,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
 fn nyquist(of: &Tuning) -> Plot<'static> {
     let near = |seen: &Seen| {
         let open = seen.open_loop(&of.controller).into_iter();
-        let near = open.filter(|(_, l)| l.norm() < EXTENT);
+        let near = open.filter(|(_, l)| l.modulus() < EXTENT);
         near.map(|(_, l)| (l.re, l.im)).collect::<Vec<_>>()
     };
     let drawn = of.draws.iter().take(LOOPS).enumerate();
@@ -487,7 +487,7 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
     .with(
         Style::Bound,
         format!("Ms {:.2}", of.limits.sensitivity),
-        circle.map(|a| (radius * a.cos() - 1.0, radius * a.sin())),
+        circle.map(|a| (radius * libm::cos(a) - 1.0, radius * libm::sin(a))),
     )
     .with(Style::Crosses, "-1", [(-1.0, 0.0)])
 }

@@ -173,7 +173,7 @@ impl Frames<'_> {
 
 /// The turn about y, to the left, by an angle \[rad\].
 fn about_y(angle: f64) -> Quaternion {
-    let (sin, cos) = (0.5 * angle).sin_cos();
+    let (sin, cos) = libm::sincos(0.5 * angle);
     quaternion([0.0, sin, 0.0, cos])
 }
 

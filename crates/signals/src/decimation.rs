@@ -110,7 +110,7 @@ mod tests {
         let inputs: Vec<f64> = (0..samples)
             .map(|k| f64::from(u8::from((k / 3000).is_multiple_of(2))))
             .collect();
-        let decay = (-sample_time).exp();
+        let decay = libm::exp(-sample_time);
         let outputs = with_noise(
             &filter(&[0.0, 1.0 - decay], &[1.0, -decay], &inputs),
             3,

@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn two_publishers_in_turn_are_told_from_one() {
-        let slow = |t: i64| (t as f64 * 1e-3).sin();
+        let slow = |t: i64| libm::sin(t as f64 * 1e-3);
         let steps = |t: i64| if noise(t / 500) > 0.8 { 1.0 } else { -1.0 };
         let still = |_: i64| 0.3;
         let zero = |_: i64| 0.0;
@@ -207,7 +207,7 @@ mod tests {
         let pulses = |t: i64| if t % 1000 == 0 { 1.0 } else { 0.0 };
         let dropouts = |t: i64| if noise(t) > 1.5 { 0.0 } else { 5.0 };
         let bits = |t: i64| if noise(t) > 0.8 { 1.0 } else { -1.0 };
-        let oscillation = |t: i64| (t as f64 * 0.05).sin();
+        let oscillation = |t: i64| libm::sin(t as f64 * 0.05);
         let one: [&dyn Fn(i64) -> f64; 5] = [&noise, &pulses, &dropouts, &bits, &oscillation];
         for (number, course) in one.into_iter().enumerate() {
             let evenly = merged(&[(50, 0, course)]);
@@ -236,7 +236,7 @@ mod tests {
             assert_eq!(Mixture::find(&samples), None, "{name}");
         }
         // Every message twice.
-        let slow = |t: i64| (t as f64 * 1e-3).sin();
+        let slow = |t: i64| libm::sin(t as f64 * 1e-3);
         assert_eq!(
             Mixture::find(&merged(&[(50, 0, &slow), (50, 1, &slow)])),
             None

@@ -96,7 +96,7 @@ fn high_pass(edge: f64) -> Section {
 }
 
 fn section(edge: f64) -> (f64, f64, [f64; 3]) {
-    let w = (std::f64::consts::PI * edge).tan();
+    let w = libm::tan(std::f64::consts::PI * edge);
     let damped = std::f64::consts::SQRT_2 * w;
     let scale = 1.0 / (1.0 + damped + w * w);
     let den = [
@@ -114,7 +114,7 @@ mod tests {
     /// The amplitude of a sine behind the band, of its amplitude before.
     fn passed(frequency: f64, band: Band) -> f64 {
         let sine: Vec<f64> = (0..4000)
-            .map(|k| (std::f64::consts::TAU * frequency * f64::from(k) * 0.01).sin())
+            .map(|k| libm::sin(std::f64::consts::TAU * frequency * f64::from(k) * 0.01))
             .collect();
         let mut record =
             Record::of_run(0.01, vec![("u", sine.clone())], vec![("y", sine)]).unwrap();

@@ -720,7 +720,7 @@ mod tests {
             [square(200, 40), vec![0.0; 800]].concat(),
             (0..1000).map(|k| f64::from(k) * 0.01).collect(),
             (0..1000)
-                .map(|k| (f64::from(k) * 0.01).powi(2).sin())
+                .map(|k| libm::sin((f64::from(k) * 0.01).powi(2)))
                 .collect(),
             vec![1.0; 1000],
         ];

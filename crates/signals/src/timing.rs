@@ -39,7 +39,10 @@ impl Meter {
         *last = stamp;
         let interval = interval as f64;
         self.timing.longest = self.timing.longest.max(interval * 1e-9);
-        let (count, sum) = self.bins.entry((interval.ln() * 100.0) as u16).or_default();
+        let (count, sum) = self
+            .bins
+            .entry((libm::log(interval) * 100.0) as u16)
+            .or_default();
         *count += 1;
         *sum += interval;
     }

@@ -378,7 +378,7 @@ pub fn rows(count: usize) -> String {
     (0..count)
         .map(|k| {
             let t = k as f64;
-            format!("{},{},{}\n", t * 0.1, t.sin(), t.cos())
+            format!("{},{},{}\n", t * 0.1, libm::sin(t), libm::cos(t))
         })
         .collect()
 }

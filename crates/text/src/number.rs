@@ -7,7 +7,7 @@ pub fn number(value: f64) -> String {
     if !(1e-4..1e6).contains(&value.abs()) {
         return format!("{value:.3e}");
     }
-    let decimals = (5.0 - value.abs().log10().floor()).max(0.0) as usize;
+    let decimals = (5.0 - libm::log10(value.abs()).floor()).max(0.0) as usize;
     let text = format!("{value:.decimals$}");
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),

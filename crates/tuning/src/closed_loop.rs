@@ -1,6 +1,7 @@
 //! A plant and a controller as a loop: margins, stability, responses.
 
 use nalgebra::Complex;
+use planesman_linear::ComplexField as _;
 use planesman_linear::frequency::{self, Response};
 use planesman_linear::polynomial::{lies_within, product, sum};
 
@@ -129,8 +130,8 @@ impl Seen {
         let factors = frequency::gain_margins(&response, at);
         // At both ends the loop is real, which no change of sign tells.
         let ends = [response.first(), response.last()].into_iter().flatten();
-        let ends = ends.filter(|(_, l)| l.re < 0.0 && l.im.abs() < REAL * l.norm());
-        let ends = ends.map(|(_, l)| 1.0 / l.norm());
+        let ends = ends.filter(|(_, l)| l.re < 0.0 && l.im.abs() < REAL * l.modulus());
+        let ends = ends.map(|(_, l)| 1.0 / l.modulus());
         let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let factors = factors.iter().map(|it| it.factor).chain(ends);
         Margins {
@@ -158,14 +159,14 @@ impl Seen {
             if let Some((before, size_before)) = before {
                 // Where |L| passes 1 the phase is taken on the nearer side, where L is real its size.
                 if (size_before - 1.0) * (size - 1.0) <= 0.0 {
-                    let margin = (-before).arg().abs().min((-value).arg().abs());
+                    let margin = (-before).argument().abs().min((-value).argument().abs());
                     if margin < limits.phase {
                         return false;
                     }
                 }
                 if before.im * value.im <= 0.0 && before.re < 0.0 && value.re < 0.0 {
                     let share = before.im / (before.im - value.im);
-                    let size = before.norm() + share * (value.norm() - before.norm());
+                    let size = before.modulus() + share * (value.modulus() - before.modulus());
                     if size.max(1.0 / size) < limits.gain {
                         return false;
                     }

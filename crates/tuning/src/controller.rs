@@ -1,6 +1,7 @@
 //! PI and PID controllers: their forms, and what they do at the ticks.
 
 use nalgebra::Complex;
+use planesman_linear::polar;
 
 /// The derivative's filter is so many times faster than its time `Td`.
 pub const FILTER_RATIO: f64 = 10.0;
@@ -71,7 +72,7 @@ impl Controller {
     /// Its response at a frequency, rad/s, for ticks of `tick` seconds.
     #[must_use]
     pub fn at(&self, frequency: f64, tick: f64) -> Complex<f64> {
-        let q = Complex::from_polar(1.0, -frequency * tick);
+        let q = polar(1.0, -frequency * tick);
         let mut sum = Complex::from(self.kp);
         if self.ki != 0.0 {
             sum += (1.0 - q).inv() * (self.ki * tick);
@@ -116,6 +117,7 @@ impl Controller {
 mod tests {
     use super::*;
     use crate::plant::backward;
+    use planesman_linear::ComplexField as _;
 
     #[test]
     fn the_series_form_has_the_gains_of_the_ideal_one() {
@@ -135,9 +137,9 @@ mod tests {
         ] {
             let (num, den) = pid.backward(0.1);
             for w in [0.01, 1.0, 20.0] {
-                let q = Complex::from_polar(1.0, -w * 0.1);
+                let q = polar(1.0, -w * 0.1);
                 let found = backward(&num, q) / backward(&den, q);
-                assert!((found - pid.at(w, 0.1)).norm() < 1e-9 * found.norm());
+                assert!((found - pid.at(w, 0.1)).modulus() < 1e-9 * found.modulus());
             }
         }
     }

@@ -1,7 +1,7 @@
 //! A continuous model in gain, time constants and dead time, which the tuning rules are written in.
 
 use nalgebra::Complex;
-use planesman_linear::{TransferFunction, polynomial};
+use planesman_linear::{ComplexField as _, TransferFunction, polynomial};
 
 use crate::error::Result;
 
@@ -30,22 +30,26 @@ impl Dynamics {
     /// Roots that cannot be found.
     pub fn new(transfer: &TransferFunction, delay: f64) -> Result<Self> {
         let mut poles = transfer.poles()?;
-        let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let fastest = poles.iter().map(|p| p.modulus()).fold(0.0, f64::max);
         let all = poles.len();
         // A model of one integrator alone has no faster pole to compare with.
         let near = match fastest > 0.0 && all > 1 {
             true => AT_ZERO * fastest,
             false => f64::MIN_POSITIVE,
         };
-        poles.retain(|p| p.norm() > near);
-        poles.sort_by(|p, q| p.norm().total_cmp(&q.norm()));
+        poles.retain(|p| p.modulus() > near);
+        poles.sort_by(|p, q| p.modulus().total_cmp(&q.modulus()));
         let integrators = all - poles.len();
         let zeros = transfer.zeros()?;
         let lead = transfer.monic();
         let product =
             |roots: &[Complex<f64>]| roots.iter().map(|r| -r).product::<Complex<f64>>().re;
         // With a zero at s = 0 the gain that counts is that of s K.
-        let others: Vec<_> = zeros.iter().copied().filter(|z| z.norm() > 0.0).collect();
+        let others: Vec<_> = zeros
+            .iter()
+            .copied()
+            .filter(|z| z.modulus() > 0.0)
+            .collect();
         let gain = lead.num[0] * product(&others) / product(&poles);
         Ok(Self {
             gain,

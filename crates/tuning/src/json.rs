@@ -39,7 +39,7 @@ impl Tuning {
             "ideal": {"k": gains.kp, "ti": finite(gains.ti()), "td": gains.td()},
             "limits": {
                 "phase_margin": self.limits.phase.to_degrees(),
-                "gain_margin": 20.0 * self.limits.gain.log10(),
+                "gain_margin": 20.0 * libm::log10(self.limits.gain),
                 "ms": self.limits.sensitivity,
                 "are_kept": self.keeps_limits(),
             },

@@ -5,7 +5,8 @@ use planesman_identification::estimators::{Form, ProcessModel};
 use planesman_identification::{Model, SIGMAS_95, continuous, noise};
 use planesman_linear::digits::with_interval;
 use planesman_linear::{
-    TransferFunction, discrete_to_continuous, is_sampling_artefact, polynomial,
+    ComplexField as _, TransferFunction, discrete_to_continuous, is_sampling_artefact, polar,
+    polynomial,
 };
 use planesman_model_file::{ModelFile, Side};
 
@@ -320,7 +321,7 @@ impl UncertainModel {
                 for (number, mode) in (1..).zip(&own) {
                     let nearest = here
                         .iter()
-                        .min_by(|a, b| (*a - mode).norm().total_cmp(&(*b - mode).norm()));
+                        .min_by(|a, b| (*a - mode).modulus().total_cmp(&(*b - mode).modulus()));
                     let s = nearest.copied().unwrap_or(*mode);
                     match mode.im {
                         0.0 => found.push(of(
@@ -334,20 +335,20 @@ impl UncertainModel {
                                 &format!("natural frequency {number}"),
                                 "rad/s",
                                 PropertyKind::Pole,
-                                s.norm(),
+                                s.modulus(),
                             ));
                             found.push(of(
                                 &format!("damping ratio {number}"),
                                 "",
                                 PropertyKind::Damping,
-                                -s.re / s.norm(),
+                                -s.re / s.modulus(),
                             ));
                         }
                     }
                 }
-                let q = Complex::from_polar(1.0, -frequency * plant.tick);
+                let q = polar(1.0, -frequency * plant.tick);
                 let size: f64 = plant.b.iter().sum();
-                let lag = -(crate::plant::backward(&plant.b, q) / size).arg() / frequency;
+                let lag = -(crate::plant::backward(&plant.b, q) / size).argument() / frequency;
                 let delay = plant.delay as f64 * plant.tick + lag;
                 found.push(of("dead time with zeros", "s", PropertyKind::Delay, delay));
                 Ok(found)
@@ -359,12 +360,12 @@ impl UncertainModel {
     fn modes(&self, parameters: &DVector<f64>, poles: usize) -> Result<Vec<Complex<f64>>> {
         let (den, _) = equation(parameters, poles);
         let roots = polynomial::roots(&den)?.into_iter();
-        let kept =
-            roots.filter(|z| !is_sampling_artefact(*z) && (z - 1.0).norm() > AT_ONE && z.im >= 0.0);
+        let kept = roots
+            .filter(|z| !is_sampling_artefact(*z) && (z - 1.0).modulus() > AT_ONE && z.im >= 0.0);
         let mut modes: Vec<_> = kept
             .filter_map(|z| discrete_to_continuous(z, self.sample_time))
             .collect();
-        modes.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        modes.sort_by(|a, b| a.modulus().total_cmp(&b.modulus()));
         Ok(modes)
     }
 
@@ -449,7 +450,7 @@ fn process_coordinates(file: &ModelFile, values: &[f64]) -> (DVector<f64>, DMatr
     let is_logarithm = |i: usize| (1..last).contains(&i);
     let coordinate = |i: usize| {
         if is_logarithm(i) {
-            values[i].ln()
+            libm::log(values[i])
         } else {
             values[i]
         }
@@ -488,7 +489,7 @@ fn natural(coordinates: &DVector<f64>) -> Vec<f64> {
     each.map(|(i, value)| match i {
         0 => *value,
         i if i == last => value.max(0.0),
-        _ => value.exp(),
+        _ => libm::exp(*value),
     })
     .collect()
 }

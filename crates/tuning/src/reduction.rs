@@ -9,6 +9,7 @@
 //! rules T1 to T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). An integrator is an infinite time constant.
 
 use nalgebra::Complex;
+use planesman_linear::ComplexField as _;
 
 use crate::dynamics::Dynamics;
 
@@ -80,7 +81,7 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
             (re, 0.0) if re < 0.0 => leads.push(-1.0 / re),
             // A pair to the right is dead time, as the sum of its time constants.
             (re, _) if re >= 0.0 => inverse += re / zero.norm_sqr(),
-            _ => return Err(format!("complex zeros at {:.4} rad/s", zero.norm())),
+            _ => return Err(format!("complex zeros at {:.4} rad/s", zero.modulus())),
         }
     }
     let kept = match order {
@@ -104,7 +105,7 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
 }
 
 fn time_constant(pole: Complex<f64>) -> Result<f64, Unfit> {
-    let size = pole.norm();
+    let size = pole.modulus();
     let damping = -pole.re / size;
     match pole.im {
         _ if pole.re >= 0.0 && pole.im == 0.0 => Err(format!(

@@ -7,7 +7,7 @@
 //! | [`placement`] | first order (PI), second order (PID), unstable and oscillating ones too | Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 6 |
 //! | [`crossover`] | any plant that the loop's frequency response is known of | the same, ch. 6: phase margin at a given frequency |
 
-use nalgebra::Complex;
+use planesman_linear::{ComplexField as _, polar};
 
 use crate::closed_loop::Seen;
 use crate::controller::{Controller, FILTER_RATIO};
@@ -108,10 +108,10 @@ pub fn crossover(
     let tick = seen.plant.tick;
     let plant = seen.plant.at(frequency) * sign;
     // What the controller is to be there.
-    let wanted = -Complex::from_polar(1.0, margin) / plant;
-    let degrees = wanted.arg().to_degrees();
+    let wanted = -polar(1.0, margin) / plant;
+    let degrees = wanted.argument().to_degrees();
     if !is_pid {
-        let integral = (1.0 - Complex::from_polar(1.0, -frequency * tick)).inv() * tick;
+        let integral = (1.0 - polar(1.0, -frequency * tick)).inv() * tick;
         let ki = wanted.im / integral.im;
         let kp = wanted.re - ki * integral.re;
         return match ki >= 0.0 && kp > 0.0 {
@@ -127,32 +127,32 @@ pub fn crossover(
         };
     }
     let shape = |td: f64| Controller::ideal(1.0, TI_PER_TD * td, td);
-    let phase = |td: f64| shape(td).at(frequency, tick).arg();
+    let phase = |td: f64| shape(td).at(frequency, tick).argument();
     let (mut low, mut high) = (1e-4 / frequency, 1e4 / frequency);
     // The most lead lies between; beyond it the filter takes it away.
     let mut best = low;
     for k in 0..=160 {
-        let td = low * (high / low).powf(f64::from(k) / 160.0);
+        let td = low * libm::pow(high / low, f64::from(k) / 160.0);
         if phase(td) > phase(best) {
             best = td;
         }
     }
     high = best;
-    match wanted.arg() {
+    match wanted.argument() {
         arg if arg > phase(high) => return Err((arg - phase(high)).to_degrees()),
         arg if arg < phase(low) => return Err((arg - phase(low)).to_degrees()),
         _ => {}
     }
     for _ in 0..80 {
         let middle = (low * high).sqrt();
-        if phase(middle) < wanted.arg() {
+        if phase(middle) < wanted.argument() {
             low = middle;
         } else {
             high = middle;
         }
     }
     let shape = shape(high);
-    Ok(shape.times(sign * wanted.norm() / shape.at(frequency, tick).norm()))
+    Ok(shape.times(sign * wanted.modulus() / shape.at(frequency, tick).modulus()))
 }
 
 #[cfg(test)]
@@ -265,7 +265,7 @@ mod tests {
             );
             for root in polynomial::roots(&closed).unwrap() {
                 let wanted = root.im == 0.0 && (root.re + 1.5).abs() < 1e-9
-                    || (root.norm() - 1.5).abs() < 1e-9 && (root.re + 0.9).abs() < 1e-9;
+                    || (root.modulus() - 1.5).abs() < 1e-9 && (root.re + 0.9).abs() < 1e-9;
                 assert!(wanted, "{root}");
             }
         }

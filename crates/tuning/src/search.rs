@@ -5,7 +5,7 @@
 //! (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), with the integrated absolute error what it stands for. The
 //! search is Hooke and Jeeves' on the times' logarithms: no derivatives, no chance.
 
-use planesman_linear::frequency;
+use planesman_linear::{ComplexField as _, frequency};
 
 use crate::closed_loop::{Limits, Seen};
 use crate::controller::Controller;
@@ -54,9 +54,9 @@ pub fn best(
     let (low, high) = TI;
     // A coarse look first: cost has more than one valley where the plant is unstable.
     let coarse =
-        (0..=10).map(|i| (low * (high / low).powf(f64::from(i) / 10.0) * search.pace).ln());
+        (0..=10).map(|i| libm::log(low * libm::pow(high / low, f64::from(i) / 10.0) * search.pace));
     let ratios: &[f64] = if is_pid { &[0.25, 0.1] } else { &[0.0] };
-    let starts = coarse.flat_map(|ti| ratios.iter().map(move |ratio| [ti, ti + ratio.ln()]));
+    let starts = coarse.flat_map(|ti| ratios.iter().map(move |ratio| [ti, ti + libm::log(*ratio)]));
     let mut best = starts
         .map(|at| (at, search.cost(at)))
         .min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
@@ -103,7 +103,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Of `Ti` and `Td`, as logarithms: what is made small, infinite where no gain keeps the limits, and the controller.
     fn cost(&self, [ti, td]: [f64; 2]) -> (f64, Option<Controller>) {
-        let (ti, td) = (ti.exp(), td.exp());
+        let (ti, td) = (libm::exp(ti), libm::exp(td));
         let is_within = (TI.0 * self.pace..=TI.1 * self.pace).contains(&ti);
         let may_lead = td == 0.0 || (td >= TD * self.pace && td <= (TD_PER_TI + 1e-9) * ti);
         let none = (f64::INFINITY, None);
@@ -122,15 +122,19 @@ impl Search<'_> {
         let tick = self.seen.plant.tick;
         let at = |w: f64| self.seen.plant.at(w) * shape.at(w, tick);
         let ultimate = frequency::gain_margins(&open, at).first().map_or_else(
-            || 1.0 / at(self.seen.plant.nyquist()).norm().max(f64::MIN_POSITIVE),
+            || {
+                1.0 / at(self.seen.plant.nyquist())
+                    .modulus()
+                    .max(f64::MIN_POSITIVE)
+            },
             |it| it.factor,
         );
         let keeps = |factor: f64| {
             Seen::keeps(&open, factor, self.limits) && self.seen.is_stable(&shape.times(factor))
         };
         let (most, least) = GAINS;
-        let count = ((most / least).ln() * GAINS_PER_E) as usize;
-        let step = (-1.0 / GAINS_PER_E).exp();
+        let count = (libm::log(most / least) * GAINS_PER_E) as usize;
+        let step = libm::exp(-1.0 / GAINS_PER_E);
         let mut factor = ultimate * most;
         for _ in 0..count {
             if keeps(factor) {

@@ -181,7 +181,7 @@ impl TuneOptions {
     pub fn limits(&self) -> Limits {
         Limits {
             phase: self.phase_margin.to_radians(),
-            gain: 10_f64.powf(self.gain_margin / 20.0),
+            gain: libm::pow(10_f64, self.gain_margin / 20.0),
             sensitivity: self.ms,
         }
     }
@@ -268,7 +268,7 @@ impl Robustness {
     /// The gain margin, dB.
     #[must_use]
     pub fn gain(&self) -> Spread {
-        self.of(|it| 20.0 * it.gain.log10())
+        self.of(|it| 20.0 * libm::log10(it.gain))
     }
 
     /// The sensitivity peak.
@@ -583,7 +583,7 @@ impl Task<'_> {
             return Ok(());
         };
         let delay = dynamics.delay + self.sampling.computing_delay + 0.5 * self.sampling.tick;
-        let least = (pole * delay).exp();
+        let least = libm::exp(pole * delay);
         match least < self.limits.sensitivity {
             true => Ok(()),
             false => Err(TuneError::TooLate {
@@ -838,7 +838,7 @@ impl Task<'_> {
         let limits = format!(
             "a phase margin of {:.0} deg, a gain margin of {:.1} dB and a sensitivity peak of {:.2}",
             self.limits.phase.to_degrees(),
-            20.0 * self.limits.gain.log10(),
+            20.0 * libm::log10(self.limits.gain),
             self.limits.sensitivity
         );
         let best = match best {

@@ -30,7 +30,7 @@ impl Angle {
     /// An angle in radians.
     #[must_use]
     pub fn new(radians: f64) -> Self {
-        let (sin, cos) = radians.sin_cos();
+        let (sin, cos) = libm::sincos(radians);
         Self { radians, sin, cos }
     }
 
@@ -147,8 +147,8 @@ impl Attitude {
     /// The body's rates `p`, `q`, `r` \[rad/s\] under the rates of the angles.
     #[must_use]
     pub fn body_rates(&self, rates: &Self) -> [f64; 3] {
-        let (sin_roll, cos_roll) = self.roll.sin_cos();
-        let (sin_pitch, cos_pitch) = self.pitch.sin_cos();
+        let (sin_roll, cos_roll) = libm::sincos(self.roll);
+        let (sin_pitch, cos_pitch) = libm::sincos(self.pitch);
         [
             rates.roll - rates.yaw * sin_pitch,
             rates.pitch * cos_roll + rates.yaw * sin_roll * cos_pitch,
@@ -160,9 +160,9 @@ impl Attitude {
     /// right, down.
     #[must_use]
     pub fn quaternion(&self) -> [f64; 4] {
-        let (sr, cr) = (0.5 * self.roll).sin_cos();
-        let (sp, cp) = (0.5 * self.pitch).sin_cos();
-        let (sy, cy) = (0.5 * self.yaw).sin_cos();
+        let (sr, cr) = libm::sincos(0.5 * self.roll);
+        let (sp, cp) = libm::sincos(0.5 * self.pitch);
+        let (sy, cy) = libm::sincos(0.5 * self.yaw);
         [
             sr * cp * cy - cr * sp * sy,
             cr * sp * cy + sr * cp * sy,

@@ -302,11 +302,12 @@ mod tests {
                 [&(); 3],
                 |(), &[_, _, theta, w, q]: &[f64; 5]| {
                     [
-                        d.speed * theta.cos() + w * theta.sin(),
-                        w * theta.cos() - d.speed * theta.sin(),
+                        d.speed * libm::cos(theta) + w * libm::sin(theta),
+                        w * libm::cos(theta) - d.speed * libm::sin(theta),
                         q,
                         (d.z_w * w + d.z_q_plus_m_u * q + d.z_delta * delta) / d.heave_inertia,
-                        (d.m_w * w + d.m_q * q + d.m_delta * delta - d.restoring * theta.sin())
+                        (d.m_w * w + d.m_q * q + d.m_delta * delta
+                            - d.restoring * libm::sin(theta))
                             / d.pitch_inertia,
                     ]
                 },
@@ -352,8 +353,10 @@ mod tests {
     fn error(of: impl Fn(f64) -> BodyMotion, step: f64) -> f64 {
         let at = |step: f64| go(&of(step), &deep(0.8), [0.2, 0.1, 0.2, 0.7], 8.0).0;
         let (body, exact) = (at(step), at(0.001));
-        (body.plane.distance - exact.plane.distance).hypot(body.across - exact.across)
-            + (body.plane.depth - exact.plane.depth).abs()
+        libm::hypot(
+            body.plane.distance - exact.plane.distance,
+            body.across - exact.across,
+        ) + (body.plane.depth - exact.plane.depth).abs()
     }
 
     fn at_held_speed(step: f64) -> BodyMotion {
@@ -470,8 +473,10 @@ mod tests {
         let half = std::f64::consts::PI / rate;
         let steps = (half / 0.01).round() * 0.01;
         let (opposite, _) = go(&motion, &turning, [0.0, 0.0, 0.1, 0.0], steps);
-        let diameter = (opposite.plane.distance - turning.plane.distance)
-            .hypot(opposite.across - turning.across);
+        let diameter = libm::hypot(
+            opposite.plane.distance - turning.plane.distance,
+            opposite.across - turning.across,
+        );
         assert!((diameter - 2.0 * FOOT / rate).abs() < 1e-4, "{diameter}");
     }
 

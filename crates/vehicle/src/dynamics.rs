@@ -187,13 +187,13 @@ impl Derivatives {
             heave: Slope {
                 w: self.z_w + 2.0 * self.z_ww * w.abs(),
                 q: self.z_q_plus_m_u,
-                theta: -self.excess_weight * theta.sin(),
+                theta: -self.excess_weight * libm::sin(theta),
                 delta: self.z_delta,
             },
             pitch: Slope {
                 w: self.m_w + 2.0 * self.m_ww * w.abs(),
                 q: self.m_q - self.first_moment * w,
-                theta: -self.restoring * theta.cos(),
+                theta: -self.restoring * libm::cos(theta),
                 delta: self.m_delta,
             },
         }
@@ -232,13 +232,13 @@ impl Derivatives {
     /// `z'` \[m/s\], positive down.
     #[must_use]
     pub fn depth_rate(&self, state: &State) -> f64 {
-        state.heave * state.pitch.cos() - self.speed * state.pitch.sin()
+        state.heave * libm::cos(state.pitch) - self.speed * libm::sin(state.pitch)
     }
 
     /// `x'` \[m/s\], along the track.
     #[must_use]
     pub fn track_speed(&self, state: &State) -> f64 {
-        self.speed * state.pitch.cos() + state.heave * state.pitch.sin()
+        self.speed * libm::cos(state.pitch) + state.heave * libm::sin(state.pitch)
     }
 
     /// The rate of change of every part of the state, with the planes at `delta` \[rad\].
@@ -361,7 +361,7 @@ mod tests {
             heave: 0.3,
             ..State::default()
         };
-        let path = d.depth_rate(&state).hypot(d.track_speed(&state));
+        let path = libm::hypot(d.depth_rate(&state), d.track_speed(&state));
         assert!((path - 0.5).abs() < 1e-15);
     }
 }

@@ -40,7 +40,7 @@ impl Derivatives {
         let cross = (self.z_q_plus_m_u + self.m_w).abs();
         let most = |i: u32| {
             let angle = std::f64::consts::FRAC_PI_2 * f64::from(i) / f64::from(DIRECTIONS);
-            let (q, w) = angle.sin_cos();
+            let (q, w) = libm::sincos(angle);
             let f = force * w + moment * q;
             let a = self.z_w * w * w + cross * w * q + self.m_q * q * q;
             let b = self.z_ww * w * w * w
@@ -111,7 +111,7 @@ mod tests {
                     let mut last = 0.0_f64;
                     for i in 0..3600 {
                         let angle = f64::from(i) * std::f64::consts::TAU / 3600.0;
-                        let (q, w) = angle.sin_cos();
+                        let (q, w) = libm::sincos(angle);
                         let unit = d.kinetic_energy(&State {
                             heave: w,
                             pitch_rate: q,

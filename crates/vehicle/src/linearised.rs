@@ -90,13 +90,13 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
         |heave: f64, pitch: f64| inverse.accelerations(GeneralisedForce { heave, pitch });
     let heave = |z: f64, m: f64| accelerations(z, m).0;
     let pitching = |z: f64, m: f64| accelerations(z, m).1;
-    let sinking = -w * pitch.sin() - d.speed * pitch.cos();
+    let sinking = -w * libm::sin(pitch) - d.speed * libm::cos(pitch);
     #[rustfmt::skip]
     let a = [
         heave(z.w, m.w),    heave(z.q, m.q),    heave(z.theta, m.theta),    0.0,
         pitching(z.w, m.w), pitching(z.q, m.q), pitching(z.theta, m.theta), 0.0,
         0.0,                1.0,                0.0,                        0.0,
-        pitch.cos(),        0.0,                sinking,                    0.0,
+        libm::cos(pitch),        0.0,                sinking,                    0.0,
     ];
     let b = [
         heave(z.delta, m.delta),
@@ -196,6 +196,7 @@ mod tests {
         Restoring, State, environment::Environment, motion::Motion, planes::PlanePath,
         vehicle_file::brunner,
     };
+    use planesman_linear::ComplexField as _;
     use planesman_units::{FOOT, POUND_FORCE};
 
     /// Gyro volts per degree per second over plane volts per degree (Brunner 1988, Table 8).
@@ -225,7 +226,7 @@ mod tests {
         for (speed, poles) in expected {
             for (found, (re, im)) in model(speed).continuous_poles.iter().zip(poles) {
                 assert!(
-                    (found - Complex::new(re, im)).norm() < 1e-4,
+                    (found - Complex::new(re, im)).modulus() < 1e-4,
                     "{speed}: {found}"
                 );
             }
@@ -312,7 +313,7 @@ mod tests {
             step: 0.001,
         };
         let planes: Vec<f64> = (0..200)
-            .map(|k| 1e-4 * (0.1 * f64::from(k)).sin())
+            .map(|k| 1e-4 * libm::sin(0.1 * f64::from(k)))
             .collect();
         let linear = true_model(&vehicle, 1.8 * FOOT, 0.05)
             .and_then(|m| m.transfer_function.simulate(&planes))

@@ -43,7 +43,7 @@ impl Propulsion {
     #[must_use]
     pub fn friction_coefficient(&self, speed: f64) -> f64 {
         let reynolds = speed * self.plate_length / KINEMATIC_VISCOSITY;
-        0.043 / reynolds.powf(1.0 / 6.0)
+        0.043 / libm::pow(reynolds, 1.0 / 6.0)
     }
 
     /// `C_fb` and `C_db` at a speed \[m/s\] above zero.

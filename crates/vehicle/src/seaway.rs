@@ -17,10 +17,10 @@
 //! seed and on how many ticks have passed, and on nothing else.
 
 use planesman_linear::{DMatrix, Error, StateSpace};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
 
 use crate::dynamics::GeneralisedForce;
+use crate::standard_normal;
 
 /// The waves asked for, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,7 @@ impl Seaway {
     #[must_use]
     pub fn load(&self, waves: &Waves, depth: f64, gravity: f64) -> GeneralisedForce {
         let omega = self.frequency();
-        let reach = (-omega * omega / gravity * depth.max(0.0)).exp();
+        let reach = libm::exp(-omega * omega / gravity * depth.max(0.0));
         let [x, rate] = waves.state;
         GeneralisedForce {
             heave: reach * self.force * rate,
@@ -109,14 +109,14 @@ impl Waves {
         // Another stream than the sensors', which are seeded with the same number.
         let mut numbers = Pcg64::seed_from_u64(!seed);
         Self {
-            state: std::array::from_fn(|_| StandardNormal.sample(&mut numbers)),
+            state: std::array::from_fn(|_| standard_normal(&mut numbers)),
             numbers,
         }
     }
 
     /// A tick on.
     pub fn advance(&mut self, filter: &ShapingFilter) {
-        let n: [f64; 2] = std::array::from_fn(|_| StandardNormal.sample(&mut self.numbers));
+        let n: [f64; 2] = std::array::from_fn(|_| standard_normal(&mut self.numbers));
         let [x, v] = self.state;
         self.state = std::array::from_fn(|i| {
             let ([a, b], [c, d]) = (filter.transition[i], filter.noise[i]);
@@ -180,7 +180,7 @@ mod tests {
         let waves = Waves::new(1);
         let (top, below) = (SWELL.load(&waves, 0.0, 9.81), SWELL.load(&waves, 3.0, 9.81));
         let k = SWELL.frequency().powi(2) / 9.81;
-        assert!((below.heave / top.heave - (-3.0 * k).exp()).abs() < 1e-12);
+        assert!((below.heave / top.heave - libm::exp(-3.0 * k)).abs() < 1e-12);
     }
 
     #[test]

@@ -180,7 +180,7 @@ impl<'a> Tick<'a> {
             let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
             if !accepted || wanted < longest {
                 let ratio = match error.is_finite() {
-                    true => (0.9 * (TOLERANCE / error).powf(0.125)).clamp(0.2, 5.0),
+                    true => (0.9 * libm::pow(TOLERANCE / error, 0.125)).clamp(0.2, 5.0),
                     false => 0.2,
                 };
                 wanted = longest.min(h * ratio).max(SHORTEST_STEP);

@@ -71,7 +71,7 @@ impl Derivatives {
             let ratio = self.z_delta / self.m_delta;
             flight.planes = -moment / self.m_delta;
             let Slopes { heave, pitch } = self.slopes(&state);
-            let heaving = self.speed / state.pitch.cos().powi(2);
+            let heaving = self.speed / libm::cos(state.pitch).powi(2);
             let slope = (heave.w - ratio * pitch.w) * heaving + heave.theta - ratio * pitch.theta;
             let change = -(force - ratio * moment) / slope;
             if change.abs() < CLOSE {
@@ -82,7 +82,7 @@ impl Derivatives {
                 return None;
             }
             flight.pitch = pitch;
-            flight.heave = self.speed * pitch.tan();
+            flight.heave = self.speed * libm::tan(pitch);
         }
         None
     }

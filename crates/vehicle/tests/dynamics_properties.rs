@@ -37,7 +37,7 @@ fn fly(motion: &Motion, from: State, seconds: u32, planes: impl Fn(f64) -> f64) 
 
 /// `I q^2 / 2 + W BG (1 - cos theta)` \[J\].
 fn pendulum_energy(d: &Derivatives, state: &State) -> f64 {
-    0.5 * d.pitch_inertia * state.pitch_rate.powi(2) + d.restoring * (1.0 - state.pitch.cos())
+    0.5 * d.pitch_inertia * state.pitch_rate.powi(2) + d.restoring * (1.0 - libm::cos(state.pitch))
 }
 
 fn tilted(pitch: f64, pitch_rate: f64) -> State {
@@ -69,7 +69,7 @@ fn its_small_swings_have_the_pendulum_s_period() {
     let states = fly(&motion(d, Restoring::Sine), tilted(1e-4, 0.0), 60, |_| 0.0);
     let frequency = (d.restoring / d.pitch_inertia).sqrt();
     for (k, state) in states.iter().enumerate() {
-        let expected = 1e-4 * (frequency * k as f64 * 0.001).cos();
+        let expected = 1e-4 * libm::cos(frequency * k as f64 * 0.001);
         assert!((state.pitch - expected).abs() < 1e-11);
     }
 }
@@ -138,8 +138,8 @@ fn small_damped_swings_follow_the_exponential() {
     for (k, state) in states.iter().enumerate() {
         let t = k as f64 * 0.001;
         let expected = 1e-4
-            * (-decay * t).exp()
-            * ((frequency * t).cos() + decay / frequency * (frequency * t).sin());
+            * libm::exp(-decay * t)
+            * (libm::cos(frequency * t) + decay / frequency * libm::sin(frequency * t));
         assert!((state.pitch - expected).abs() < 1e-11);
     }
 }
@@ -185,7 +185,7 @@ fn mirrored_planes_and_starts_give_the_mirrored_motion() {
                 heave: -0.05,
                 ..tilted(-0.2, 0.1)
             };
-            let wave = |t: f64| 0.5 * (1.3 * t).sin() + 0.1;
+            let wave = |t: f64| 0.5 * libm::sin(1.3 * t) + 0.1;
             let flown = fly(&motion, start, 20, wave);
             let mirrored = fly(&motion, mirrored_start, 20, |t| -wave(t));
             for (a, b) in flown.iter().zip(&mirrored) {

@@ -16,7 +16,7 @@
 //! Chapter 9 has a linear model as well. It is of other numbers: fins by the formula of sec. 4.5, of
 //! which App. B's are 0.45, and cross-flow drag by a secant. The tests below say what becomes of it.
 
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_vehicle::{
     Derivatives, Environment, GeneralisedForce, Motion, PlanePath, Restoring, State,
     linearised::{self, Output},
@@ -49,17 +49,17 @@ type Published = [f64; 5];
 
 /// Its rate of change, Tables B.1 and B.2 (pp. 103 and 104); at a constant speed when `surging` is not set.
 fn published([u, w, q, theta, _]: Published, delta: f64, surging: bool) -> Published {
-    let x = -(WEIGHT - BUOYANCY) * theta.sin() - 1.62 * u * u.abs() + (-35.5 - M) * w * q
+    let x = -(WEIGHT - BUOYANCY) * libm::sin(theta) - 1.62 * u * u.abs() + (-35.5 - M) * w * q
         - 1.93 * q * q
         + 3.86;
-    let z = (WEIGHT - BUOYANCY) * theta.cos()
+    let z = (WEIGHT - BUOYANCY) * libm::cos(theta)
         - 131.0 * w * w.abs()
         - 0.632 * q * q.abs()
         - 28.6 * u * w
         + (-5.22 + M) * u * q
         + M * Z_G * q * q
         - 9.64 * u * u * delta;
-    let moment = -Z_G * WEIGHT * theta.sin() + 3.18 * w * w.abs()
+    let moment = -Z_G * WEIGHT * libm::sin(theta) + 3.18 * w * w.abs()
         - 188.0 * q * q.abs()
         - M * Z_G * w * q
         - 2.0 * u * q
@@ -76,7 +76,13 @@ fn published([u, w, q, theta, _]: Published, delta: f64, surging: bool) -> Publi
         0.0
     };
     let w_dot = (z - coupling * q_dot) / i_w;
-    [u_dot, w_dot, q_dot, q, w * theta.cos() - u * theta.sin()]
+    [
+        u_dot,
+        w_dot,
+        q_dot,
+        q,
+        w * libm::cos(theta) - u * libm::sin(theta),
+    ]
 }
 
 /// `w'` and `q'` at a constant speed.
@@ -194,7 +200,7 @@ fn four_degrees_of_rise_pitch_it_up_from_level_flight_but_not_as_printed_from_an
 
 /// `(theta, delta)` of level flight of the published simulator, by Newton's method on numerical slopes.
 fn published_trim() -> (f64, f64) {
-    let level = |theta: f64, delta: f64| accelerations(SPEED * theta.tan(), 0.0, theta, delta);
+    let level = |theta: f64, delta: f64| accelerations(SPEED * libm::tan(theta), 0.0, theta, delta);
     let (mut theta, mut delta) = (0.0, 0.0);
     for _ in 0..20 {
         let h = 1e-6;
@@ -225,7 +231,7 @@ fn trimmed_three_degrees_bow_down_with_eleven_of_rise_it_flies_level() {
 fn the_linear_model_is_the_slope_of_the_simulator_in_level_flight() {
     let model = linearised::pitch_rate(&remus_100(), SPEED).expect("a model");
     let (theta, delta) = published_trim();
-    let w = SPEED * theta.tan();
+    let w = SPEED * libm::tan(theta);
     let h = 1e-6;
     let slope = |f: &dyn Fn(f64) -> (f64, f64)| {
         let ((a, b), (c, d)) = (f(h), f(-h));
@@ -354,7 +360,7 @@ fn every_published_model_with_heave_is_unstable_without_a_controller() {
     // c1 = 2.38 x 1.12 - 1.26 x 4.23 + 0.70 = -1.96, below 0.
     let close = |d: &Derivatives, re: f64, im: f64, lag: f64| {
         let (pair, found) = pair_and_lag(d);
-        assert!((pair - Complex::new(re, im)).norm() < 0.005, "{pair}");
+        assert!((pair - Complex::new(re, im)).modulus() < 0.005, "{pair}");
         assert!((found - lag).abs() < 0.005, "{found}");
     };
     close(&linear_model_of_the_thesis(M + 0.93), 0.286, 0.533, -4.068);

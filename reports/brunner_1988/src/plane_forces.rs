@@ -31,13 +31,13 @@ const SQUARE_INCHES: f64 = 144.0;
 /// the jet along the plane and the free stream, both in ft/s.
 #[must_use]
 pub fn effective_angle(angle: f64, jet: f64, stream: f64) -> f64 {
-    (jet * angle.sin()).atan2(stream + jet * angle.cos())
+    libm::atan2(jet * libm::sin(angle), stream + jet * libm::cos(angle))
 }
 
 /// The aft planes' force `F2` \[lbf\], eq. (5), for an effective angle \[rad\].
 #[must_use]
 pub fn aft_force(alpha: f64) -> f64 {
-    DENSITY * TURNED_AREA / SQUARE_INCHES * JET_SPEED * JET_SPEED * alpha.sin()
+    DENSITY * TURNED_AREA / SQUARE_INCHES * JET_SPEED * JET_SPEED * libm::sin(alpha)
 }
 
 /// The moment \[ft lbf\] of eq. (4): of an inertia \[ft lbf s^2\], for a depth change \[ft\] within a period \[s\] at
@@ -56,7 +56,7 @@ pub fn forward_force(aft_force: f64) -> f64 {
 /// The forward planes' area \[in^2\] for a force \[lbf\] at a plane angle \[rad\] in a stream of 1 ft/s.
 #[must_use]
 pub fn forward_area(force: f64, angle: f64) -> f64 {
-    force / (DENSITY * (0.5 * angle).sin()) * SQUARE_INCHES
+    force / (DENSITY * libm::sin(0.5 * angle)) * SQUARE_INCHES
 }
 
 #[cfg(test)]

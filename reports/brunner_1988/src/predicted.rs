@@ -405,6 +405,7 @@ pub fn with_the_rounded_restoring_moment(vehicle: &Vehicle) -> Vehicle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_linear::ComplexField as _;
     use planesman_vehicle::vehicle_file::brunner;
 
     fn close(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -505,7 +506,7 @@ mod tests {
             for point in [0.3, 1.7] {
                 let point = planesman_linear::Complex::new(0.2, point);
                 let (f, m) = (full.value_at(point), minimal.value_at(point));
-                assert!((f - m).norm() < 1e-12 * f.norm(), "{f} is not {m}");
+                assert!((f - m).modulus() < 1e-12 * f.modulus(), "{f} is not {m}");
             }
         }
     }

@@ -58,7 +58,7 @@ impl Run {
                 let time = k as f64 * STEP;
                 let (before, now, after) =
                     (track.at(time - STEP), track.at(time), track.at(time + STEP));
-                let (sin, cos) = now.pitch.sin_cos();
+                let (sin, cos) = libm::sincos(now.pitch);
                 let depth_rate = (after.depth - before.depth) / (2.0 * STEP);
                 Point {
                     time,

@@ -154,7 +154,12 @@ impl Program {
         };
         let q_dot = (self.k2 * delta - self.d2 * w - self.c2 * theta - self.b2 * q) / self.a2;
         let (ug, wg) = (1.0 + self.zg * q, w + self.xg * q);
-        [w_dot, q_dot, q, wg * theta.cos() - ug * theta.sin()]
+        [
+            w_dot,
+            q_dot,
+            q,
+            wg * libm::cos(theta) - ug * libm::sin(theta),
+        ]
     }
 
     /// `q'` at the first instant, at rest with the planes over \[(U/L)^2\].
@@ -250,7 +255,7 @@ mod tests {
             let time = f64::from(second);
             near(flown.at(time).pitch, program.at(time).pitch, 1e-8);
             // The program's ZG q, which the vehicle's track goes without, lifts it a little.
-            let lift = T2.zg * (1.0 - program.at(time).pitch.cos());
+            let lift = T2.zg * (1.0 - libm::cos(program.at(time).pitch));
             let depth = flown.at(time).depth / vehicle.reference_length;
             near(depth, program.at(time).depth + lift, 1e-8);
         }

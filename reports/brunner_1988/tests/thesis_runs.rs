@@ -321,7 +321,7 @@ fn poles_and_simulated_fit_are_the_expected_ones() {
             let root = numbers(root);
             let nearest = poles
                 .iter()
-                .map(|pole| (pole.re - root[0]).hypot(pole.im - root[1]))
+                .map(|pole| libm::hypot(pole.re - root[0], pole.im - root[1]))
                 .fold(f64::MAX, f64::min);
             // Twelve digits of a double root at 1 are six of the root.
             assert!(nearest < 1e-5, "{name}: {nearest:e} from {root:?}");

@@ -11,7 +11,7 @@ use planesman_identification::estimators::{
 use planesman_identification::{
     InitialState, Problem, Reading, Run, Structure, filter as filter_by, with_noise,
 };
-use planesman_linear::polynomial;
+use planesman_linear::{ComplexField as _, polynomial};
 
 /// A guess of the kind the thesis begins with: K/J, B/J, M_theta/J of its block estimates (Table 8), and
 /// as much again for doubt.
@@ -154,7 +154,7 @@ fn pole_uncertainty_is_the_parameters_carried_through() {
         let (sampled, _) = known.sampled(&known.coefficients(moved), SAMPLE_TIME);
         let den = [&[1.0], &sampled.as_slice()[..3]].concat();
         let poles = polynomial::roots(&den).unwrap();
-        let slowest_last = poles.iter().map(|z| z.re.ln() / SAMPLE_TIME);
+        let slowest_last = poles.iter().map(|z| libm::log(z.re) / SAMPLE_TIME);
         slowest_last.fold(0.0, f64::min)
     };
     let slopes = [[1e-4, 0.0], [0.0, 1e-4]].map(|by| (pole(by) - pole(by.map(|v| -v))) / 2e-4);

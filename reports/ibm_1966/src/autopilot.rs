@@ -96,7 +96,7 @@ mod tests {
         let (mut nozzle, mut integral) = (0.0, 0.0);
         for n in 0..100 {
             let t = f64::from(n) * 0.012;
-            let (yaw, rate) = (0.01 * t.sin(), 0.01 * t.cos());
+            let (yaw, rate) = (0.01 * libm::sin(t), 0.01 * libm::cos(t));
             nozzle += autopilot.input(5.0, yaw, rate);
             let error = 5.0 * PULSE - yaw;
             integral += gains.compensation * error;

@@ -16,6 +16,7 @@ use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use planesman_hydraulics::frequency_response::Periods;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::{Condition, PulseTrain};
+use planesman_linear::ComplexField as _;
 use planesman_units::{DEGREE, INCH};
 
 use planesman_book::{Chapter, ReportError};
@@ -422,7 +423,7 @@ fn frequency_curves(case: &Case) -> Vec<Curve> {
                     );
                     (*hertz, response)
                 })
-                .filter(|(_, response)| response.norm() < LOST)
+                .filter(|(_, response)| response.modulus() < LOST)
                 .collect(),
         })
         .collect()
@@ -440,10 +441,13 @@ fn bode(number: &str, what: &str, note: &'static str, curves: &[Curve]) -> [Plot
     let amplitude = format!("Fig. {number}: closed-loop amplitude, {what}");
     let phase = format!("Fig. {number}: closed-loop phase");
     [
-        drawn(amplitude, "psi/(K_2 N_y) [dB]", |r| 20.0 * r.norm().log10()).note(note),
+        drawn(amplitude, "psi/(K_2 N_y) [dB]", |r| {
+            20.0 * libm::log10(r.modulus())
+        })
+        .note(note),
         drawn(phase, "phase [deg]", |r| {
             // The phase only ever lags.
-            let phase = r.arg() / DEGREE;
+            let phase = r.argument() / DEGREE;
             if phase > 20.0 { phase - 360.0 } else { phase }
         }),
     ]

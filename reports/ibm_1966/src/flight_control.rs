@@ -16,7 +16,9 @@ use std::f64::consts::TAU;
 use planesman_hydraulics::ActuatorSet;
 use planesman_hydraulics::frequency_response::{Harmonic, Periods};
 use planesman_hydraulics::linearised::{Ram, actuator};
-use planesman_linear::{Complex, DelayedLoop, Error, TransferFunction, polynomial};
+use planesman_linear::{
+    Complex, ComplexField as _, DelayedLoop, Error, TransferFunction, polynomial,
+};
 
 use crate::autopilot::{Gains, PULSE};
 use crate::case::Case;
@@ -85,7 +87,7 @@ impl FlightControl {
     #[must_use]
     pub fn peak(&self, lowest: f64, highest: f64) -> (f64, f64) {
         logarithmic(lowest, highest)
-            .map(|w| (w, self.response(w).norm()))
+            .map(|w| (w, self.response(w).modulus()))
             .fold((lowest, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
@@ -94,7 +96,7 @@ impl FlightControl {
     #[must_use]
     pub fn bandwidth(&self, lowest: f64, highest: f64) -> Option<f64> {
         logarithmic(lowest, highest)
-            .filter(|w| self.response(*w).norm() > std::f64::consts::FRAC_1_SQRT_2)
+            .filter(|w| self.response(*w).modulus() > std::f64::consts::FRAC_1_SQRT_2)
             .last()
     }
 
@@ -119,7 +121,7 @@ impl FlightControl {
 /// 2000 frequencies from one to another, in equal ratios.
 fn logarithmic(lowest: f64, highest: f64) -> impl Iterator<Item = f64> {
     const POINTS: i32 = 2000;
-    let ratio = (highest / lowest).powf(1.0 / f64::from(POINTS - 1));
+    let ratio = libm::pow(highest / lowest, 1.0 / f64::from(POINTS - 1));
     (0..POINTS).map(move |i| lowest * ratio.powi(i))
 }
 
@@ -132,7 +134,7 @@ pub fn full_response(case: &Case, pulses: f64, frequency: f64, periods: Periods)
     let from = f64::from(periods.settling) * period;
     let until = from + f64::from(periods.measured) * period;
     while control.time() < until {
-        let steering = pulses * (frequency * control.time()).sin();
+        let steering = pulses * libm::sin(frequency * control.time());
         control.cycle(steering, |instant| {
             if instant.time >= from && instant.time < until {
                 harmonic.add(instant.time, instant.yaw.angle);
@@ -237,8 +239,8 @@ mod tests {
             (1.5, -2.7, -131.0),
         ] {
             let response = base.response(std::f64::consts::TAU * hertz);
-            near(20.0 * response.norm().log10(), decibels, 0.06);
-            near(response.arg() / DEGREE, degrees, 0.6);
+            near(20.0 * libm::log10(response.modulus()), decibels, 0.06);
+            near(response.argument() / DEGREE, degrees, 0.6);
         }
     }
 
@@ -253,7 +255,10 @@ mod tests {
             (4.0, 1.0, 3.6, -90.0),
         ] {
             let found = full_response(&case, pulses, TAU * hertz, Periods::default());
-            let (gain, phase) = (20.0 * found.norm().log10(), found.arg() / DEGREE);
+            let (gain, phase) = (
+                20.0 * libm::log10(found.modulus()),
+                found.argument() / DEGREE,
+            );
             assert!((gain - decibels).abs() < 0.15, "{pulses} {hertz}: {gain}");
             assert!((phase - degrees).abs() < 1.5, "{pulses} {hertz}: {phase}");
         }
@@ -282,7 +287,7 @@ mod tests {
         // With the lag of the ram against friction, 0.0101 degrees of yaw from peak to peak.
         let s = Complex::new(0.0, cycle(0.022).frequency);
         let plant = surrogate.plant().transfer_function().unwrap();
-        let yaw = 2.0 * (2.0 / PI * quantum) * plant.value_at(s).norm();
+        let yaw = 2.0 * (2.0 / PI * quantum) * plant.value_at(s).modulus();
         assert!(
             (yaw / DEGREE / 0.0101 - 1.0).abs() < 0.05,
             "{}",

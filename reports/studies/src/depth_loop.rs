@@ -21,7 +21,7 @@ use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::describing_function::{Search, balance};
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_units::{DEGREE, FOOT, INCH};
@@ -372,11 +372,12 @@ impl Loop {
             frequencies: (0.01 * TAU, 0.5 * TAU),
         };
         let found = balance(&search, describing_function, |w| self.around_the_planes(w));
-        let planes = found.amplitude * describing_function(found.amplitude, found.frequency).norm();
+        let planes =
+            found.amplitude * describing_function(found.amplitude, found.frequency).modulus();
         let climb = self.pitch(found.frequency) * self.plant().speed;
         Prediction {
             frequency: found.frequency / TAU,
-            depth: 2.0 * planes * climb.norm() / found.frequency,
+            depth: 2.0 * planes * climb.modulus() / found.frequency,
             residual: found.residual,
         }
     }

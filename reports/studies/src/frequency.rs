@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::linearised::{self, Ram};
 use planesman_hydraulics::{ActuatorSet, Demand};
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_units::DEGREE;
 
 use ibm_1966::flight_control::{self, FlightControl};
@@ -16,8 +16,8 @@ use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 fn cell(response: Complex<f64>) -> String {
     format!(
         "{:>6.2} dB {:>5.0} deg",
-        20.0 * response.norm().log10(),
-        response.arg() / DEGREE
+        20.0 * libm::log10(response.modulus()),
+        response.argument() / DEGREE
     )
 }
 

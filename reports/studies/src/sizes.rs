@@ -8,7 +8,7 @@ use planesman_hydraulics::describing_function::toggling;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::sizing::sizes;
 use planesman_hydraulics::{ActuatorSet, Demand};
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_text::number;
 use planesman_units::{DEGREE, INCH};
 
@@ -95,7 +95,7 @@ fn yaw_cycle(set: &ActuatorSet) -> String {
     }
     // The first harmonic of a square wave of half a quantum.
     let nozzle = 2.0 / PI * set.quantum;
-    let yaw = 2.0 * nozzle * plant.value_at(Complex::new(0.0, cycle.frequency)).norm();
+    let yaw = 2.0 * nozzle * plant.value_at(Complex::new(0.0, cycle.frequency)).modulus();
     format!(
         "{:.2} volumes a second, yaw {:.4} deg peak to peak (dead time alone; friction slows it)",
         cycle.frequency / PI,

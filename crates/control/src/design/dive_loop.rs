@@ -19,6 +19,7 @@
 //!   holds over the tick, and the actuator moves the planes in its own way ([`Sampled`]). `G_x(z)` has all of that, exact at the ticks;
 //! - **continuous**: `G_x(s)` behind an actuator `A(s)` that is a lag and a dead time, which stands for hold and actuator.
 
+use planesman_linear::{ComplexField as _, polar};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -220,7 +221,7 @@ impl Judgement {
     #[must_use]
     pub fn growth(&self) -> f64 {
         let beyond = |pole: &Complex<f64>| match self.tick {
-            Some(_) => pole.norm() - 1.0,
+            Some(_) => pole.modulus() - 1.0,
             None => pole.re,
         };
         self.poles.iter().map(beyond).fold(f64::MIN, f64::max)
@@ -230,7 +231,7 @@ impl Judgement {
     #[must_use]
     pub fn unstable_poles(&self) -> usize {
         let beyond = |pole: &&Complex<f64>| match self.tick {
-            Some(_) => pole.norm() >= 1.0,
+            Some(_) => pole.modulus() >= 1.0,
             None => pole.re >= 0.0,
         };
         self.poles.iter().filter(beyond).count()
@@ -367,7 +368,7 @@ impl DiveLoop {
         frequency: f64,
         outputs: &DMatrix<Complex<f64>>,
     ) -> Complex<f64> {
-        let z = Complex::from_polar(1.0, frequency * tick);
+        let z = polar(1.0, frequency * tick);
         let forgotten = self.forgotten(tick);
         let filter = (1.0 - forgotten) / (-z.inv() * forgotten + 1.0);
         (self.fed_back((z - 1.0).inv() * tick, filter) * outputs)[(0, 0)]
@@ -377,7 +378,7 @@ impl DiveLoop {
     fn forgotten(&self, tick: f64) -> f64 {
         match self.memory.derivative_filter {
             0.0 => 0.0,
-            time => (-tick / time).exp(),
+            time => libm::exp(-tick / time),
         }
     }
 
@@ -767,7 +768,7 @@ mod tests {
             1e-3,
         );
         for (a, b) in a.continuous_poles().iter().zip(&b.poles) {
-            assert!((a - b).norm() < 1e-3 * b.norm(), "{a} {b}");
+            assert!((a - b).modulus() < 1e-3 * b.modulus(), "{a} {b}");
         }
         near(a.step.unwrap().itae, b.step.unwrap().itae, 1e-3);
     }
@@ -779,9 +780,9 @@ mod tests {
             far.gains.depth_p = 1e13;
             let ends = far.poles().unwrap();
             for zero in dive.locus_zeros(|gains| &mut gains.depth_p).unwrap() {
-                let nearest = ends.iter().map(|end| (end - zero).norm());
+                let nearest = ends.iter().map(|end| (end - zero).modulus());
                 assert!(
-                    nearest.fold(f64::MAX, f64::min) < 1e-3 * zero.norm(),
+                    nearest.fold(f64::MAX, f64::min) < 1e-3 * zero.modulus(),
                     "{zero}: {ends:?}"
                 );
             }

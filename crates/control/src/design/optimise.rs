@@ -179,15 +179,15 @@ fn logarithms(gains: &LoopGains) -> [f64; 4] {
         gains.pitch_p,
         gains.pitch_rate,
     ]
-    .map(|gain| bounded(gain.max(BOUNDS.0).ln()))
+    .map(|gain| bounded(libm::log(gain.max(BOUNDS.0))))
 }
 
 fn bounded(logarithm: f64) -> f64 {
-    logarithm.clamp(BOUNDS.0.ln(), BOUNDS.1.ln())
+    logarithm.clamp(libm::log(BOUNDS.0), libm::log(BOUNDS.1))
 }
 
 fn gains(logarithms: &[f64; 4]) -> LoopGains {
-    let [depth_p, depth_d, pitch_p, pitch_rate] = logarithms.map(f64::exp);
+    let [depth_p, depth_d, pitch_p, pitch_rate] = logarithms.map(libm::exp);
     LoopGains {
         depth_p,
         depth_d,

@@ -10,7 +10,6 @@
 //! power by power gives `Kr`, `Kdz` and `Kpz` (the loop of Brunner, NPS thesis, 1988, pp. 11 to 20).
 
 use crate::gains::{LoopGains, PitchModel};
-
 /// Where the poles are wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Poles {
@@ -46,6 +45,7 @@ pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> Loo
 mod tests {
     use super::*;
     use crate::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
+    use planesman_linear::ComplexField as _;
 
     #[test]
     fn the_poles_come_out_where_they_were_wanted() {
@@ -67,7 +67,7 @@ mod tests {
         };
         let poles = dive.closed_loop().unwrap().poles().unwrap();
         assert!((poles[0].re + 0.4).abs() < 1e-9, "{poles:?}");
-        assert!((poles[1].norm() - 1.1).abs() < 1e-9);
+        assert!((poles[1].modulus() - 1.1).abs() < 1e-9);
         assert!((poles[1].re + 0.8 * 1.1).abs() < 1e-9);
     }
 }

@@ -62,7 +62,8 @@ mod tests {
         let (wn, zeta) = (2.0_f64, 0.5_f64);
         let g = TransferFunction::new(vec![wn * wn], vec![1.0, 2.0 * zeta * wn, wn * wn]);
         let metrics = response(&g.expect("proper"), 1e-3, 20.0).expect("a response");
-        let overshoot = 100.0 * (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+        let overshoot =
+            100.0 * libm::exp(-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt());
         assert!((metrics.overshoot - overshoot).abs() < 1e-3);
     }
 }

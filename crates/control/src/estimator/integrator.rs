@@ -118,7 +118,7 @@ impl Integrator {
         } else {
             0.0
         };
-        depth - behind + (last.lagged - last.depth + behind) * (-dt / lag).exp()
+        depth - behind + (last.lagged - last.depth + behind) * libm::exp(-dt / lag)
     }
 }
 

@@ -104,7 +104,7 @@ impl Kalman {
             pitch: next.x[PITCH],
             pitch_rate: measured.pitch_rate - next.x[BIAS],
             depth: next.x[DEPTH],
-            depth_rate: next.x[STRAY] - measured.speed * next.x[PITCH].sin(),
+            depth_rate: next.x[STRAY] - measured.speed * libm::sin(next.x[PITCH]),
             gyro_bias: next.x[BIAS],
         }
     }
@@ -140,8 +140,8 @@ impl Kalman {
         let (x, u) = (&last.x, measured.speed);
         let rate = 0.5 * (last.gyro + measured.pitch_rate) - x[BIAS];
         let halfway = x[PITCH] + 0.5 * rate * dt;
-        let kept = (-dt / t.stray_time).exp();
-        let (sin, cos) = halfway.clamp(-STEEPEST, STEEPEST).sin_cos();
+        let kept = libm::exp(-dt / t.stray_time);
+        let (sin, cos) = libm::sincos(halfway.clamp(-STEEPEST, STEEPEST));
         let next = Vector4::new(
             x[PITCH] + rate * dt,
             x[BIAS],
@@ -199,19 +199,19 @@ mod tests {
     fn run(speed: f64, seconds: f64) -> (Kalman, Estimate, f64) {
         let bias = 2_f64.to_radians();
         let (mut filter, mut depth, mut last) = (Kalman::new(TUNING), 1.0, Estimate::default());
-        let pitch = |t: f64| 0.2 * (0.5 * t).sin();
+        let pitch = |t: f64| 0.2 * libm::sin(0.5 * t);
         let steps = (seconds / DT) as u32;
         for k in 0..=steps {
             let t = f64::from(k) * DT;
             last = filter.step(
                 &Measurement {
-                    pitch_rate: 0.1 * (0.5 * t).cos() + bias,
+                    pitch_rate: 0.1 * libm::cos(0.5 * t) + bias,
                     depth: Some(depth),
                     speed,
                 },
                 DT,
             );
-            depth -= speed * pitch(t + 0.5 * DT).sin() * DT;
+            depth -= speed * libm::sin(pitch(t + 0.5 * DT)) * DT;
         }
         (filter, last, pitch(f64::from(steps) * DT))
     }
@@ -227,7 +227,7 @@ mod tests {
             (estimate.pitch - pitch).abs() < 0.01,
             "{estimate:?} {pitch}"
         );
-        assert!((estimate.depth_rate + 0.5 * pitch.sin()).abs() < 0.005);
+        assert!((estimate.depth_rate + 0.5 * libm::sin(pitch)).abs() < 0.005);
     }
 
     #[test]
@@ -268,7 +268,7 @@ mod tests {
         assert!((after.pitch - before.pitch).abs() < 0.05);
         let sunk = after.depth - before.depth;
         assert!(
-            (sunk + 0.5 * before.pitch.sin() * 5.0).abs() < 0.15,
+            (sunk + 0.5 * libm::sin(before.pitch) * 5.0).abs() < 0.15,
             "{sunk}"
         );
     }

@@ -57,8 +57,8 @@ impl SpeedLaw {
     pub fn at(&self, speed: f64) -> PitchModel {
         let ratio = speed / self.reference_speed;
         PitchModel {
-            plane: self.model.plane * ratio.powf(self.plane_exponent),
-            damping: self.model.damping * ratio.powf(self.damping_exponent),
+            plane: self.model.plane * libm::pow(ratio, self.plane_exponent),
+            damping: self.model.damping * libm::pow(ratio, self.damping_exponent),
             restoring: self.model.restoring,
         }
     }

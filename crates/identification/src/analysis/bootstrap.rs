@@ -184,7 +184,7 @@ fn paired(own: &[(f64, f64)], others: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut left = others.to_vec();
     own.iter()
         .map_while(|pole| {
-            let distance = |other: &(f64, f64)| (other.0 - pole.0).hypot(other.1 - pole.1);
+            let distance = |other: &(f64, f64)| libm::hypot(other.0 - pole.0, other.1 - pole.1);
             let at = (0..left.len())
                 .min_by(|p, q| distance(&left[*p]).total_cmp(&distance(&left[*q])))?;
             Some(left.swap_remove(at))

@@ -84,7 +84,7 @@ pub(crate) fn profile(
     mut cost: impl FnMut(i64) -> Option<f64>,
 ) -> Option<Lag> {
     let own = cost(chosen)?;
-    let worse = |cost: f64, than: f64| samples as f64 * (cost / than).ln();
+    let worse = |cost: f64, than: f64| samples as f64 * libm::log(cost / than);
     let mut costs = vec![(chosen, own)];
     for step in [-1, 1] {
         let mut delay = chosen;

@@ -410,9 +410,9 @@ mod tests {
     fn poles_are_named_by_what_they_do() {
         // A pair of natural frequency 5 rad/s and damping ratio 0.6, and a time constant of 2 s.
         let (sample_time, u) = (0.05_f64, noise(4, 4000));
-        let (size, angle) = ((-3.0 * sample_time).exp(), (4.0 * sample_time).cos());
+        let (size, angle) = (libm::exp(-3.0 * sample_time), libm::cos(4.0 * sample_time));
         let pair = [1.0, -2.0 * size * angle, size * size];
-        let slow = [1.0, -(-0.5 * sample_time).exp()];
+        let slow = [1.0, -libm::exp(-0.5 * sample_time)];
         for (den, expected) in [
             (
                 &pair[..],

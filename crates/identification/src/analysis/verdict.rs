@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix2;
+use planesman_linear::ComplexField as _;
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{
@@ -198,7 +199,7 @@ impl Analysis {
         let poles = self.reading().poles().unwrap_or_default();
         poles
             .iter()
-            .any(|pole| pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 + 1e-9)
+            .any(|pole| pole.value.modulus() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 + 1e-9)
     }
 
     fn fits(&self) -> Vec<Reason> {
@@ -438,7 +439,7 @@ impl Analysis {
             let imprecise = SIGMAS_95 * pole.magnitude_deviation() > PRECISE;
             if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() && imprecise {
                 suspicious.push(Reason::NegativePole(pole));
-            } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
+            } else if pole.value.modulus() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
                 suspicious.push(Reason::UnstablePole(pole));
             }
             let cancels = cancelled.contains(&pole);
@@ -466,8 +467,8 @@ impl Analysis {
         let (staged, direct) = (self.reading(), Reading::new(direct, self.longest));
         let differences = self.frequencies().filter_map(|omega| {
             let pair = [staged.response(omega)?, direct.response(omega)?];
-            let [staged, direct] = pair.map(|it| (it.value.norm(), it.magnitude_deviation()));
-            let joint = staged.1.hypot(direct.1);
+            let [staged, direct] = pair.map(|it| (it.value.modulus(), it.magnitude_deviation()));
+            let joint = libm::hypot(staged.1, direct.1);
             let apart = (staged.0 - direct.0).abs() / joint;
             (joint > 0.0).then_some((apart, omega, staged, direct))
         });
@@ -547,7 +548,7 @@ pub(crate) fn undetermined_gain(reading: &Reading<'_>, sample_time: f64) -> Opti
 pub(crate) fn response_is_determined(reading: &Reading<'_>, sample_time: f64) -> bool {
     let largest = largest_response(reading, sample_time);
     frequencies(sample_time).all(|omega| {
-        let of_both = |it: Uncertain| it.real_deviation().hypot(it.imaginary_deviation());
+        let of_both = |it: Uncertain| libm::hypot(it.real_deviation(), it.imaginary_deviation());
         let deviation = reading.response(omega).map(of_both);
         deviation.is_some_and(|it| SIGMAS_95 * it < DETERMINED * largest)
     })
@@ -556,7 +557,7 @@ pub(crate) fn response_is_determined(reading: &Reading<'_>, sample_time: f64) ->
 fn largest_response(reading: &Reading<'_>, sample_time: f64) -> f64 {
     frequencies(sample_time)
         .filter_map(|omega| reading.response(omega))
-        .fold(0.0_f64, |largest, it| largest.max(it.value.norm()))
+        .fold(0.0_f64, |largest, it| largest.max(it.value.modulus()))
 }
 
 /// What the residual tests say, of a model that `explains` the data, and whose intervals allow for colour.
@@ -583,5 +584,6 @@ pub(crate) fn feeds_back(tests: &ResidualTests) -> bool {
 /// Three decades up to half the sampling rate, rad/s, the highest first.
 fn frequencies(sample_time: f64) -> impl Iterator<Item = f64> {
     let nyquist = PI / sample_time;
-    (0..=FREQUENCIES).map(move |i| nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
+    (0..=FREQUENCIES)
+        .map(move |i| nyquist * libm::pow(10_f64, -3.0 * i as f64 / FREQUENCIES as f64))
 }

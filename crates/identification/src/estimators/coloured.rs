@@ -30,7 +30,8 @@ pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]>) -> Vec<f
         return vec![1.0];
     }
     let n = samples as f64;
-    let criterion = |variance: f64, order: usize| n * variance.ln() + order as f64 * n.ln();
+    let criterion =
+        |variance: f64, order: usize| n * libm::log(variance) + order as f64 * libm::log(n);
     let mut best = (criterion(variance, 0), vec![1.0]);
     let mut d = vec![1.0];
     for order in 1..=most {

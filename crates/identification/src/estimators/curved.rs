@@ -83,7 +83,7 @@ pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option
     let share = independent_share(&whitening([least.1.as_slice()].into_iter()));
     let n = (share * least.1.len() as f64).max(2.0);
     let criterion = |(parameters, errors, _): &(usize, Vec<f64>, T)| {
-        n * squares(errors).max(f64::MIN_POSITIVE).ln() + *parameters as f64 * n.ln()
+        n * libm::log(squares(errors).max(f64::MIN_POSITIVE)) + *parameters as f64 * libm::log(n)
     };
     let best = (models.into_iter()).min_by(|p, q| criterion(p).total_cmp(&criterion(q)));
     best.map(|it| it.2)

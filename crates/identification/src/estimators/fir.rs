@@ -80,7 +80,10 @@ fn best_length(longest: &Problem<'_>, most: usize) -> usize {
         .map(|length| {
             let left = rotated.rows(constants + length, rows - constants - length);
             let variance = (left.norm_squared() / n).max(f64::MIN_POSITIVE);
-            (n * variance.ln() + length as f64 * n.ln(), length)
+            (
+                n * libm::log(variance) + length as f64 * libm::log(n),
+                length,
+            )
         })
         .min_by(|p, q| p.0.total_cmp(&q.0))
         .map_or(1, |(_, length)| length)

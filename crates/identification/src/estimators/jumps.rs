@@ -203,5 +203,5 @@ fn growth(rls: &RecursiveLeastSquares, row: &[f64], error: f64, least: f64) -> f
         true => (error * error / variance).min(LARGEST * LARGEST),
         false => 0.0,
     };
-    0.5 * ((1.0 - 1.0 / RATIO) * normalised - RATIO.ln())
+    0.5 * ((1.0 - 1.0 / RATIO) * normalised - libm::log(RATIO))
 }

@@ -6,8 +6,6 @@
 //! and not the least error either. The covariance is that of an output error model at this point, which the method
 //! approaches but does not reach.
 
-use nalgebra::DVector;
-
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::normal_equations::NormalEquations;
@@ -19,6 +17,7 @@ use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::states::{HIGH, poles_of_states};
 use crate::structure::{InitialState, Problem, Structure, variance};
+use nalgebra::DVector;
 use planesman_record::Run;
 
 /// Rows for each of its parameters at least.
@@ -129,7 +128,7 @@ fn high_order(
     let theta = triangle.solution().ok()?;
     let rows = phi.nrows() as f64;
     let variance = (triangle.cost / rows).max(f64::MIN_POSITIVE);
-    let criterion = variance.ln() + 2.0 * theta.len() as f64 / rows;
+    let criterion = libm::log(variance) + 2.0 * theta.len() as f64 / rows;
     Some((theta, criterion))
 }
 
@@ -137,6 +136,7 @@ fn high_order(
 mod tests {
     use super::*;
     use crate::uncertainty::Reading;
+    use planesman_linear::ComplexField as _;
     use planesman_record::filter;
     use planesman_record::noise;
 
@@ -219,7 +219,7 @@ mod tests {
         let squares = (0..seeds).map(|seed| {
             let found = found(100 + 37 * seed, 0.3);
             let pole = Reading::new(&found, 0).poles().unwrap()[0];
-            let off = (pole.value.norm() - 0.7_f64.sqrt()) / pole.magnitude_deviation();
+            let off = (pole.value.modulus() - 0.7_f64.sqrt()) / pole.magnitude_deviation();
             off * off
         });
         let ratio = (squares.sum::<f64>() / f64::from(seeds)).sqrt();

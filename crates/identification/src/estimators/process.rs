@@ -277,11 +277,11 @@ impl<'a> Search<'a> {
         let at = self.delay_at();
         let (shortest, longest) = (SHORTEST, LONGEST * self.longest.max(1) as f64);
         let (shortest, longest) = (shortest * self.sample_time, longest * self.sample_time);
-        let is_time = |it: f64| (shortest.ln()..=longest.ln()).contains(&it);
+        let is_time = |it: f64| (libm::log(shortest)..=libm::log(longest)).contains(&it);
         let shape_is = match &theta.as_slice()[1..at] {
             [constant] => is_time(*constant),
             [omega, zeta] => {
-                is_time(-omega) && (LEAST_DAMPED.ln()..=MOST_DAMPED.ln()).contains(zeta)
+                is_time(-omega) && (libm::log(LEAST_DAMPED)..=libm::log(MOST_DAMPED)).contains(zeta)
             }
             _ => true,
         };
@@ -431,9 +431,9 @@ impl<'a> Search<'a> {
         let shape = match (model.form, &middle[1..]) {
             (Form::Second, [slow, fast]) => {
                 let omega = 1.0 / (slow * fast).sqrt();
-                vec![omega.ln(), (omega * (slow + fast) / 2.0).ln()]
+                vec![libm::log(omega), libm::log(omega * (slow + fast) / 2.0)]
             }
-            (_, shape) => shape.iter().map(|it| it.ln()).collect(),
+            (_, shape) => shape.iter().map(|it| libm::log(*it)).collect(),
         };
         self.completed(&shape, last / self.sample_time)
     }
@@ -448,13 +448,13 @@ impl<'a> Search<'a> {
         }
         let constants = (0..TIME_CONSTANTS).map(|i| {
             let exponent = i as f64 / (TIME_CONSTANTS - 1) as f64;
-            (0.5 * (2.0 * longest).powf(exponent) * self.sample_time).ln()
+            libm::log(0.5 * libm::pow(2.0 * longest, exponent) * self.sample_time)
         });
         let shapes: Vec<Vec<f64>> = match self.of.form.poles() {
             0 => vec![Vec::new()],
             1 => constants.map(|it| vec![it]).collect(),
             _ => constants
-                .flat_map(|it| DAMPING_RATIOS.map(|zeta| vec![-it, zeta.ln()]))
+                .flat_map(|it| DAMPING_RATIOS.map(|zeta| vec![-it, libm::log(zeta)]))
                 .collect(),
         };
         let mut points: Vec<(f64, &Vec<f64>, usize)> = Vec::new();

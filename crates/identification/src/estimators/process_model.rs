@@ -114,10 +114,10 @@ impl Form {
     pub(super) fn step(self, shape: &[f64], time: f64) -> f64 {
         match self {
             Self::Integrator => time,
-            Self::First => -(-time / shape[0].exp()).exp_m1(),
+            Self::First => -libm::expm1(-time / libm::exp(shape[0])),
             Self::IntegratorWithLag => {
-                let constant = shape[0].exp();
-                time + constant * (-time / constant).exp_m1()
+                let constant = libm::exp(shape[0]);
+                time + constant * libm::expm1(-time / constant)
             }
             Self::Second | Self::Underdamped => {
                 let (decay, even, odd) = motion(shape, time);
@@ -130,10 +130,12 @@ impl Form {
     pub(super) fn denominator(self, shape: &[f64], sample_time: f64) -> Vec<f64> {
         match self {
             Self::Integrator => Vec::new(),
-            Self::First | Self::IntegratorWithLag => vec![-(-sample_time / shape[0].exp()).exp()],
+            Self::First | Self::IntegratorWithLag => {
+                vec![-libm::exp(-sample_time / libm::exp(shape[0]))]
+            }
             Self::Second | Self::Underdamped => {
                 let (decay, even, _) = motion(shape, sample_time);
-                vec![-2.0 * even, (-2.0 * decay * sample_time).exp()]
+                vec![-2.0 * even, libm::exp(-2.0 * decay * sample_time)]
             }
         }
     }
@@ -171,7 +173,7 @@ impl Form {
         let mut values = vec![gain];
         let count = shape.len() + 2;
         let mut slopes = DMatrix::identity(count, count);
-        let exponentials: Vec<f64> = shape.iter().map(|it| it.exp()).collect();
+        let exponentials: Vec<f64> = shape.iter().map(|it| libm::exp(*it)).collect();
         for (i, value) in exponentials.iter().enumerate() {
             slopes[(i + 1, i + 1)] = *value;
         }
@@ -196,19 +198,19 @@ impl Form {
 
 /// Of two poles: the decay rate, and the free motion `e^(-decay t)` times cos and sin (or cosh and sinh) over their rate.
 fn motion(shape: &[f64], time: f64) -> (f64, f64, f64) {
-    let (omega, zeta) = (shape[0].exp(), shape[1].exp());
+    let (omega, zeta) = (libm::exp(shape[0]), libm::exp(shape[1]));
     let decay = zeta * omega;
     let rate = omega * (zeta * zeta - 1.0).abs().sqrt();
-    let envelope = (-decay * time).exp();
+    let envelope = libm::exp(-decay * time);
     if rate * time.abs() < 1e-6 {
         return (decay, envelope, envelope * time);
     }
     if zeta < 1.0 {
-        let (sin, cos) = (rate * time).sin_cos();
+        let (sin, cos) = libm::sincos(rate * time);
         return (decay, envelope * cos, envelope * sin / rate);
     }
-    let slow = (-omega * time / (zeta + (zeta * zeta - 1.0).sqrt())).exp();
-    let fast = (-(decay + rate) * time).exp();
+    let slow = libm::exp(-omega * time / (zeta + (zeta * zeta - 1.0).sqrt()));
+    let fast = libm::exp(-(decay + rate) * time);
     (decay, (slow + fast) / 2.0, (slow - fast) / (2.0 * rate))
 }
 

@@ -21,7 +21,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::polynomial;
+use planesman_linear::{ComplexField as _, polynomial};
 
 use super::estimate::{Error, Estimate};
 use super::estimator::Recursive;
@@ -486,7 +486,7 @@ impl Recursion {
             Forgetting::Constant(lambda) | Forgetting::OnJump(lambda) => match self.kind {
                 Kind::LeastSquares | Kind::ExtendedLeastSquares => lambda,
                 Kind::PredictionError | Kind::OutputError => {
-                    let fading = FORGETTING_FADES.powf(self.rls.rows() as f64);
+                    let fading = libm::pow(FORGETTING_FADES, self.rls.rows() as f64);
                     lambda * (1.0 - FIRST_FORGETTING * fading)
                 }
             },
@@ -526,7 +526,7 @@ fn detector(kind: Kind, options: Options, rls: &RecursiveLeastSquares) -> Option
 
 fn is_stable(polynomial: &[f64]) -> bool {
     polynomial.len() == 1
-        || polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.norm() <= 1.0))
+        || polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.modulus() <= 1.0))
 }
 
 /// Puts a value in front and keeps no more than `most`.

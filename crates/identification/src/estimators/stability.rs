@@ -1,7 +1,7 @@
 //! Poles held within a circle.
 
 pub(crate) use planesman_linear::polynomial::lies_within;
-use planesman_linear::{Complex, polynomial};
+use planesman_linear::{Complex, ComplexField as _, polynomial};
 
 use crate::structure::monic;
 
@@ -17,7 +17,7 @@ const RESONANCE: f64 = 6.0 * std::f64::consts::PI;
 /// The largest magnitude that a pole may have.
 fn limit(pole: Complex<f64>, radius: f64) -> f64 {
     let room = 1.0 - radius;
-    match pole.arg().abs() > RESONANCE * room {
+    match pole.argument().abs() > RESONANCE * room {
         true => 1.0 - 0.1 * room,
         false => radius,
     }
@@ -33,8 +33,8 @@ pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     let mut held = false;
     for root in &mut roots {
         let limit = limit(*root, radius);
-        if root.norm() > limit {
-            *root *= limit / root.norm();
+        if root.modulus() > limit {
+            *root *= limit / root.modulus();
             held = true;
         }
     }
@@ -64,7 +64,7 @@ mod tests {
         assert!((drawn_in[0] + 1.4).abs() < 1e-12 && (drawn_in[1] - 0.45).abs() < 1e-12);
         assert_eq!(held_within(&[-0.5], 0.9), Some(None));
         // A resonance may ring for longer than a real pole may remember.
-        let resonance = [-2.0 * 0.9995 * 0.3_f64.cos(), 0.9995 * 0.9995];
+        let resonance = [-2.0 * 0.9995 * libm::cos(0.3_f64), 0.9995 * 0.9995];
         assert_eq!(held_within(&resonance, 0.999), Some(None));
         assert!(held_within(&resonance, 0.99).unwrap().is_some());
     }

@@ -1,6 +1,7 @@
 //! Initial guesses of the output-error search, whose cost has local minima.
 
 use nalgebra::DVector;
+use planesman_linear::ComplexField as _;
 use planesman_linear::polynomial::{self, product};
 
 use super::estimator::Estimator;
@@ -69,7 +70,7 @@ fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
         .unwrap_or(1);
     let slowest = 1.0 / longest.max(2) as f64;
     let poles: Vec<f64> = (0..RATES)
-        .map(|i| (-slowest.powf(i as f64 / (RATES - 1) as f64)).exp())
+        .map(|i| libm::exp(-libm::pow(slowest, i as f64 / (RATES - 1) as f64)))
         .collect();
     // Choices with repetition, each with its polynomial; all of them up to third order, fewer beyond.
     let mut choices = vec![(0, vec![1.0])];
@@ -143,11 +144,11 @@ fn stable(a: &[f64]) -> Option<Vec<f64>> {
     let mut polynomial = vec![1.0];
     polynomial.extend(a);
     let mut roots = polynomial::roots(&polynomial).ok()?;
-    if roots.iter().all(|z| z.norm() <= 1.0) {
+    if roots.iter().all(|z| z.modulus() <= 1.0) {
         return Some(a.to_vec());
     }
     for z in &mut roots {
-        if z.norm() > 1.0 {
+        if z.modulus() > 1.0 {
             *z = z.conj().inv();
         }
     }

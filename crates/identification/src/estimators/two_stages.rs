@@ -145,7 +145,7 @@ fn akaike(found: &Estimate) -> f64 {
     let residuals = || found.residuals.iter().flatten();
     let rows = residuals().count() as f64;
     let mean = residuals().map(|e| e * e).sum::<f64>() / rows;
-    mean.max(f64::MIN_POSITIVE).ln() + 2.0 * found.theta.len() as f64 / rows
+    libm::log(mean.max(f64::MIN_POSITIVE)) + 2.0 * found.theta.len() as f64 / rows
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@
 //! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::pitch;
+use planesman_linear::{exponential, pitch};
 
 use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};
@@ -112,11 +112,11 @@ impl Vehicle {
                 both.view_mut((n + 1, n + 1), (n + 1, n + 1)).copy_from(&m);
                 both.view_mut((n + 1, 0), (n, n + 1))
                     .copy_from(&self.slope(i));
-                let slope = (both * dt).exp();
+                let slope = exponential(&(both * dt));
                 slope.view((n + 1, 0), (n, n + 1)).into_owned()
             })
             .collect();
-        let step = (m * dt).exp().rows(0, n).into_owned();
+        let step = exponential(&(m * dt)).rows(0, n).into_owned();
         (step, slopes)
     }
 

@@ -115,7 +115,7 @@ impl VehicleSearch {
         }
         let longest = problem.runs.iter().map(|run| run.outputs.len()).max();
         let longest = longest.unwrap_or(0).max(2) as f64;
-        let rate = |i: usize| longest.powf(i as f64 / (GUESSES - 1) as f64 - 1.0) / dt;
+        let rate = |i: usize| libm::pow(longest, i as f64 / (GUESSES - 1) as f64 - 1.0) / dt;
         let mut starts: Vec<(f64, DVector<f64>)> = (0..GUESSES)
             .flat_map(|i| (0..=i).map(move |j| (rate(i), rate(j))))
             .filter_map(|(fast, slow)| {

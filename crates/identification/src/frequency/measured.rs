@@ -1,6 +1,6 @@
 //! The response that a record has by itself: the band in which its coherence holds, and its rows beside those of a model.
 
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 
 use super::response::{Columns, DECIBEL, Point, Settings, Spectra};
 use crate::error::{IdentificationError, Result};
@@ -103,12 +103,12 @@ pub(crate) fn rows(
     each.map(|(point, is_used)| {
         let near = |phase: f64, other: f64| phase + 360.0 * ((other - phase) / 360.0).round();
         let model = model(point.omega).map(|it| {
-            let phase = it.arg().to_degrees();
+            let phase = it.argument().to_degrees();
             let phase = phase_before.map_or(phase, |before| near(phase, before));
             phase_before = Some(phase);
-            (DECIBEL * it.norm().ln(), phase)
+            (DECIBEL * libm::log(it.modulus()), phase)
         });
-        let phase = point.values[0].arg().to_degrees();
+        let phase = point.values[0].argument().to_degrees();
         let (decibels, decibel_deviation) = point.decibels(0);
         Row {
             omega: point.omega,

@@ -22,7 +22,7 @@
 //! (Bendat and Piersol, eq. 9.90) for magnitude (relative) and phase (rad).
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::Complex;
+use planesman_linear::{Complex, ComplexField as _};
 
 use super::windows::{Taper, Windows, starts};
 use crate::error::{IdentificationError, Result};
@@ -83,14 +83,17 @@ impl Point {
     /// The magnitude of the response to an input, dB, and its standard deviation.
     #[must_use]
     pub fn decibels(&self, input: usize) -> (f64, f64) {
-        let size = self.values[input].norm();
-        (DECIBEL * size.ln(), DECIBEL * self.deviations[input] / size)
+        let size = self.values[input].modulus();
+        (
+            DECIBEL * libm::log(size),
+            DECIBEL * self.deviations[input] / size,
+        )
     }
 
     /// The standard deviation of the phase of the response to an input, rad.
     #[must_use]
     pub fn phase_deviation(&self, input: usize) -> f64 {
-        self.deviations[input] / self.values[input].norm()
+        self.deviations[input] / self.values[input].modulus()
     }
 
     /// Standard deviations of the 95 % interval: those of Student's distribution with twice as many degrees of freedom as there are
@@ -116,7 +119,7 @@ impl Point {
     /// (Carter, Knapp and Nuttall, *IEEE Trans. Audio Electroacoust.* 21, 1973).
     #[must_use]
     pub fn coherence_by_chance(&self) -> f64 {
-        1.0 - 0.05_f64.powf(1.0 / self.freedom())
+        1.0 - libm::pow(0.05_f64, 1.0 / self.freedom())
     }
 
     /// Averages beyond the inputs.
@@ -445,13 +448,13 @@ mod tests {
     /// A chirp, a second input, and the output of 0.2/(q - 0.9) with a constant and something like noise.
     fn signals() -> [Vec<f64>; 3] {
         let of = |f: fn(f64) -> f64| (0..600).map(|k| f(f64::from(k))).collect::<Vec<f64>>();
-        let u = of(|k| (0.002 * k * k).sin());
-        let second = of(|k| (0.7 * k).sin() * (0.0011 * k * k).cos());
+        let u = of(|k| libm::sin(0.002 * k * k));
+        let second = of(|k| libm::sin(0.7 * k) * libm::cos(0.0011 * k * k));
         let mut y = vec![0.0; u.len()];
         for k in 1..u.len() {
             y[k] = 0.9 * y[k - 1] + 0.2 * u[k - 1];
         }
-        let noise = of(|k| 0.1 * (1.3 * k * k).sin() + 3.0);
+        let noise = of(|k| 0.1 * libm::sin(1.3 * k * k) + 3.0);
         let y = y.iter().zip(noise).map(|(y, v)| y + v).collect();
         [u, second, y]
     }

@@ -70,7 +70,7 @@ fn candidate(
     let cost: f64 = whole.residuals.iter().flatten().map(|e| e * e).sum();
     let parameters = whole.theta.len() + whole.noise_model.len();
     let n = rows as f64;
-    let likelihood = n * (cost / n).max(f64::MIN_POSITIVE).ln();
+    let likelihood = n * libm::log((cost / n).max(f64::MIN_POSITIVE));
     let fitted: Vec<Run<'_>> = problem.runs.iter().map(|run| first_part(run)).collect();
     let held_out_fit = of(fitted.clone()).and_then(|part| {
         let fits: Vec<f64> = problem
@@ -87,7 +87,7 @@ fn candidate(
         delay,
         parameters,
         aic: likelihood + 2.0 * parameters as f64,
-        bic: likelihood + parameters as f64 * n.ln(),
+        bic: likelihood + parameters as f64 * libm::log(n),
         held_out_fit,
     })
 }

@@ -98,7 +98,7 @@ pub(super) fn beyond(
         found.min_by(|p, q| p.0.total_cmp(&q.0))
     };
     let (near, far) = (least(shorter.clone())?, least(shorter.end() + 1..=most)?);
-    let is_farther = rows as f64 * (near.0 / far.0).ln() > BEYOND_DOUBT;
+    let is_farther = rows as f64 * libm::log(near.0 / far.0) > BEYOND_DOUBT;
     is_farther
         .then(|| far.1.saturating_sub(ABOUT).max(shorter.end() + 1)..=(far.1 + ABOUT).min(most))
 }

@@ -25,6 +25,7 @@ pub mod process;
 pub(crate) mod realisation;
 
 use nalgebra::{DMatrix, DVector};
+use planesman_linear::ComplexField as _;
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
@@ -156,7 +157,7 @@ impl Candidate {
     }
 
     fn penalised(&self, errors: &[f64]) -> f64 {
-        mean_logarithm(errors) + self.parameters() as f64 * self.samples.ln() / self.samples
+        mean_logarithm(errors) + self.parameters() as f64 * libm::log(self.samples) / self.samples
     }
 
     fn mean(&self) -> f64 {
@@ -211,12 +212,12 @@ impl Candidate {
     /// The fit that the errors amount to, %.
     #[must_use]
     pub fn fit(&self) -> f64 {
-        100.0 * (1.0 - (self.mean() / 2.0).exp())
+        100.0 * (1.0 - libm::exp(self.mean() / 2.0))
     }
 }
 
 fn logarithm(error: f64) -> f64 {
-    (error + 1e-12).ln()
+    libm::log(error + 1e-12)
 }
 
 pub(crate) fn mean_logarithm(errors: &[f64]) -> f64 {
@@ -510,7 +511,8 @@ fn likely_equation(
     let all = lagged.over(&|_| true);
     let criterion = |of: &lagged::Equation| {
         let n = of.rows as f64;
-        n * of.variance.max(f64::MIN_POSITIVE).ln() + (of.a.len() + of.b.len()) as f64 * n.ln()
+        n * libm::log(of.variance.max(f64::MIN_POSITIVE))
+            + (of.a.len() + of.b.len()) as f64 * libm::log(n)
     };
     let pairs = delays
         .clone()
@@ -529,7 +531,7 @@ fn window_of_unstable(a: &[f64]) -> Option<usize> {
     let poles = polynomial::roots(&monic(a)).ok()?;
     let growth = poles
         .iter()
-        .map(|pole| pole.norm().ln())
+        .map(|pole| libm::log(pole.modulus()))
         .fold(0.0, f64::max);
     let window = UNSTABLE_TIME_CONSTANTS / growth;
     (growth > 0.0).then(|| (window as usize).max(MIN_WINDOW))
@@ -626,7 +628,7 @@ impl Shared<'_> {
         let room = 1.0 - self.radius;
         problem.structure.known_denominator.len() > 1
             && (polynomial::roots(numerator).unwrap_or_default().iter())
-                .any(|zero| (zero - 1.0).norm() < room)
+                .any(|zero| (zero - 1.0).modulus() < room)
     }
 
     fn search(&self, steps: usize) -> Search {

@@ -264,7 +264,7 @@ fn criterion(errors: &[Vec<f64>], parameters: usize) -> f64 {
     let squares: Vec<f64> = white.map(|e| e * e).collect();
     let variance = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
     let n = errors.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-    n * variance.max(f64::MIN_POSITIVE).ln() + (parameters + lead) as f64 * n.ln()
+    n * libm::log(variance.max(f64::MIN_POSITIVE)) + (parameters + lead) as f64 * libm::log(n)
 }
 
 /// The fit of simulations of parts that were left out, %.

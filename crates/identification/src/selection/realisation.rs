@@ -21,7 +21,7 @@ pub(super) fn high_order(lagged: &Lagged, constant: bool) -> Option<Equation> {
     let all = lagged.over(&|_| true);
     let criterion = |of: &Equation| {
         let parameters = (of.a.len() + of.b.len()) as f64;
-        of.rows as f64 * of.variance.max(f64::MIN_POSITIVE).ln() + 2.0 * parameters
+        of.rows as f64 * libm::log(of.variance.max(f64::MIN_POSITIVE)) + 2.0 * parameters
     };
     HIGH.iter()
         .filter(|order| **order <= lagged.lags && all.1 > 4 * (2 * **order + 2))

@@ -47,7 +47,7 @@ impl Equation {
     }
 
     fn criterion(&self, for_each: f64) -> f64 {
-        let likelihood = self.rows as f64 * self.variance.max(f64::MIN_POSITIVE).ln();
+        let likelihood = self.rows as f64 * libm::log(self.variance.max(f64::MIN_POSITIVE));
         likelihood + for_each * self.parameters() as f64
     }
 
@@ -141,7 +141,7 @@ impl Regressions {
 
     /// The equation of the least Bayesian criterion, each input with the delay that suits it; delays that are given stay.
     pub(super) fn likely(&self, delay: Option<usize>) -> Option<Equation> {
-        let penalty = (self.rows.max(2) as f64).ln();
+        let penalty = libm::log(self.rows.max(2) as f64);
         let of_order = |order: usize| {
             let first = delay.unwrap_or(1).min(self.lags + 1 - order.min(self.lags));
             let mut best = self.equation(order, &vec![first; self.inputs], order)?;

@@ -123,13 +123,14 @@ impl Candidate {
     }
 
     fn score(&self) -> f64 {
-        mean_logarithm(&self.errors) + self.parameters() as f64 * self.samples.ln() / self.samples
+        mean_logarithm(&self.errors)
+            + self.parameters() as f64 * libm::log(self.samples) / self.samples
     }
 
     /// The fit that the errors amount to, %.
     #[must_use]
     pub fn fit(&self) -> f64 {
-        100.0 * (1.0 - (mean_logarithm(&self.errors) / 2.0).exp())
+        100.0 * (1.0 - libm::exp(mean_logarithm(&self.errors) / 2.0))
     }
 
     /// How many times larger the error is with half the record left out than with a fifth.
@@ -266,7 +267,8 @@ impl<'a> Chooser<'a> {
             let most = MAX_ORDER.max(asked.order.unwrap_or_default());
             high.map_or(Vec::new(), |it| from_markov_parameters(&it, samples, most))
         };
-        let rate = |i: usize| (-(longest as f64).powf(i as f64 / (1.0 - RATES as f64))).exp();
+        let rate =
+            |i: usize| libm::exp(-libm::pow(longest as f64, i as f64 / (1.0 - RATES as f64)));
         Self {
             realised: (0..inputs).map(realised).collect(),
             rates: (0..RATES).map(rate).collect(),
@@ -494,7 +496,7 @@ impl<'a> Chooser<'a> {
             };
             let criterion = |point: &Point| {
                 let squares = point.cost.max(f64::MIN_POSITIVE) / self.samples as f64;
-                samples * squares.ln() + point.model.parameters() as f64 * samples.ln()
+                samples * libm::log(squares) + point.model.parameters() as f64 * libm::log(samples)
             };
             let Some(own) = self.fitted(&here.model, &weight, STEPS) else {
                 break;
@@ -627,7 +629,7 @@ impl<'a> Chooser<'a> {
             let share = |ratio: f64| (ratio - 1.0) * freedom / (k - 1.0);
             Some(Effect {
                 f: share(without / with.cost.max(f64::MIN_POSITIVE)).max(0.0),
-                needed: share((k * n.ln() / n).exp()),
+                needed: share(libm::exp(k * libm::log(n) / n)),
             })
         };
         let none = Effect {

@@ -191,7 +191,9 @@ mod tests {
     #[test]
     fn pulses_excite_enough_and_a_sinusoid_two_directions() {
         assert!(doubts_of(Structure::of_order(3), &pulses(), &measured(1, 0.005, 0.0)).is_empty());
-        let sine: Vec<f64> = (0..220).map(|k| (f64::from(k) * PI / 8.0).sin()).collect();
+        let sine: Vec<f64> = (0..220)
+            .map(|k| libm::sin(f64::from(k) * PI / 8.0))
+            .collect();
         assert_eq!(excitation_order(&sine, 6), 2);
         assert_eq!(excitation_order(&[0.0; 50], 6), 0);
         assert_eq!(excitation_order(&[0.2; 50], 6), 1);

@@ -184,7 +184,10 @@ impl Tested<'_> {
         let criterion = |term: &Term| {
             let (_, squares) = left.with(&term.columns, 0..0)?;
             let parameters = term.columns.len() as f64;
-            Some(freedom * squares.max(f64::MIN_POSITIVE).ln() + parameters * freedom.ln())
+            Some(
+                freedom * libm::log(squares.max(f64::MIN_POSITIVE))
+                    + parameters * libm::log(freedom),
+            )
         };
         let best = (terms
             .iter()

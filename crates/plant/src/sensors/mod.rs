@@ -375,7 +375,7 @@ mod tests {
             assert!((rate - expected).abs() < 1e-15);
         }
         assert_eq!(readings.specific_force, DIVING.specific_force);
-        let port_depth = 0.3 + 0.5 * INCH * 0.02_f64.sin();
+        let port_depth = 0.3 + 0.5 * INCH * libm::sin(0.02_f64);
         assert!((readings.depth_pressure - FRESH.pressure(port_depth)).abs() < 1e-9);
         assert!((readings.speed_pressure - FRESH.dynamic_pressure(FOOT)).abs() < 1e-12);
         let Channels {
@@ -509,7 +509,7 @@ mod tests {
             let pressure = once(&sensors, &bow_up).depth_pressure;
             sensors.depth.volts(pressure, 0.0) / 0.257
         };
-        let below = 1.75 * 10_f64.to_radians().cos();
+        let below = 1.75 * libm::cos(10_f64.to_radians());
         let shift = inches(DepthPort::Bottom) - inches(DepthPort::Vehicle) - below;
         assert!((shift - 0.5209).abs() < 1e-3, "{shift}");
     }
@@ -533,7 +533,7 @@ mod tests {
         body.roll.angle = 0.5;
         let [forward, left, up] = specific_force(&body, &STEADY, FRESH.gravity);
         assert_eq!(forward, 0.0);
-        assert!((left - FRESH.gravity * 0.5f64.sin()).abs() < 1e-12);
-        assert!((up - FRESH.gravity * 0.5f64.cos()).abs() < 1e-12);
+        assert!((left - FRESH.gravity * libm::sin(0.5f64)).abs() < 1e-12);
+        assert!((up - FRESH.gravity * libm::cos(0.5f64)).abs() < 1e-12);
     }
 }

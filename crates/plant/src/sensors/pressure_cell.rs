@@ -138,7 +138,7 @@ impl DepthPort {
 /// The depth \[m\] of a port, the centre of gravity at `depth` and the vehicle at a pitch \[rad\].
 #[must_use]
 pub fn depth_of(port: &Port, depth: f64, pitch: f64) -> f64 {
-    depth - port.forward * pitch.sin() + port.below * pitch.cos()
+    depth - port.forward * libm::sin(pitch) + port.below * libm::cos(pitch)
 }
 
 /// The pressure \[Pa\] of the water column that dry lines leave between the nose port and one
@@ -146,7 +146,7 @@ pub fn depth_of(port: &Port, depth: f64, pitch: f64) -> f64 {
 /// down, the nose is deeper.
 #[must_use]
 pub fn dry_line_pressure(spacing: f64, pitch: f64, specific_weight: f64) -> f64 {
-    -specific_weight * spacing * pitch.sin()
+    -specific_weight * spacing * libm::sin(pitch)
 }
 
 #[cfg(test)]

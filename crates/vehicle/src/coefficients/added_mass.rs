@@ -26,7 +26,7 @@ pub fn block_factor(ratio: f64) -> Option<f64> {
         let ((r0, k0), (r1, k1)) = (pair[0], pair[1]);
         (r0..=r1)
             .contains(&ratio)
-            .then(|| k0 + (k1 - k0) * (ratio / r0).ln() / (r1 / r0).ln())
+            .then(|| k0 + (k1 - k0) * libm::log(ratio / r0) / libm::log(r1 / r0))
     })
 }
 

@@ -20,7 +20,7 @@ pub fn laminar_friction(re: f64) -> f64 {
 /// `Cf` of a turbulent boundary layer.
 #[must_use]
 pub fn turbulent_friction(re: f64) -> f64 {
-    0.043 / re.powf(1.0 / 6.0)
+    0.043 / libm::pow(re, 1.0 / 6.0)
 }
 
 /// `Cfb`: friction `cf` of the forebody's wetted area, on the base area.

@@ -37,7 +37,7 @@ impl Spheroid {
         }
         let e2 = 1.0 - (diameter / length).powi(2);
         let e = e2.sqrt();
-        let log = ((1.0 + e) / (1.0 - e)).ln();
+        let log = libm::log((1.0 + e) / (1.0 - e));
         let alpha = 2.0 * (1.0 - e2) / (e2 * e) * (0.5 * log - e);
         let beta = 1.0 / e2 - (1.0 - e2) / (2.0 * e2 * e) * log;
         Some(Self {

@@ -36,13 +36,13 @@ pub fn jet_speed(rho: f64, speed: f64, drag: f64, area: f64) -> f64 {
 /// `F_y` \[N\] across the stream.
 #[must_use]
 pub fn side_force(rho: f64, area: f64, speed: f64, angle: f64) -> f64 {
-    rho * area * speed * speed * angle.sin()
+    rho * area * speed * speed * libm::sin(angle)
 }
 
 /// `F_x` \[N\] against the stream: induced drag.
 #[must_use]
 pub fn induced_drag(rho: f64, area: f64, speed: f64, angle: f64) -> f64 {
-    rho * area * speed * speed * (1.0 - angle.cos())
+    rho * area * speed * speed * (1.0 - libm::cos(angle))
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl Swing {
     /// `u(J)` \[kg m^2\] of the standard uncertainties of period \[s\] and length \[m\].
     #[must_use]
     pub fn uncertainty(&self, period: f64, length: f64) -> f64 {
-        (self.per_period() * period).hypot(self.per_length() * length)
+        libm::hypot(self.per_period() * period, self.per_length() * length)
     }
 }
 

@@ -7,7 +7,7 @@
 //! prediction error on frequencies: Soderstrom, Stoica, Friedlander, *Automatica* 27, 1991.)
 
 use nalgebra::DVector;
-use planesman_linear::{Complex, DMatrix, StateSpace, polynomial};
+use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace, polynomial};
 use planesman_model_file::ModelFile;
 
 use super::{
@@ -56,12 +56,12 @@ struct Response {
 /// `dG/da_i = -G z^(n-i) / A` and `dG/db_j = z^(n-j) / A`.
 fn known_responses(model: &ModelFile) -> Vec<Response> {
     let nyquist = std::f64::consts::PI / model.sample_time;
-    let [lowest, highest] = COMPARED.map(|share| (share * nyquist).ln());
+    let [lowest, highest] = COMPARED.map(|share| libm::log(share * nyquist));
     let n = model.order();
     let at = |i: usize| {
         let along = i as f64 / (FREQUENCIES - 1) as f64;
-        let frequency = (lowest + along * (highest - lowest)).exp();
-        let z = Complex::new(0.0, frequency * model.sample_time).exp();
+        let frequency = libm::exp(lowest + along * (highest - lowest));
+        let z = (Complex::new(0.0, frequency * model.sample_time)).exp();
         let a = polynomial::evaluate(&model.den, z);
         let value = polynomial::evaluate(&model.num, z) / a;
         let power = |i: usize| z.powi((n - 1 - i) as i32) / a;
@@ -87,7 +87,7 @@ fn known_responses(model: &ModelFile) -> Vec<Response> {
     };
     (0..FREQUENCIES)
         .map(at)
-        .filter(|it| it.value.norm() > 0.0 && it.deviation <= KNOWN * it.value.norm())
+        .filter(|it| it.value.modulus() > 0.0 && it.deviation <= KNOWN * it.value.modulus())
         .collect()
 }
 
@@ -124,12 +124,12 @@ pub(super) fn nearest(
     };
     let weighted = |pitch| {
         off(pitch, |it| {
-            1.0 / it.deviation.hypot(TRUEST * it.value.norm())
+            1.0 / libm::hypot(it.deviation, TRUEST * it.value.modulus())
         })
     };
     let start = first_guess(base, model, output, speed, &known)?;
     let pitch = least_squares(start, weighted)?;
-    let relative = off(pitch, |it| 1.0 / it.value.norm())?;
+    let relative = off(pitch, |it| 1.0 / it.value.modulus())?;
     let error = relative.norm() / (known.len() as f64).sqrt();
     if error.is_nan() || error > POOR {
         return Err(Error::Unlike {
@@ -168,7 +168,7 @@ fn first_guess(
         };
         let q = it.value / hold * per_rate;
         let w = ((a[(0, 1)] + a[(0, 2)] / s) * q + b[(0, 0)]) / (s - a[(0, 0)]);
-        let scale = (s * q).norm();
+        let scale = (s * q).modulus();
         let row = [1.0.into(), -q, -q / s].map(|it: Complex<f64>| it / scale);
         let sum = (s * q - a[(1, 0)] * w) / scale;
         rows.extend(row.map(|it| it.re));

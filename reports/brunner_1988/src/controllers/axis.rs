@@ -140,6 +140,7 @@ impl DampedInertia {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_linear::ComplexField as _;
 
     const AXIS: DampedInertia = DampedInertia {
         inertia: 0.5,
@@ -157,7 +158,7 @@ mod tests {
             .and_then(|g| g.poles())
             .expect("poles");
         for pole in poles {
-            assert!((pole.norm() - 1.5).abs() < 1e-12);
+            assert!((pole.modulus() - 1.5).abs() < 1e-12);
             assert!((pole.re / -1.5 - 0.6).abs() < 1e-12);
         }
         assert!((AXIS.p_for_damping_ratio(0.6, rate) - p).abs() < 1e-12);

@@ -18,7 +18,7 @@
 //! whence the bounds below. With `Me = 0` they are `Kpz < B / (J U)` at `Kdz = 0`, printed as
 //! `Kpz < 2 / U`, and `Kdz > (J Kpz U / B - 1) / U`.
 
-use planesman_linear::{Complex, Error, TransferFunction};
+use planesman_linear::{Complex, ComplexField as _, Error, TransferFunction};
 
 use super::axis::{DampedInertia, Gains};
 
@@ -124,7 +124,7 @@ impl DepthDesign {
     pub fn damping_ratio(&self) -> Result<Option<f64>, Error> {
         let poles = self.closed_loop()?.poles()?;
         let pair = poles.iter().find(|s| s.im != 0.0);
-        Ok(pair.map(|s: &Complex<f64>| -s.re / s.norm()))
+        Ok(pair.map(|s: &Complex<f64>| -s.re / s.modulus()))
     }
 }
 
@@ -195,7 +195,7 @@ mod tests {
         };
         let found = dive.closed_loop().expect("proper");
         for point in [Complex::new(0.1, 0.7), Complex::new(-0.3, 2.0)] {
-            assert!((expected.value_at(point) - found.value_at(point)).norm() < 1e-12);
+            assert!((expected.value_at(point) - found.value_at(point)).modulus() < 1e-12);
         }
     }
 }

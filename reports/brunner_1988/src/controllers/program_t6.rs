@@ -68,7 +68,7 @@ impl Plant {
     pub fn depth_rate(&self, motion: &Motion) -> f64 {
         match self.small_angles {
             true => -self.speed * motion.pitch,
-            false => -self.speed * motion.pitch.sin(),
+            false => -self.speed * libm::sin(motion.pitch),
         }
     }
 
@@ -87,7 +87,7 @@ impl Plant {
             let m = at(x);
             let moment = -axis.plane_moment * planes(&m)
                 - axis.damping * m.pitch_rate
-                - axis.restoring * m.pitch.sin();
+                - axis.restoring * libm::sin(m.pitch);
             [m.pitch_rate, moment / axis.inertia, self.depth_rate(&m)]
         }))
     }

@@ -23,7 +23,7 @@ use std::sync::LazyLock;
 
 use planesman_book::{Book, BookError};
 use planesman_identification::Model;
-use planesman_linear::{Complex, Domain, TransferFunction, polynomial};
+use planesman_linear::{Complex, ComplexField as _, Domain, TransferFunction, polynomial};
 
 const ENTRIES: &str = include_str!("../../data/identification.json");
 const ERRATA: &str = include_str!("../../data/errata.json");
@@ -161,9 +161,9 @@ impl<'b> Row<'b> {
         match quantity {
             "dc" => model.steady_state_gain(),
             "tau" => Some(-1.0 / model.dominant_pole()?.re),
-            "slope" => Some(model.steady_state_gain()? * model.dominant_pole()?.norm()),
+            "slope" => Some(model.steady_state_gain()? * model.dominant_pole()?.modulus()),
             "dc_pred" => self.theory()?.steady_state_gain(Domain::Continuous).ok(),
-            "pole_pred" => Some(self.theory()?.poles().ok()?.first()?.norm()),
+            "pole_pred" => Some(self.theory()?.poles().ok()?.first()?.modulus()),
             _ => self.numbered_value(&model, quantity),
         }
     }

@@ -18,7 +18,7 @@ use planesman_identification::estimators::{
 use planesman_identification::{
     Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise, on_all_cores,
 };
-use planesman_linear::{Complex, discrete_to_continuous, polynomial};
+use planesman_linear::{Complex, ComplexField as _, discrete_to_continuous, polynomial};
 
 use super::synthetic::{self, BIAS, NOISE, SAMPLE_TIME};
 
@@ -350,14 +350,14 @@ pub fn truth(run: synthetic::Run) -> (f64, f64) {
         .filter_map(|z| discrete_to_continuous(*z, SAMPLE_TIME))
         .map(|s| s.re)
         .fold(0.0, f64::min);
-    let back = Complex::new(0.0, pole * SAMPLE_TIME).exp();
+    let back = (Complex::new(0.0, pole * SAMPLE_TIME)).exp();
     let sum = |coefficients: &[f64]| {
         coefficients
             .iter()
             .rev()
             .fold(Complex::new(0.0, 0.0), |sum, c| (sum + c) * back)
     };
-    (pole, (sum(&plant.b) / (1.0 + sum(&plant.a))).norm())
+    (pole, (sum(&plant.b) / (1.0 + sum(&plant.a))).modulus())
 }
 
 impl Contender {
@@ -374,7 +374,7 @@ impl Contender {
             .collect();
         let gains: Vec<(f64, f64)> = found
             .iter()
-            .map(|(_, gain)| (gain.value.norm(), gain.magnitude_deviation()))
+            .map(|(_, gain)| (gain.value.modulus(), gain.magnitude_deviation()))
             .collect();
         Cell {
             pole: Score::of(pole, &poles, seeds),
@@ -419,7 +419,7 @@ impl Contender {
 
 /// The one nearest `pole`.
 fn nearest(poles: Vec<Uncertain>, pole: f64) -> Option<Uncertain> {
-    let distance = |it: &Uncertain| (it.value - Complex::new(pole, 0.0)).norm();
+    let distance = |it: &Uncertain| (it.value - Complex::new(pole, 0.0)).modulus();
     poles
         .into_iter()
         .min_by(|p, q| distance(p).total_cmp(&distance(q)))

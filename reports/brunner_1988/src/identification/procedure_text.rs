@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use planesman_identification::{IdentificationError, Model};
-use planesman_linear::{TransferFunction, pair_text};
+use planesman_linear::{ComplexField as _, TransferFunction, pair_text};
 
 use super::book::table_9;
 use super::procedure::{Comparison, Detrend, Identification, Orders, Prepared};
@@ -282,7 +282,7 @@ fn conclusion(found: &[(Orders, Comparison)]) -> Option<String> {
 fn described(model: &Model) -> String {
     let stable = model
         .poles()
-        .is_ok_and(|poles| poles.iter().all(|z| z.norm() < 1.0));
+        .is_ok_and(|poles| poles.iter().all(|z| z.modulus() < 1.0));
     let gain = match model.steady_state_gain() {
         Some(gain) if stable => format!("steady-state gain {gain:.3} V/V"),
         _ => "not stable, no steady-state gain".to_owned(),
@@ -401,7 +401,7 @@ mod tests {
             let roots = model.poles().expect("roots");
             assert_eq!(roots.len(), printed.len());
             for (root, (re, im)) in roots.iter().zip(printed) {
-                let off = (root.re - re).hypot(root.im - im);
+                let off = libm::hypot(root.re - re, root.im - im);
                 assert!(off < 3e-4, "{name}: {root} is not {re}, {im}");
             }
         }

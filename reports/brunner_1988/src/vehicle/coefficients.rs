@@ -338,7 +338,7 @@ impl Report {
     fn plane_constants(&self) -> Recomputed {
         let (forward, aft) = (self.geometry.fins.forward, self.geometry.fins.aft);
         let half = PLANES / 2.0;
-        let stream = 2.0 * forward.area() * PLANES.sin();
+        let stream = 2.0 * forward.area() * libm::sin(PLANES);
         let bow = power::side_force(self.rho(), stream, FOOT, half) / POUND_FORCE;
         // Printed forces [lbf]: at the stern 0.048, set as 0.48.
         let moment = |stern: f64| (self.printed("Ky.Fbow") * forward.arm - stern * aft.arm) / INCH;
@@ -433,7 +433,7 @@ impl Report {
         let one = power::swept_area(1, screws.diameter);
         let jet = power::jet_speed(self.rho(), screws.speed, screws.drag, one);
         let jet_as_printed = self.printed("prop.Vp") * FOOT;
-        let forward = 2.0 * fins.forward.area() * PLANES.sin();
+        let forward = 2.0 * fins.forward.area() * libm::sin(PLANES);
         let aft = self.printed("prop.area2") * SQUARE_INCH;
         // From 1 ft/s to 5 ft/s; a pound-force at 1 ft/s is a foot-pound per second.
         let at_full_speed =

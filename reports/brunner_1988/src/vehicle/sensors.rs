@@ -125,7 +125,7 @@ fn pressure_cells() -> Recomputed {
         ("press.V_1fps", speed.volts(stagnation, 0.0)),
         (
             "press.pitch_sat",
-            (full_scale / upright).asin().to_degrees(),
+            libm::asin(full_scale / upright).to_degrees(),
         ),
         ("press.port_shift_err", shift),
         (
