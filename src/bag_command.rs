@@ -8,7 +8,8 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Result;
-use planesman_bag::{BagInfo, BagReader, is_bag_file};
+use planesman_bag::{BagInfo, BagReader, Order, is_bag_file};
+use sha2::{Digest as _, Sha256};
 
 use crate::run_folder::{Loss, RunFolder};
 use planesman_flight::flight::recorded;
@@ -31,6 +32,39 @@ pub fn info(path: &Path) -> Result<()> {
         let counts = run.counts(&recorded(&bag), &run.scenario()?)?;
         planesman_console::out!("{}", lack(&counts, &silent))?;
     }
+    Ok(())
+}
+
+/// Topics that carry wall time, whatever the loop does.
+const OF_WALL_TIME: [&str; 3] = ["/diagnostics", "/parameter_events", "/rosout"];
+
+/// Prints the SHA-256 of each topic's payloads, in the order in which they were recorded, each filled up with zeros to whole words
+/// as it is on its way (RTPS 2.3, 9.4.1); then one of the lines of all topics without wall time.
+///
+/// # Errors
+/// When there is no bag that can be read, or not all of it.
+pub fn hashes(path: &Path) -> Result<()> {
+    let bag = BagReader::open(path)?;
+    let mut topics: BTreeMap<String, Sha256> = BTreeMap::new();
+    for message in bag.messages(Order::File) {
+        let message = message?;
+        let hash = topics.entry(message.topic.name.clone()).or_default();
+        hash.update(&message.payload);
+        hash.update(&[0; 3][..message.payload.len().wrapping_neg() % 4]);
+    }
+    let mut of_loop = Sha256::new();
+    for (name, hash) in topics {
+        let line = format!("{:x} {}\n", hash.finalize(), planesman_text::shown(&name));
+        planesman_console::out!("{}", line.trim_end())?;
+        if !OF_WALL_TIME.contains(&name.as_str()) {
+            of_loop.update(line);
+        }
+    }
+    planesman_console::out!(
+        "{:x} all but {}",
+        of_loop.finalize(),
+        OF_WALL_TIME.join(", ")
+    )?;
     Ok(())
 }
 

@@ -259,10 +259,16 @@ struct Changes {
 #[derive(Subcommand)]
 enum BagCommand {
     /// Print topics, counts and times, whether the bag is complete, and which published messages it lacks
-    #[command(after_help = "Example:\n  planesman bag info runs/dive/bag")]
+    #[command(
+        after_help = "Examples:\n  planesman bag info runs/dive/bag\n  planesman bag info dive.mcap --sha256"
+    )]
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
+        /// Print the SHA-256 of each topic's payloads instead, and one over all topics without wall time: two bags of the
+        /// same loop have the same
+        #[arg(long)]
+        sha256: bool,
     },
 }
 
@@ -367,7 +373,11 @@ fn main() -> ExitCode {
         Command::Review(args) => planesman::review::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
-        Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),
+        Command::Bag(BagCommand::Info {
+            path,
+            sha256: false,
+        }) => bag_command::info(&path),
+        Command::Bag(BagCommand::Info { path, sha256: true }) => bag_command::hashes(&path),
         Command::Params {
             node,
             yaml: true,

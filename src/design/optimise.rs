@@ -62,7 +62,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         memory,
         path: drive.path,
         phase_margin: args.phase_margin.to_radians(),
-        gain_margin: 10_f64.powf(args.gain_margin / 20.0),
+        gain_margin: libm::pow(10_f64, args.gain_margin / 20.0),
         overshoot: args.overshoot,
         step: args.step,
         pitch_limit: args.pitch_limit.to_radians(),

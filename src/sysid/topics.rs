@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn lines_stay_within_the_width_of_a_terminal() {
-        let values: Vec<f64> = (0..500).map(|k| f64::from(k).sin() * 1e-5).collect();
+        let values: Vec<f64> = (0..500).map(|k| libm::sin(f64::from(k)) * 1e-5).collect();
         let mut survey = Survey::default();
         for path in [
             "z",

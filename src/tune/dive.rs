@@ -80,7 +80,7 @@ impl DiveArgs {
             base: self.base.clone(),
             subject,
             phase_margin: limits.phase_margin.to_radians(),
-            gain_margin: 10_f64.powf(limits.gain_margin / 20.0),
+            gain_margin: libm::pow(10_f64, limits.gain_margin / 20.0),
             sensitivity: limits.ms,
             overshoot: self.overshoot,
             step: trial.step.abs(),
@@ -158,7 +158,7 @@ fn limits(task: &DiveTask) -> String {
     format!(
         "phase margin {:.1} deg, gain margin {:.1} dB, sensitivity peak Ms {:.2}",
         task.phase_margin.to_degrees(),
-        20.0 * task.gain_margin.log10(),
+        20.0 * libm::log10(task.gain_margin),
         task.sensitivity
     )
 }

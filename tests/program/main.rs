@@ -25,6 +25,7 @@ mod replay;
 mod reports;
 mod reproduce;
 mod review;
+mod same_bits;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_compare;

@@ -9,8 +9,8 @@ use clap::Parser as _;
 use planesman::sysid::fit::FitArgs;
 use planesman_fit::FitResult;
 use planesman_identification::{SIGMAS_95, Uncertain, filter};
-use planesman_linear::Complex;
 use planesman_linear::TransferFunction;
+use planesman_linear::{Complex, ComplexField as _};
 use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
@@ -249,7 +249,7 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
         ),
         (
             "noise 5 dB below the output",
-            rows(STEP, &u, &with(&x, 16, spread * 10_f64.powf(-0.25))),
+            rows(STEP, &u, &with(&x, 16, spread * libm::pow(10_f64, -0.25))),
             Holds("good: the noise limits"),
         ),
         (
@@ -276,7 +276,7 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
                 &u,
                 &with(
                     &(0..SAMPLES)
-                        .map(|k| (0.7 * STEP * k as f64).sin())
+                        .map(|k| libm::sin(0.7 * STEP * k as f64))
                         .collect::<Vec<_>>(),
                     18,
                     0.05,
@@ -376,7 +376,7 @@ fn cases() -> Vec<Case> {
             .collect::<Vec<_>>(),
     );
     // z = 1.02 held: s - ln(1.02)/T.
-    let pole = 1.02_f64.ln() / STEP;
+    let pole = libm::log(1.02_f64) / STEP;
     of_plant(
         "unstable, in a loop",
         (&[2.5 * pole], &[1.0, -pole]),
@@ -459,8 +459,11 @@ fn judged(case: &Case, found: Result<FitResult, String>) -> (String, Option<Stri
     let near: Vec<&Uncertain> = poles
         .iter()
         .filter_map(|pole| {
-            at.iter()
-                .min_by(|p, q| (p.value - pole).norm().total_cmp(&(q.value - pole).norm()))
+            at.iter().min_by(|p, q| {
+                (p.value - pole)
+                    .modulus()
+                    .total_cmp(&(q.value - pole).modulus())
+            })
         })
         .collect();
     let verdict = analysis.verdict.to_string();

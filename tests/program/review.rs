@@ -1,12 +1,12 @@
 //! `planesman review`: one page from data to gains, each number with its samples; what is not usable is said, with what to do.
 
+use planesman_linear::{ComplexField as _, polar};
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 
 use planesman_identification::noise;
-use planesman_linear::Complex;
 use planesman_testing::content;
 use serde_json::Value;
 
@@ -38,19 +38,19 @@ fn assert_links_resolve(page: &str) {
 /// The phase margin, degrees, of a PI controller and the plant that made the steps, 2 e^(-s) / (4 s + 1) sampled: by the loop's frequency response.
 fn true_phase_margin(kp: f64, ki: f64) -> f64 {
     let open = |omega: f64| {
-        let z = Complex::from_polar(1.0, omega * SAMPLE_TIME);
+        let z = polar(1.0, omega * SAMPLE_TIME);
         let plant = z.powi(-6) * 2.0 * (1.0 - POLE) / (1.0 - POLE / z);
         plant * (kp + ki * SAMPLE_TIME * z / (z - 1.0))
     };
     let (mut low, mut high) = (1e-3, PI / SAMPLE_TIME);
     for _ in 0..60 {
         let middle = (low * high).sqrt();
-        match open(middle).norm() > 1.0 {
+        match open(middle).modulus() > 1.0 {
             true => low = middle,
             false => high = middle,
         }
     }
-    (open(low).arg() + PI).rem_euclid(TAU).to_degrees()
+    (open(low).argument() + PI).rem_euclid(TAU).to_degrees()
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn response(count: usize) -> Vec<(f64, f64)> {
     let mut y = 0.0;
     (0..count)
         .map(|k| {
-            let u = f64::from(u8::from((k / 15) % 2 == 0)) + 0.1 * (k as f64).sin();
+            let u = f64::from(u8::from((k / 15) % 2 == 0)) + 0.1 * libm::sin(k as f64);
             let pair = (u, y);
             y = 0.9 * y + 0.2 * u;
             pair

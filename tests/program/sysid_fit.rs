@@ -358,7 +358,7 @@ fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
         .iter()
         .zip(noise(4, u.len()))
         .enumerate()
-        .map(|(k, (y, e))| y + 0.05 * e + 20.0 * (0.01 * k as f64).sin())
+        .map(|(k, (y, e))| y + 0.05 * e + 20.0 * libm::sin(0.01 * k as f64))
         .collect();
     let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
     let found = fit(
@@ -380,7 +380,7 @@ fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
     let bootstrap = found.analysis.bootstrap.as_ref().unwrap();
     assert_eq!((bootstrap.refits, bootstrap.poles.len()), (100, 2));
     let ((least, most), _) = bootstrap.poles[0];
-    assert!(least < 20.0 * 0.9_f64.ln() && 20.0 * 0.9_f64.ln() < most);
+    assert!(least < 20.0 * libm::log(0.9_f64) && 20.0 * libm::log(0.9_f64) < most);
     let text = found.analysis.text();
     assert_eq!(text.matches("\n  bootstrap").count(), 3, "{text}");
 }
@@ -401,7 +401,7 @@ fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
         .flat_map(|it| [*it; 10])
         .collect();
     // x' = -2 x + 3 u, exact behind a hold.
-    let share = (-0.1_f64).exp();
+    let share = libm::exp(-0.1_f64);
     let mut x = vec![0.2];
     for k in 1..count {
         x.push(share * x[k - 1] + 1.5 * (1.0 - share) * u[k - 1]);
