@@ -8,15 +8,20 @@
 //! Error per unit time of order `h^4` where `f` is smooth. For a decaying mode `exp(s t)` it is
 //! stable up to `|s| h = 2.78` on the real axis and 2.83 on the imaginary one.
 
-/// One step of length `h` of `y' = f(s, y)`. `s` holds the inputs of `f` besides `y`: at the start, in the
+use std::ops::{Add, Mul};
+
+/// One step of length `h` of `y' = f(s, y)`, of numbers or of lanes of them. `s` holds the inputs of `f` besides `y`: at the start, in the
 /// middle and at the end of the step; `[&(); 3]` when there are none.
 #[inline(always)]
-pub fn runge_kutta_step<S, const N: usize>(
-    y: &[f64; N],
+pub fn runge_kutta_step<S, T, const N: usize>(
+    y: &[T; N],
     h: f64,
     [start, middle, end]: [&S; 3],
-    f: impl Fn(&S, &[f64; N]) -> [f64; N],
-) -> [f64; N] {
+    f: impl Fn(&S, &[T; N]) -> [T; N],
+) -> [T; N]
+where
+    T: Copy + Add<Output = T> + Mul<f64, Output = T>,
+{
     // Each stage: its inputs, the distance to the next stage, its weight. A loop with one call of `f`, so
     // that the compiler inlines it.
     let stages = [
@@ -30,8 +35,8 @@ pub fn runge_kutta_step<S, const N: usize>(
     for (s, ahead, weight) in stages {
         let k = f(s, &at);
         for i in 0..N {
-            at[i] = y[i] + ahead * k[i];
-            after[i] += weight * k[i];
+            at[i] = y[i] + k[i] * ahead;
+            after[i] = after[i] + k[i] * weight;
         }
     }
     after

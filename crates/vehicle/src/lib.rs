@@ -27,6 +27,7 @@ pub mod pitch;
 mod planes;
 mod propulsion;
 mod seaway;
+pub mod six_dof;
 mod tether;
 mod tick;
 pub mod transfer;

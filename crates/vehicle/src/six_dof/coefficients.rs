@@ -1,0 +1,134 @@
+//! Hydrodynamic coefficients by their names: a force or moment per product of velocities (Prestero 2001; Healey and Lienard 1993).
+//!
+//! `Y_uv` is the sway force per `u v`, `Z_w|w|` the heave force per `w |w|`, `N_uudr` the yaw moment per `u^2 delta_r`, `X_udot` the surge force per
+//! `u'`. SI units; the velocities are those through the water.
+
+use super::inertia::{Matrix6, coriolis};
+use super::lanes::{Real, Six};
+
+/// A product of two velocities, or of `u^2` and an input, in one row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    /// The row: 0 to 5 for X, Y, Z, K, M, N.
+    pub row: usize,
+    /// What the coefficient multiplies.
+    pub of: Factor,
+    /// The coefficient, SI.
+    pub value: f64,
+}
+
+/// What a coefficient multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Factor {
+    /// `nu_i nu_j`, `i <= j`.
+    Velocities(usize, usize),
+    /// `nu_i |nu_j|`, written `i|j|` or `|j|i`.
+    Drag(usize, usize),
+    /// `nu_i`.
+    Velocity(usize),
+    /// `nu_i'`: added mass.
+    Acceleration(usize),
+    /// `u^2` times input `k` of the vehicle.
+    Input(usize),
+}
+
+const VELOCITIES: &str = "uvwpqr";
+const ROWS: &str = "XYZKMN";
+
+/// Why a coefficient's name was not understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no coefficient's name: a row of X, Y, Z, K, M, N, then _ and velocities of u, v, w, p, q, r (Y_uv, Z_w|w|), a velocity and dot (X_udot), or uu and an input ({0})"
+)]
+pub struct Unknown(String);
+
+/// The term of a name; `inputs` are the vehicle's, as `dr` for the rudder.
+///
+/// # Errors
+/// [`Unknown`] when it is no such name.
+pub fn term(name: &str, value: f64, inputs: &[&str]) -> Result<Term, Unknown> {
+    let parsed = (|| {
+        let (row, product) = name.split_once('_')?;
+        let row = ROWS.find(row).filter(|_| row.len() == 1)?;
+        let velocity = |c: char| VELOCITIES.find(c);
+        let chars: Vec<char> = product.chars().collect();
+        let of = match chars[..] {
+            [x, 'd', 'o', 't'] => Factor::Acceleration(velocity(x)?),
+            [x, '|', y, '|'] | ['|', y, '|', x] => Factor::Drag(velocity(x)?, velocity(y)?),
+            [x] => Factor::Velocity(velocity(x)?),
+            [x, y] => {
+                let (x, y) = (velocity(x)?, velocity(y)?);
+                Factor::Velocities(x.min(y), x.max(y))
+            }
+            ['u', 'u', ..] => Factor::Input(inputs.iter().position(|name| *name == &product[2..])?),
+            _ => return None,
+        };
+        Some(Term { row, of, value })
+    })();
+    parsed.ok_or_else(|| Unknown(format!("inputs: {}", inputs.join(", "))))
+}
+
+impl Term {
+    #[inline(always)]
+    pub(super) fn force<T: Real>(&self, nu: &Six<T>, inputs: &[T]) -> T {
+        let factor = match self.of {
+            Factor::Velocities(i, j) => nu[i] * nu[j],
+            Factor::Drag(i, j) => nu[i] * nu[j].abs(),
+            Factor::Velocity(i) => nu[i],
+            Factor::Acceleration(_) => T::of(0.0),
+            Factor::Input(k) => nu[0] * nu[0] * inputs[k],
+        };
+        T::of(self.value) * factor
+    }
+}
+
+/// The added mass of the terms in `nu'`: `M_A = -(derivatives)`. Of a pair off the diagonal one may be named alone.
+pub(super) fn added_mass(terms: &[Term]) -> Matrix6 {
+    let mut named = [[None; 6]; 6];
+    for term in terms {
+        if let Factor::Acceleration(j) = term.of {
+            named[term.row][j] = Some(-term.value);
+        }
+    }
+    std::array::from_fn(|i| std::array::from_fn(|j| named[i][j].or(named[j][i]).unwrap_or(0.0)))
+}
+
+/// The terms of a table that prints the products of added mass too, without those: the Coriolis forces of added mass are computed of `M_A`, and
+/// what a printed coefficient has beyond them is left. Terms in `nu'` are gone.
+pub(super) fn beyond_added_mass(terms: &[Term], added_mass: &Matrix6) -> Vec<Term> {
+    let unit = |i: usize, j: usize| -> Six<f64> {
+        std::array::from_fn(|k| if k == i || k == j { 1.0 } else { 0.0 })
+    };
+    let mut rest: Vec<Term> = terms.to_vec();
+    rest.retain(|term| !matches!(term.of, Factor::Acceleration(_)));
+    for i in 0..6 {
+        for j in i..6 {
+            let both = coriolis(added_mass, &unit(i, j));
+            let (first, second) = (
+                coriolis(added_mass, &unit(i, i)),
+                coriolis(added_mass, &unit(j, j)),
+            );
+            for row in 0..6 {
+                let implied = match i == j {
+                    true => both[row],
+                    false => both[row] - first[row] - second[row],
+                };
+                let of = Factor::Velocities(i, j);
+                match rest
+                    .iter_mut()
+                    .find(|term| term.row == row && term.of == of)
+                {
+                    Some(term) => term.value -= implied,
+                    None if implied != 0.0 => rest.push(Term {
+                        row,
+                        of,
+                        value: -implied,
+                    }),
+                    None => {}
+                }
+            }
+        }
+    }
+    rest.retain(|term| term.value != 0.0);
+    rest
+}

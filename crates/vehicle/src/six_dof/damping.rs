@@ -1,0 +1,84 @@
+//! Drag that has no lift: damping matrices, and cross-flow drag by strips.
+
+use super::inertia::Matrix6;
+use super::lanes::{Real, Six};
+
+/// Linear and quadratic damping: `force_i = -sum_j (D_ij nu_j + Q_ij |nu_j| nu_j)`, `nu` through the water.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Damping {
+    /// `D`: N s/m, N s; rows of moments N s, N m s.
+    pub linear: Matrix6,
+    /// `Q`: N s^2/m^2 and so on.
+    pub quadratic: Matrix6,
+}
+
+impl Damping {
+    #[inline(always)]
+    pub(super) fn force<T: Real>(&self, nu: &Six<T>) -> Six<T> {
+        let square: Six<T> = nu.map(|x| x.abs() * x);
+        std::array::from_fn(|i| {
+            let mut row =
+                T::of(self.linear[i][0]) * nu[0] + T::of(self.quadratic[i][0]) * square[0];
+            for j in 1..6 {
+                row += T::of(self.linear[i][j]) * nu[j] + T::of(self.quadratic[i][j]) * square[j];
+            }
+            -row
+        })
+    }
+}
+
+/// Cross-flow drag of a hull of constant width: each length of it has the drag of its own velocity across.
+///
+/// ```text
+/// v(x) = v + x r    w(x) = w - x q    V = sqrt(v(x)^2 + w(x)^2)
+/// (Y, Z) = -1/2 rho C_d int b V (v(x), w(x)) dx     M = 1/2 rho C_d int b V w(x) x dx     N = -1/2 rho C_d int b V v(x) x dx
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrossFlow {
+    /// \[kg/m^3\]
+    pub density: f64,
+    /// `C_d`, of a cylinder across the flow.
+    pub drag: f64,
+    /// `b` \[m\]
+    pub width: f64,
+    /// The hull's ends, aft and fore of the origin \[m\].
+    pub ends: [f64; 2],
+}
+
+/// Places and weights of Gauss and Legendre on -1 to 1.
+const GAUSS: [(f64, f64); 8] = [
+    (-0.9602898564975363, 0.10122853629037626),
+    (-0.7966664774136267, 0.22238103445337448),
+    (-0.525532409916329, 0.31370664587788727),
+    (-0.18343464249564981, 0.362683783378362),
+    (0.18343464249564981, 0.362683783378362),
+    (0.525532409916329, 0.31370664587788727),
+    (0.7966664774136267, 0.22238103445337448),
+    (0.9602898564975363, 0.10122853629037626),
+];
+const PANELS: usize = 8;
+
+impl CrossFlow {
+    #[inline(always)]
+    pub(super) fn force<T: Real>(&self, nu: &Six<T>) -> Six<T> {
+        let [_, v, w, _, q, r] = *nu;
+        let zero = T::of(0.0);
+        let mut force = [zero; 6];
+        let [aft, fore] = self.ends;
+        let half = (fore - aft) / (2.0 * PANELS as f64);
+        for panel in 0..PANELS {
+            let middle = aft + (2.0 * panel as f64 + 1.0) * half;
+            for (place, weight) in GAUSS {
+                let x = T::of(middle + half * place);
+                let (v, w) = (v + x * r, w - x * q);
+                let share = T::of(0.5 * self.density * self.drag * self.width * half * weight);
+                let drag = share * (v * v + w * w).sqrt();
+                force[1] += -(drag * v);
+                force[2] += -(drag * w);
+                force[4] += drag * w * x;
+                force[5] += -(drag * v * x);
+            }
+        }
+        force
+    }
+}

@@ -1,0 +1,202 @@
+//! Numbers of one vehicle, or of several side by side: the equations are written once for both.
+//!
+//! Every operation acts on each lane by itself, in the order written. So a vehicle's numbers are the same bits alone and in any
+//! lane of any width.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+/// A number, or one of each of several vehicles.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+{
+    /// The same number in every lane.
+    fn of(x: f64) -> Self;
+
+    /// A function of each lane.
+    #[must_use]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self;
+
+    /// A function of each lane of two.
+    #[must_use]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
+
+    /// `|x|`
+    #[inline(always)]
+    #[must_use]
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+
+    /// The square root.
+    #[inline(always)]
+    #[must_use]
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        f(self, other)
+    }
+}
+
+/// A number of each of `N` vehicles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct Lanes<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Real for Lanes<N> {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Self([x; N])
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let mut out = self;
+        for (x, y) in out.0.iter_mut().zip(other.0) {
+            *x = f(*x, y);
+        }
+        out
+    }
+}
+
+/// An operator of two numbers, lane by lane.
+macro_rules! operator {
+    ($trait:ident, $name:ident, $op:tt) => {
+        impl<const N: usize> $trait for Lanes<N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(mut self, other: Self) -> Self {
+                for (x, y) in self.0.iter_mut().zip(other.0) {
+                    *x = *x $op y;
+                }
+                self
+            }
+        }
+    };
+}
+operator!(Add, add, +);
+operator!(Sub, sub, -);
+operator!(Mul, mul, *);
+operator!(Div, div, /);
+
+impl<const N: usize> Mul<f64> for Lanes<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        Self(self.0.map(|x| x * other))
+    }
+}
+
+impl<const N: usize> Neg for Lanes<N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|x| -x))
+    }
+}
+
+impl<const N: usize> AddAssign for Lanes<N> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+/// A vector of three.
+pub type Three<T> = [T; 3];
+/// A velocity, or a force and moment: three along the axes, three about them.
+pub type Six<T> = [T; 6];
+
+/// `a x b`
+#[inline(always)]
+pub(super) fn cross<T: Real>(a: Three<T>, b: Three<T>) -> Three<T> {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// `a . b`
+#[inline(always)]
+pub(super) fn dot<T: Real>(a: Three<T>, b: Three<T>) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `a + b`
+#[inline(always)]
+pub(super) fn sum<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+/// `a - b`
+#[inline(always)]
+pub(super) fn difference<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+/// `s a`
+#[inline(always)]
+pub(super) fn scaled<T: Real, const N: usize>(s: T, a: [T; N]) -> [T; N] {
+    a.map(|x| s * x)
+}
+
+/// Every lane of a constant vector.
+#[inline(always)]
+pub(super) fn of<T: Real, const N: usize>(a: &[f64; N]) -> [T; N] {
+    a.map(T::of)
+}
+
+/// A matrix by a vector.
+#[inline(always)]
+pub(super) fn product<T: Real, const N: usize>(matrix: &[[f64; N]; N], x: &[T; N]) -> [T; N] {
+    std::array::from_fn(|i| {
+        let mut row = T::of(matrix[i][0]) * x[0];
+        for j in 1..N {
+            row += T::of(matrix[i][j]) * x[j];
+        }
+        row
+    })
+}
+
+/// Force and moment as six.
+#[inline(always)]
+pub(super) fn six<T: Real>(force: Three<T>, moment: Three<T>) -> Six<T> {
+    let ([x, y, z], [k, m, n]) = (force, moment);
+    [x, y, z, k, m, n]
+}
+
+/// Six as force and moment.
+#[inline(always)]
+pub(super) fn halves<T: Real>([x, y, z, k, m, n]: Six<T>) -> (Three<T>, Three<T>) {
+    ([x, y, z], [k, m, n])
+}

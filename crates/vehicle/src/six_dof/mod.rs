@@ -1,0 +1,33 @@
+//! Six coupled degrees of freedom: a vehicle that sways, rolls and yaws as it dives.
+//!
+//! [`equations`](State) has the equations of motion, Fossen's vector form with nothing left out: rigid body and added mass with their Coriolis forces, the centre of gravity
+//! off the origin, damping by matrices, coefficients and strips, fins in the flow at their own place, propellers and thrusters, currents and waves. Each part of the
+//! right-hand side can be looked at: [`Vehicle::forces`].
+//!
+//! Axes forward, starboard, keel; the fixed frame is north, east, down; SI units. The plane of [`crate::State`] is the special case without sway, roll and yaw,
+//! its surge held.
+
+pub mod coefficients;
+mod damping;
+mod equations;
+mod file;
+mod fins;
+mod inertia;
+mod lanes;
+pub mod propulsion;
+pub mod rotation;
+mod simulate;
+mod steady;
+mod vehicle;
+mod water;
+
+pub use damping::{CrossFlow, Damping};
+pub use equations::{Forces, State};
+pub use file::{FileError, load, parse};
+pub use fins::{Fin, Section};
+pub use inertia::{Matrix6, RigidBody, about_origin, ellipsoid};
+pub use lanes::{Lanes, Real, Six, Three};
+pub use simulate::{Accurate, Simulation, runge_kutta};
+pub use steady::{Turn, steady_turn};
+pub use vehicle::{Parts, Unphysical, Vehicle};
+pub use water::{GRAVITY, Sea, Water, Wave};

@@ -1,0 +1,198 @@
+//! A vehicle of six degrees of freedom: its numbers, checked.
+
+use super::coefficients::Term;
+use super::damping::{CrossFlow, Damping};
+use super::fins::Fin;
+use super::inertia::{self, Matrix6, RigidBody};
+use super::lanes::Three;
+use super::propulsion::Propulsor;
+use super::water::GRAVITY;
+
+/// A vehicle, SI units, axes forward, starboard, keel from an origin fixed in the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vehicle {
+    pub(super) parts: Parts,
+    pub(super) inverse_inertia: Matrix6,
+}
+
+/// What a vehicle is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parts {
+    /// Its name.
+    pub name: String,
+    /// The names of its inputs, in their order.
+    pub inputs: Vec<String>,
+    /// The rigid body.
+    pub body: RigidBody,
+    /// `W` \[N\]
+    pub weight: f64,
+    /// `B` \[N\]
+    pub buoyancy: f64,
+    /// From the origin \[m\].
+    pub centre_of_buoyancy: Three<f64>,
+    /// `M_A`, symmetric; positive where the water resists.
+    pub added_mass: Matrix6,
+    /// Damping matrices.
+    pub damping: Damping,
+    /// Cross-flow drag by strips.
+    pub cross_flow: Vec<CrossFlow>,
+    /// Coefficients beyond added mass.
+    pub terms: Vec<Term>,
+    /// Fins in the flow at their own place.
+    pub fins: Vec<Fin>,
+    /// Propellers and thrusters.
+    pub propulsors: Vec<Propulsor>,
+}
+
+/// Why a vehicle is not physical.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{entry}: {reason}")]
+pub struct Unphysical {
+    /// The entry of the file.
+    pub entry: String,
+    /// The value and the rule.
+    pub reason: String,
+}
+
+impl Unphysical {
+    pub(super) fn new(entry: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self {
+            entry: entry.into(),
+            reason: reason.into(),
+        }
+    }
+}
+
+/// No centre lies farther from the origin than so many times the edge of a cube of the water displaced: a hull of 30 diameters is 8 of them long.
+const FARTHEST: f64 = 10.0;
+
+impl Vehicle {
+    /// The vehicle of these parts.
+    ///
+    /// # Errors
+    /// [`Unphysical`] when a number is not finite or not positive where it must be, inertia is not symmetric and positive definite, or linear
+    /// damping feeds energy.
+    pub fn new(parts: Parts) -> Result<Self, Unphysical> {
+        let refused = |entry: &str, reason: String| Err(Unphysical::new(entry, reason));
+        for (entry, value) in [
+            ("mass", parts.body.mass),
+            ("weight", parts.weight),
+            ("buoyancy", parts.buoyancy),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return refused(entry, format!("{value} is not positive"));
+            }
+        }
+        for (entry, place) in [
+            ("centre_of_gravity", parts.body.centre_of_gravity),
+            ("centre_of_buoyancy", parts.centre_of_buoyancy),
+        ] {
+            let farthest = FARTHEST * libm::cbrt(parts.buoyancy / (1000.0 * GRAVITY));
+            if place.iter().any(|x| !(x.abs() <= farthest)) {
+                return refused(
+                    entry,
+                    format!(
+                        "{place:?} m is outside any hull of that buoyancy: beyond {farthest:.1} m"
+                    ),
+                );
+            }
+        }
+        symmetric("added_mass", &parts.added_mass)?;
+        let rigid = parts.body.matrix();
+        symmetric("inertia", &rigid)?;
+        if inertia::inverse(&rigid).is_none() {
+            return refused(
+                "inertia",
+                "no body has it: with mass and centre of gravity it is not positive definite"
+                    .to_owned(),
+            );
+        }
+        let body = &parts.body;
+        let about_gravity = inertia::about_origin(body.inertia, -body.mass, body.centre_of_gravity);
+        let principal =
+            nalgebra::Matrix3::from_fn(|i, j| about_gravity[i][j]).symmetric_eigenvalues();
+        let (largest, sum) = (principal.max(), principal.sum());
+        if principal.min() <= 0.0 || 2.0 * largest > sum * (1.0 + 1e-6) {
+            let about: Vec<String> = principal.iter().map(|x| format!("{x:.4}")).collect();
+            return refused(
+                "inertia",
+                format!(
+                    "no body has the principal moments {} kg m^2 about its centre of gravity: each is positive, and at most the sum of the others",
+                    about.join(", ")
+                ),
+            );
+        }
+        let Some(inverse_inertia) = inertia::inverse(&inertia::added(&rigid, &parts.added_mass))
+        else {
+            return refused(
+                "added_mass",
+                "with the body's inertia it is not positive definite".to_owned(),
+            );
+        };
+        let linear = &parts.damping.linear;
+        let symmetrical: Matrix6 =
+            std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (linear[i][j] + linear[j][i])));
+        if let Some(least) =
+            least_eigenvalue(&symmetrical).filter(|least| *least < -1e-9 * norm(linear))
+        {
+            return refused(
+                "linear_damping",
+                format!(
+                    "it feeds energy: the least eigenvalue of its symmetric part is {least:.3e}"
+                ),
+            );
+        }
+        for (i, row) in parts.damping.quadratic.iter().enumerate() {
+            if row.iter().any(|x| !x.is_finite()) || row[i] < 0.0 {
+                return refused(
+                    "quadratic_damping",
+                    format!("row {}: {row:?} feeds energy or is not finite", i + 1),
+                );
+            }
+        }
+        if let Some(term) = parts.terms.iter().find(|term| !term.value.is_finite()) {
+            return refused("coefficients", format!("{} is not finite", term.value));
+        }
+        Ok(Self {
+            parts,
+            inverse_inertia,
+        })
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn parts(&self) -> &Parts {
+        &self.parts
+    }
+}
+
+/// Refuses a matrix that is not symmetric.
+fn symmetric(entry: &str, a: &Matrix6) -> Result<(), Unphysical> {
+    for i in 0..6 {
+        for j in 0..6 {
+            let (one, other) = (a[i][j], a[j][i]);
+            if !((one - other).abs() <= 1e-9 * norm(a)) {
+                let reason = format!(
+                    "not symmetric: {one} in row {}, column {}, and {other} across",
+                    i + 1,
+                    j + 1
+                );
+                return Err(Unphysical::new(entry, reason));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn norm(a: &Matrix6) -> f64 {
+    a.iter().flatten().map(|x| x.abs()).fold(0.0, f64::max)
+}
+
+/// `None` when an entry is not finite.
+fn least_eigenvalue(a: &Matrix6) -> Option<f64> {
+    if a.iter().flatten().any(|x| !x.is_finite()) {
+        return Some(f64::NEG_INFINITY);
+    }
+    let matrix = nalgebra::SMatrix::<f64, 6, 6>::from_fn(|i, j| a[i][j]);
+    Some(matrix.symmetric_eigenvalues().min())
+}

@@ -1,0 +1,85 @@
+//! Six degrees of freedom against values of an independent integration (DOP853 at 3e-14, in Python), and against what the equations must keep.
+
+mod invariants;
+mod values;
+
+use planesman_vehicle::six_dof::{self, Parts, Vehicle};
+
+/// A vehicle of the values by its name there.
+fn vehicle(name: &str) -> Vehicle {
+    match name {
+        "general_body" => six_dof::parse(name, include_str!("general_body.yaml")),
+        "remus_100" => six_dof::load("remus_100_printed"),
+        name => six_dof::load(name),
+    }
+    .unwrap()
+}
+
+/// The vehicle with something else in it.
+fn changed(vehicle: &Vehicle, change: impl FnOnce(&mut Parts)) -> Vehicle {
+    let mut parts = vehicle.parts().clone();
+    change(&mut parts);
+    Vehicle::new(parts).unwrap()
+}
+
+/// A file that is not physical is refused with the entry.
+#[test]
+fn a_file_that_is_not_physical_is_refused_with_the_entry() {
+    let text = include_str!("general_body.yaml");
+    for (from, to, entry) in [
+        ("mass: 40 kg", "mass: -40 kg", "mass: -40 kg refused"),
+        ("mass: 40 kg", "mass: 40 m", "mass: 40 m refused"),
+        ("buoyancy: 398 N", "buoyancy: .nan N", "buoyancy"),
+        (
+            "[0.01 m, 0.015 m, -0.02 m]",
+            "[0.01 m, 0.015 m, -2000 m]",
+            "centre_of_buoyancy",
+        ),
+        (
+            "xx: 0.9 kg m^2",
+            "xx: 20 kg m^2",
+            "inertia: no body has the principal moments",
+        ),
+        ("xy: 0.11 kg m^2", "xy: 5.1 kg m^2", "inertia"),
+        ("[3.1, 0.4,", "[-90, 0.4,", "added_mass"),
+        ("[3.1, 0.4,", "[3.1, 0.5,", "added_mass: not symmetric"),
+        (
+            "- [4, 0, 0.2, 0, 0.1, 0]",
+            "- [-4, 0, 0.2, 0, 0.1, 0]",
+            "linear_damping: it feeds energy",
+        ),
+        (
+            "- [5, 0.1, 0.2, 0, 0, 0]",
+            "- [-5, 0.1, 0.2, 0, 0, 0]",
+            "quadratic_damping: row 1",
+        ),
+        (
+            "input: propeller",
+            "input: screw",
+            "propulsion[0].input: 'screw'",
+        ),
+        ("chord: [1, 0, 0]", "chord: [0, 0, 0]", "fins[0].chord"),
+        ("chord: [1, 0, 0]", "chord: [1, 1, 0]", "fins[0].normal"),
+        ("hand: right", "hand: up", "unknown variant `up`"),
+        ("weight: 392.4 N", "weight: 392.4 N\nmassage: 3", "massage"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let parsed = six_dof::parse("own.yaml", &text.replacen(from, to, 1));
+        let refusal = parsed.unwrap_err().to_string();
+        assert!(
+            refusal.starts_with("vehicle file 'own.yaml': ") && refusal.contains(entry),
+            "{refusal}"
+        );
+    }
+    let unknown = six_dof::load("nowhere.yaml").unwrap_err().to_string();
+    assert!(unknown.contains("bluerov2_heavy"), "{unknown}");
+    let remus = include_str!("../../vehicles/six_dof/remus_100_printed.yaml");
+    for name in ["Q_uv", "Y_ux", "Y_uudq", "X_", "Y_u|v"] {
+        let of = remus.replacen("Y_uv:", &format!("{name}:"), 1);
+        let refusal = six_dof::parse("own.yaml", &of).unwrap_err().to_string();
+        assert!(
+            refusal.contains(&format!("coefficients.{name}")),
+            "{refusal}"
+        );
+    }
+}
