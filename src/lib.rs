@@ -24,6 +24,7 @@ pub mod report;
 pub mod reproduce;
 pub mod review;
 pub mod run_folder;
+pub mod six_dof_command;
 pub mod sweep;
 pub mod sysid;
 pub mod tf_command;

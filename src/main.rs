@@ -162,6 +162,12 @@ enum Command {
     /// Compute a vehicle's coefficients from its geometry, and compare with its file
     #[command(after_help = "Example:\n  planesman coefficients brunner --speed 1ft/s")]
     Coefficients(CoefficientsArgs),
+    /// Fly a vehicle of six coupled degrees of freedom, or find its steady turns
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  planesman six-dof fly lauv --input thrust=9 --input rudder=10deg@5 --out turn.csv\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
+    )]
+    SixDof(planesman::six_dof_command::SixDofCommand),
     /// Design the depth and pitch loops: stability, margins, root locus, pole placement, gains
     #[command(
         subcommand,
@@ -387,6 +393,7 @@ fn main() -> ExitCode {
         Command::Params { node, format, .. } => {
             params_command::list_parameters(node.as_deref(), format)
         }
+        Command::SixDof(command) => planesman::six_dof_command::run(&command),
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),

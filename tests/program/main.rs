@@ -26,6 +26,7 @@ mod reports;
 mod reproduce;
 mod review;
 mod same_bits;
+mod six_dof;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_compare;

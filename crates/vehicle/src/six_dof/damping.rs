@@ -1,7 +1,7 @@
 //! Drag that has no lift: damping matrices, and cross-flow drag by strips.
 
 use super::inertia::Matrix6;
-use super::lanes::{Real, Six};
+use super::lanes::{Real, Six, product, sum};
 
 /// Linear and quadratic damping: `force_i = -sum_j (D_ij nu_j + Q_ij |nu_j| nu_j)`, `nu` through the water.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,14 +16,7 @@ impl Damping {
     #[inline(always)]
     pub(super) fn force<T: Real>(&self, nu: &Six<T>) -> Six<T> {
         let square: Six<T> = nu.map(|x| x.abs() * x);
-        std::array::from_fn(|i| {
-            let mut row =
-                T::of(self.linear[i][0]) * nu[0] + T::of(self.quadratic[i][0]) * square[0];
-            for j in 1..6 {
-                row += T::of(self.linear[i][j]) * nu[j] + T::of(self.quadratic[i][j]) * square[j];
-            }
-            -row
-        })
+        sum(product(&self.linear, nu), product(&self.quadratic, &square)).map(|x| -x)
     }
 }
 

@@ -21,6 +21,10 @@ const BUILT_IN: &[(&str, &str)] = &[
         include_str!("../../vehicles/six_dof/remus_100_printed.yaml"),
     ),
     (
+        "remus_100_6dof",
+        include_str!("../../vehicles/six_dof/remus_100_6dof.yaml"),
+    ),
+    (
         "bluerov2_heavy",
         include_str!("../../vehicles/six_dof/bluerov2_heavy.yaml"),
     ),
@@ -60,8 +64,12 @@ pub enum FileError {
 }
 
 fn names() -> String {
-    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
-    names.join(", ")
+    built_in().collect::<Vec<_>>().join(", ")
+}
+
+/// The names of the vehicles that need no file.
+pub fn built_in() -> impl Iterator<Item = &'static str> {
+    BUILT_IN.iter().map(|(name, _)| *name)
 }
 
 /// A built-in vehicle by its name, or else the one in the file at that path.

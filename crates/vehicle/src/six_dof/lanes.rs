@@ -176,13 +176,15 @@ pub(super) fn of<T: Real, const N: usize>(a: &[f64; N]) -> [T; N] {
     a.map(T::of)
 }
 
-/// A matrix by a vector.
+/// A matrix by a vector. Most entries of a vehicle are 0, and cost nothing.
 #[inline(always)]
 pub(super) fn product<T: Real, const N: usize>(matrix: &[[f64; N]; N], x: &[T; N]) -> [T; N] {
     std::array::from_fn(|i| {
-        let mut row = T::of(matrix[i][0]) * x[0];
-        for j in 1..N {
-            row += T::of(matrix[i][j]) * x[j];
+        let mut row = T::of(0.0);
+        for j in 0..N {
+            if matrix[i][j] != 0.0 {
+                row += T::of(matrix[i][j]) * x[j];
+            }
         }
         row
     })

@@ -7,6 +7,7 @@
 //! Axes forward, starboard, keel; the fixed frame is north, east, down; SI units. The plane of [`crate::State`] is the special case without sway, roll and yaw,
 //! its surge held.
 
+mod batch;
 pub mod coefficients;
 mod damping;
 mod equations;
@@ -21,9 +22,10 @@ mod steady;
 mod vehicle;
 mod water;
 
+pub use batch::Batch;
 pub use damping::{CrossFlow, Damping};
 pub use equations::{Forces, State};
-pub use file::{FileError, load, parse};
+pub use file::{FileError, built_in, load, parse};
 pub use fins::{Fin, Section};
 pub use inertia::{Matrix6, RigidBody, about_origin, ellipsoid};
 pub use lanes::{Lanes, Real, Six, Three};

@@ -1,0 +1,129 @@
+//! Many vehicles of one kind at once: their numbers side by side, stepped in lanes.
+
+use super::equations::State;
+use super::lanes::Lanes;
+use super::simulate::runge_kutta;
+use super::vehicle::Vehicle;
+use super::water::Water;
+
+/// Vehicles that are stepped together.
+const WIDTH: usize = 8;
+
+/// Vehicles of one kind, each with a state, inputs and water of its own. Each moves as it does alone, to the last bit.
+#[derive(Clone, Debug)]
+pub struct Batch<'a> {
+    vehicle: &'a Vehicle,
+    count: usize,
+    /// By groups of [`WIDTH`]; what fills the last group up is a copy of its first vehicle.
+    groups: Vec<Group>,
+}
+
+#[derive(Clone, Debug)]
+struct Group {
+    state: State<Lanes<WIDTH>>,
+    inputs: Vec<Lanes<WIDTH>>,
+    water: Water<Lanes<WIDTH>>,
+}
+
+impl<'a> Batch<'a> {
+    /// Vehicles in these states, their inputs 0 and the water at rest.
+    #[must_use]
+    pub fn new(vehicle: &'a Vehicle, states: &[State]) -> Self {
+        let groups = states.chunks(WIDTH).map(|chunk| {
+            let rows: [[f64; 13]; WIDTH] =
+                std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0]).row());
+            Group {
+                state: State::of_row(std::array::from_fn(|i| Lanes(rows.map(|row| row[i])))),
+                inputs: vec![Lanes([0.0; WIDTH]); vehicle.parts().inputs.len()],
+                water: Water::at_rest(),
+            }
+        });
+        Self {
+            vehicle,
+            count: states.len(),
+            groups: groups.collect(),
+        }
+    }
+
+    /// How many vehicles.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The state of vehicle `k`.
+    ///
+    /// # Panics
+    /// When there is none of that number.
+    #[must_use]
+    pub fn state(&self, k: usize) -> State {
+        assert!(k < self.count);
+        let row = self.groups[k / WIDTH].state.row();
+        State::of_row(row.map(|x| x.0[k % WIDTH]))
+    }
+
+    /// Sets the inputs of vehicle `k`, in the order of [`super::Parts::inputs`]; those that are missing stay.
+    ///
+    /// # Panics
+    /// When there is none of that number.
+    pub fn set_inputs(&mut self, k: usize, inputs: &[f64]) {
+        assert!(k < self.count);
+        for (of, input) in self.groups[k / WIDTH].inputs.iter_mut().zip(inputs) {
+            of.0[k % WIDTH] = *input;
+        }
+    }
+
+    /// Sets the water about vehicle `k`.
+    ///
+    /// # Panics
+    /// When there is none of that number.
+    pub fn set_water(&mut self, k: usize, water: &Water<f64>) {
+        assert!(k < self.count);
+        let (of, lane) = (&mut self.groups[k / WIDTH].water, k % WIDTH);
+        for (to, from) in [
+            (&mut of.velocity, water.velocity),
+            (&mut of.acceleration, water.acceleration),
+            (&mut of.of_water, water.of_water),
+        ] {
+            for i in 0..3 {
+                to[i].0[lane] = from[i];
+            }
+        }
+    }
+
+    /// So many steps of length `dt` \[s\] by the classical Runge-Kutta method, inputs and water held.
+    pub fn advance(&mut self, steps: u32, dt: f64) {
+        for group in &mut self.groups {
+            for _ in 0..steps {
+                group.state =
+                    runge_kutta(self.vehicle, &group.state, &group.inputs, &group.water, dt);
+            }
+        }
+    }
+
+    /// The vehicles in parts of about `count` each, to be advanced by different threads.
+    #[must_use]
+    pub fn split(self, count: usize) -> Vec<Self> {
+        let size = count.div_ceil(WIDTH).max(1);
+        let (vehicle, mut left) = (self.vehicle, self.count);
+        let mut groups = self.groups.into_iter().peekable();
+        let mut parts = Vec::new();
+        while groups.peek().is_some() {
+            let of: Vec<Group> = groups.by_ref().take(size).collect();
+            let count = left.min(of.len() * WIDTH);
+            left -= count;
+            parts.push(Self {
+                vehicle,
+                count,
+                groups: of,
+            });
+        }
+        parts
+    }
+}

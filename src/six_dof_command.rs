@@ -1,0 +1,389 @@
+//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, and their steady turns.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, bail};
+use planesman_console::out;
+use planesman_units::{Dimension, Quantity};
+use planesman_vehicle::six_dof::{
+    self, Accurate, Forces, Sea, Simulation, State, Turn, Vehicle, Wave, rotation, steady_turn,
+};
+
+use crate::arguments::{length, output_file, quantity, speed, within};
+
+/// What is asked of a vehicle.
+#[derive(Clone, Debug, clap::Subcommand)]
+pub enum SixDofCommand {
+    /// Fly it with inputs that are held, and print where it is, with the error of the integration
+    #[command(
+        after_help = "Examples:\n  planesman six-dof fly lauv --input thrust=9 --input rudder=10deg@5 --out turn.csv\n  planesman six-dof fly bluerov2_heavy --input front_port=0.2 --current 0,0.3,0 --forces --out rov.csv"
+    )]
+    Fly(Box<FlyArgs>),
+    /// Find the steady turn at one depth that an input holds
+    #[command(
+        after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
+    )]
+    Turn(TurnArgs),
+}
+
+/// A vehicle and its inputs.
+#[derive(Clone, Debug, clap::Args)]
+struct Flown {
+    /// A built-in vehicle (bluerov2_heavy, lauv, remus_100_6dof, remus_100_printed) or a vehicle file (docs/six_dof.md)
+    vehicle: String,
+    /// An input, 0 where none is given: a number in SI or with its unit (10deg, 9N), from a time on if one is named; may be repeated
+    #[arg(long = "input", value_name = "NAME=VALUE[@SECONDS]")]
+    inputs: Vec<String>,
+}
+
+/// Options of `fly`.
+#[derive(Clone, Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub struct FlyArgs {
+    #[command(flatten)]
+    flown: Flown,
+    /// How long \[s\]
+    #[arg(long, default_value_t = 60.0, value_parser = within(0.001, 1e5))]
+    duration: f64,
+    /// Time between the rows of the file \[s\]
+    #[arg(long, default_value_t = 0.1, value_parser = within(1e-4, 1e3))]
+    tick: f64,
+    /// Surge over ground at the start (m/s, or with its unit)
+    #[arg(long, default_value_t = 0.0, value_parser = speed(-20.0, 20.0))]
+    speed: f64,
+    /// Depth at the start (m, or with its unit)
+    #[arg(long, default_value_t = 5.0, value_parser = length(-1e3, 1.1e4))]
+    depth: f64,
+    /// Roll at the start (rad, or with its unit: 5deg)
+    #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
+    roll: f64,
+    /// Pitch at the start
+    #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
+    pitch: f64,
+    /// Heading at the start, from north over east
+    #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
+    heading: f64,
+    /// Current: north, east, down \[m/s\]
+    #[arg(long, value_name = "N,E,D", value_parser = three, default_value = "0,0,0")]
+    current: Three,
+    /// How fast the current turns about down \[rad/s\]
+    #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
+    current_turning: f64,
+    /// A wave on deep water: amplitude \[m\], period \[s\], where it goes to, from north over east \[rad\]; may be repeated
+    #[arg(long = "wave", value_name = "A,T,DIRECTION", value_parser = three)]
+    waves: Vec<Three>,
+    /// Error allowed in each step, relative and absolute
+    #[arg(long, default_value_t = 1e-9, value_parser = within(1e-13, 1e-2))]
+    accuracy: f64,
+    /// Write each force and moment of the equations into the file too
+    #[arg(long, requires = "out")]
+    forces: bool,
+    /// A CSV file of the motion; must not exist
+    #[arg(long, value_parser = output_file)]
+    out: Option<PathBuf>,
+}
+
+/// Options of `turn`.
+#[derive(Clone, Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub struct TurnArgs {
+    #[command(flatten)]
+    flown: Flown,
+    /// The input that holds the depth
+    #[arg(long, default_value = "stern_planes")]
+    hold: String,
+    /// Where the search begins: surge (m/s, or with its unit)
+    #[arg(long, default_value_t = 1.4, value_parser = speed(-20.0, 20.0))]
+    speed: f64,
+    /// Where the search begins: rate of the heading, positive to starboard \[rad/s\]
+    #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
+    yaw_rate: f64,
+}
+
+/// Three numbers with commas between.
+#[derive(Clone, Copy, Debug)]
+struct Three([f64; 3]);
+
+fn three(text: &str) -> Result<Three, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|x| x.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [x, y, z] if [x, y, z].iter().all(|x| x.is_finite()) && text.matches(',').count() == 2 => {
+            Ok(Three([x, y, z]))
+        }
+        _ => Err("three numbers with commas between are expected".to_owned()),
+    }
+}
+
+/// Does what is asked.
+///
+/// # Errors
+/// When the vehicle or an input is refused, the motion diverges, no turn is found, or the file cannot be written.
+pub fn run(command: &SixDofCommand) -> Result<()> {
+    match command {
+        SixDofCommand::Fly(args) => fly(args),
+        SixDofCommand::Turn(args) => turn(args),
+    }
+}
+
+/// When \[s\] the inputs change, and to what.
+type Schedule = Vec<(f64, Vec<f64>)>;
+
+impl Flown {
+    fn vehicle(&self) -> Result<Vehicle> {
+        Ok(six_dof::load(&self.vehicle)?)
+    }
+
+    fn schedule(&self, vehicle: &Vehicle) -> Result<Schedule> {
+        let names = &vehicle.parts().inputs;
+        let mut changes = Vec::new();
+        for written in &self.inputs {
+            let parsed = written.split_once('=').and_then(|(name, value)| {
+                let (value, time) = value.split_once('@').unwrap_or((value, "0"));
+                let time: f64 = time.parse().ok().filter(|t| *t >= 0.0)?;
+                Some((name, number(value)?, time))
+            });
+            let Some((name, value, time)) = parsed else {
+                bail!(
+                    "--input {written}: NAME=VALUE or NAME=VALUE@SECONDS is expected, as rudder=10deg@5"
+                );
+            };
+            let Some(place) = names.iter().position(|it| it == name) else {
+                bail!(
+                    "--input {written}: the inputs of '{}' are {}",
+                    vehicle.parts().name,
+                    names.join(", ")
+                );
+            };
+            changes.push((time, place, value));
+        }
+        changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut now = vec![0.0; names.len()];
+        let mut schedule: Schedule = vec![(0.0, now.clone())];
+        for (time, place, value) in changes {
+            now[place] = value;
+            match schedule.last_mut() {
+                Some(last) if last.0 == time => last.1.clone_from(&now),
+                _ => schedule.push((time, now.clone())),
+            }
+        }
+        Ok(schedule)
+    }
+}
+
+/// A number in SI, or with the unit of an angle, a force or a rate.
+fn number(text: &str) -> Option<f64> {
+    let quantity: Quantity = text.parse().ok()?;
+    [Dimension::Angle, Dimension::Force, Dimension::Rate]
+        .into_iter()
+        .find_map(|dimension| quantity.argument(dimension).ok())
+}
+
+impl FlyArgs {
+    /// The states at each tick.
+    fn flown(
+        &self,
+        vehicle: &Vehicle,
+        sea: &Sea,
+        schedule: &Schedule,
+        accuracy: f64,
+    ) -> Result<Vec<(f64, State)>> {
+        let start = State {
+            position: [0.0, 0.0, self.depth],
+            attitude: rotation::from_euler([self.roll, self.pitch, self.heading]),
+            velocity: [self.speed, 0.0, 0.0, 0.0, 0.0, 0.0],
+        };
+        let accuracy = Accurate {
+            relative: accuracy,
+            absolute: accuracy,
+        };
+        let mut simulation = Simulation::new(vehicle, sea, start, accuracy);
+        let mut states = vec![(0.0, start)];
+        let mut changes = schedule.iter().skip(1).peekable();
+        let mut inputs = &schedule[0].1;
+        let ticks = (self.duration / self.tick - 1e-9).ceil() as usize;
+        for k in 1..=ticks {
+            let until = (k as f64 * self.tick).min(self.duration);
+            while let Some((time, next)) = changes.next_if(|(time, _)| *time < until) {
+                simulation.advance(*time, inputs)?;
+                inputs = next;
+            }
+            simulation.advance(until, inputs)?;
+            states.push((until, simulation.state));
+        }
+        Ok(states)
+    }
+}
+
+fn fly(args: &FlyArgs) -> Result<()> {
+    let vehicle = args.flown.vehicle()?;
+    let schedule = args.flown.schedule(&vehicle)?;
+    let sea = Sea {
+        current: args.current.0,
+        turning: args.current_turning,
+        waves: args
+            .waves
+            .iter()
+            .map(|Three([amplitude, period, direction])| Wave {
+                amplitude: *amplitude,
+                period: *period,
+                direction: *direction,
+                phase: 0.0,
+            })
+            .collect(),
+        ..Sea::default()
+    };
+    if sea.waves.iter().any(|wave| wave.period <= 0.0) {
+        bail!("--wave: the period must be above zero");
+    }
+    let states = args.flown(&vehicle, &sea, &schedule, args.accuracy)?;
+    let finer = args.flown(
+        &vehicle,
+        &sea,
+        &schedule,
+        (args.accuracy / 100.0).max(1e-14),
+    )?;
+    let difference = |(one, other): (&(f64, State), &(f64, State))| {
+        let pairs = one.1.row().into_iter().zip(other.1.row());
+        pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+    };
+    let error = states
+        .iter()
+        .zip(&finer)
+        .map(difference)
+        .fold(0.0, f64::max);
+    if let Some(path) = &args.out {
+        let text = csv(&vehicle, &sea, &schedule, &states, args.forces);
+        planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    let Some((time, last)) = states.last() else {
+        bail!("no time was flown");
+    };
+    let [north, east, down] = last.position;
+    let [roll, pitch, yaw] = rotation::euler(last.attitude).map(f64::to_degrees);
+    let [u, v, w, p, q, r] = last.velocity;
+    let [p, q, r] = [p, q, r].map(f64::to_degrees);
+    out!("{} after {time} s", vehicle.parts().name)?;
+    out!("  north, east, depth  {north:.4} {east:.4} {down:.4} m")?;
+    out!("  roll, pitch, yaw    {roll:.4} {pitch:.4} {yaw:.4} deg")?;
+    out!("  u, v, w             {u:.5} {v:.5} {w:.5} m/s")?;
+    out!("  p, q, r             {p:.5} {q:.5} {r:.5} deg/s")?;
+    out!(
+        "integration error {error:.1e} (m, m/s, rad/s): the largest difference on the way from a hundredth of --accuracy {:e}",
+        args.accuracy
+    )?;
+    Ok(())
+}
+
+/// The motion as a table: time, place, attitude, velocities, inputs; with `forces` each part of the equations too.
+fn csv(
+    vehicle: &Vehicle,
+    sea: &Sea,
+    schedule: &Schedule,
+    states: &[(f64, State)],
+    forces: bool,
+) -> String {
+    let parts: [(&str, fn(&Forces) -> [f64; 6]); 8] = [
+        ("rigid_body_coriolis", |f| f.rigid_body_coriolis),
+        ("added_mass_coriolis", |f| f.added_mass_coriolis),
+        ("current_acceleration", |f| f.current_acceleration),
+        ("restoring", |f| f.restoring),
+        ("damping", |f| f.damping),
+        ("coefficients", |f| f.coefficients),
+        ("fins", |f| f.fins),
+        ("propulsion", |f| f.propulsion),
+    ];
+    let mut text = "time [s],north [m],east [m],depth [m],roll [rad],pitch [rad],yaw [rad],u [m/s],v [m/s],w [m/s],p [rad/s],q [rad/s],r [rad/s]".to_owned();
+    for input in &vehicle.parts().inputs {
+        text += &format!(",{input}");
+    }
+    if forces {
+        for (name, _) in parts {
+            for row in ["X [N]", "Y [N]", "Z [N]", "K [N m]", "M [N m]", "N [N m]"] {
+                text += &format!(",{name} {row}");
+            }
+        }
+    }
+    text.push('\n');
+    for (time, state) in states {
+        let held = schedule.iter().rev().find(|(from, _)| from <= time);
+        let inputs = held.map_or(&schedule[0].1, |(_, inputs)| inputs);
+        let mut row = vec![*time];
+        row.extend(state.position);
+        row.extend(rotation::euler(state.attitude));
+        row.extend(state.velocity);
+        row.extend(inputs);
+        if forces {
+            let r = rotation::matrix(state.attitude);
+            let [u, v, w, ..] = state.velocity;
+            let over_ground = rotation::to_fixed(&r, [u, v, w]);
+            let water = sea.at(state.position, over_ground, *time);
+            let found = vehicle.forces(state, inputs, &water);
+            parts.iter().for_each(|(_, of)| row.extend(of(&found)));
+        }
+        for (k, x) in row.iter().enumerate() {
+            let comma = if k == 0 { "" } else { "," };
+            let _ = write!(text, "{comma}{x}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn turn(args: &TurnArgs) -> Result<()> {
+    let vehicle = args.flown.vehicle()?;
+    let schedule = args.flown.schedule(&vehicle)?;
+    let names = &vehicle.parts().inputs;
+    let Some(holding) = names.iter().position(|name| *name == args.hold) else {
+        bail!(
+            "--hold {}: the inputs of '{}' are {}",
+            args.hold,
+            vehicle.parts().name,
+            names.join(", ")
+        );
+    };
+    let inputs = match &schedule[..] {
+        [(_, inputs)] => inputs,
+        _ => bail!("a steady turn has inputs that stay: no @SECONDS"),
+    };
+    let start = Turn {
+        velocity: [args.speed, 0.0, 0.0],
+        roll: 0.0,
+        pitch: 0.0,
+        yaw_rate: args.yaw_rate,
+        held: 0.0,
+    };
+    let Some(found) = steady_turn(&vehicle, inputs, holding, start) else {
+        bail!(
+            "no steady turn was found from {} m/s and {} rad/s; begin elsewhere with --speed and --yaw-rate",
+            args.speed,
+            args.yaw_rate
+        );
+    };
+    let [u, v, w] = found.velocity;
+    let speed = (u * u + v * v + w * w).sqrt();
+    out!("{}: steady turn at one depth", vehicle.parts().name)?;
+    out!("  speed       {speed:.5} m/s; u, v, w {u:.5} {v:.5} {w:.5}")?;
+    out!(
+        "  heading     {:.4} deg/s, positive to starboard",
+        found.yaw_rate.to_degrees()
+    )?;
+    if found.yaw_rate != 0.0 {
+        out!("  radius      {:.3} m", speed / found.yaw_rate.abs())?;
+    }
+    out!(
+        "  roll, pitch {:.3} {:.3} deg",
+        found.roll.to_degrees(),
+        found.pitch.to_degrees()
+    )?;
+    out!(
+        "  {} {:.5} ({:.2} deg as an angle)",
+        args.hold,
+        found.held,
+        found.held.to_degrees()
+    )?;
+    Ok(())
+}
