@@ -19,7 +19,8 @@ use planesman_diff::{Options, diff, stamp_decoder};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_node::{
-    Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime, args,
+    Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime, STRICT_PARAMETERS,
+    args,
 };
 use planesman_signals::{nanoseconds, types};
 use rustix::process::{Pid, Signal, kill_process};
@@ -59,6 +60,8 @@ struct Role {
     node: &'static str,
     /// Its inputs, the first of which begins a tick.
     inputs: &'static [&'static str],
+    /// Whether all other topics but its answers are inputs too.
+    plays_all: bool,
     /// The topic that ends the tick.
     answer: &'static str,
     /// The topics that are compared.
@@ -82,6 +85,7 @@ impl Through {
                     "heading_setpoint",
                     "speed_setpoint",
                 ],
+                plays_all: false,
                 answer: "plane_command",
                 outputs: &["plane_command", "control_state", "estimate"],
                 parameter: "lockstep:=true",
@@ -89,6 +93,7 @@ impl Through {
             Self::Actuator => Role {
                 node: "dha_actuator",
                 inputs: &["plane_command"],
+                plays_all: false,
                 answer: "plane_motion",
                 outputs: &[
                     "plane_motion",
@@ -100,17 +105,11 @@ impl Through {
                 ],
                 parameter: "lockstep:=true",
             },
+            // Its signals are on any topics.
             Self::Sysid => Role {
                 node: "sysid",
-                inputs: &[
-                    "state",
-                    "plane_motion",
-                    "plane_command",
-                    "imu",
-                    "control_state",
-                    "odom",
-                    "planes",
-                ],
+                inputs: &["state"],
+                plays_all: true,
                 answer: "tick_answer",
                 outputs: &["model"],
                 parameter: "answer:=true",
@@ -152,7 +151,7 @@ pub struct PlayArgs {
     #[command(flatten)]
     rules: RuleArgs,
     /// With own: the command that starts the node
-    #[arg(last = true, value_name = "COMMAND")]
+    #[arg(last = true, value_name = "CMD")]
     command: Vec<String>,
 }
 
@@ -240,6 +239,19 @@ struct Plan {
     answer: Topic,
 }
 
+/// A bag's topics but these and those of wall time.
+fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
+    let of_wall_time = |it: &Topic| {
+        planesman_diff::WALL_TIME
+            .iter()
+            .any(|wall| it.name.ends_with(wall))
+    };
+    let is_other =
+        |it: &&Topic| !but.iter().any(|known| known.name == it.name) && !of_wall_time(it);
+    let all = bag.topics().iter().map(|it| &*it.topic);
+    all.filter(is_other).cloned().collect()
+}
+
 impl Plan {
     fn of(args: &PlayArgs, role: Option<&Role>, bag: &BagReader) -> Result<Self> {
         let all = || bag.topics().iter().map(|it| &*it.topic);
@@ -267,14 +279,8 @@ impl Plan {
                 topics.collect()
             };
             let outputs = named(&args.output)?;
-            let is_other = |it: &&Topic| {
-                !outputs.iter().any(|output| output.name == it.name)
-                    && !planesman_diff::WALL_TIME
-                        .iter()
-                        .any(|wall| it.name.ends_with(wall))
-            };
             let inputs = match &args.input[..] {
-                [] => all().filter(is_other).cloned().collect(),
+                [] => others(bag, &outputs),
                 names => named(names)?,
             };
             let answer = outputs[0].clone();
@@ -324,7 +330,13 @@ impl Plan {
         });
         let clock = all().find(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
         let mut inputs = present(role.inputs);
-        inputs.extend(clock.cloned());
+        match role.plays_all {
+            true => inputs.extend(others(
+                bag,
+                &[&inputs[..], &outputs, answer.as_slice()].concat(),
+            )),
+            false => inputs.extend(clock.cloned()),
+        }
         Ok(Self {
             namespace: namespace.to_owned(),
             inputs,
@@ -344,6 +356,8 @@ impl Plan {
             }
             (Some(role), _) => {
                 let mut command = Command::new(std::env::current_exe()?);
+                // A parameter that the node has not would change nothing, and the outputs would be equal.
+                command.env(STRICT_PARAMETERS, "1");
                 command.args(["node", role.node, "--ros-args", "--log-level", "warn", "-r"]);
                 command.arg(format!("__ns:={}", self.namespace));
                 let of_flight = || {

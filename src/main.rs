@@ -275,7 +275,8 @@ enum BagCommand {
     Diff(bag_command::DiffArgs),
     /// Play a bag's inputs through one node in lockstep, and compare its outputs with the recorded ones; exit status 4 if they differ
     #[command(
-        after_help = help(&["Examples:\n  planesman bag play runs/dive/bag --lockstep --through controller\n  planesman bag play runs/dive/bag --lockstep --through controller -p pitch.p:=0.71\n  planesman bag play runs/dive/bag --lockstep --through own --input state \\\n      --output plane_command -- python3 own_controller.py --ros-args -r __ns:=/auv", EXIT_CODES])
+        override_usage = "planesman bag play --lockstep --through NODE [OPTIONS] BAG [-- CMD...]",
+        after_help = help(&["Examples:\n  planesman bag play runs/dive/bag --lockstep --through controller\n  planesman bag play runs/dive/bag --lockstep --through controller \\\n      -p pitch.p:=0.71\n  planesman bag play runs/dive/bag --lockstep --through own --input state \\\n      --output plane_command -- python3 own.py --ros-args -r __ns:=/auv", EXIT_CODES])
     )]
     Play(Box<bag_play::PlayArgs>),
 }

@@ -84,13 +84,13 @@ fn the_last_bit_of_one_field_of_one_message_is_found_with_its_stamp_and_values()
     let (a, b) = (stage.path("a.mcap"), stage.path("b.mcap"));
     fly(&stage, &a, "0.8");
     let [was, is] = rewritten(&a, &b, Some(41), options(Compression::None));
-    let first = "first difference: /auv/plane_command field dive_planes at stamp 2.050000000 (message 42 of it): ";
+    let first = "first difference: /auv/plane_command field dive_planes at stamp 2.050000000 (message 42): ";
     let values = format!("{first}{was} in A, {is} in B");
     let before = "(1 ulp); the 41 messages before it are equal";
     differs(
         &stage,
         &[&a, &b],
-        &[&values, before, "/auv/plane_command 100 100 99 1 0 0"],
+        &[&values, before, "/auv/plane_command 100 100 99 1 "],
     );
     differs(
         &stage,
@@ -173,7 +173,7 @@ fn a_table_of_a_flight_is_compared_with_its_bag_and_another_gain_shows() {
     }
     is_equal(&stage, &[&path("a.csv"), &path("a.mcap")]);
     is_equal(&stage, &[&path("b.mcap"), &path("b.csv")]);
-    let says = ["first difference: plane_command [rad] at stamp 0.000000000 (message 1 of it): "];
+    let says = ["first difference: plane_command [rad] at stamp 0.000000000 (value 1): "];
     differs(&stage, &[&path("a.csv"), &path("b.mcap")], &says);
     differs(&stage, &[&path("a.csv"), &path("b.csv")], &says);
     differs(
@@ -241,8 +241,8 @@ fn messages_are_paired_by_their_stamps_and_bits_are_compared() {
         &missing,
         &others,
         &[
-            "/imu at stamp 0.040000001 (message 5 of it): only A has it",
-            "/imu 10 9 9 0 1",
+            "/imu at stamp 0.040000001 (message 5): only A has it",
+            "/imu 10 9 9 1",
         ],
     );
     // One more, between others.
@@ -253,7 +253,7 @@ fn messages_are_paired_by_their_stamps_and_bits_are_compared() {
         &[
             "/imu at stamp 0.020000001",
             "only B has it",
-            "/imu 10 11 10 0 0 1",
+            "/imu 10 11 10 1",
         ],
     );
     // The same again, as after a tick that was sent twice.
@@ -272,16 +272,13 @@ fn messages_are_paired_by_their_stamps_and_bits_are_compared() {
     differs(
         &stage,
         &[&path("restarted.mcap"), &path("short.mcap")],
-        &["/imu 20 16 16 0 4"],
+        &["/imu 20 16 16 4"],
     );
     // Bits: a NaN is itself, -0.0 is not 0.0.
     against(
         &all,
         &[1.0, f64::NAN, -0.0],
-        &[
-            "/u field data, message 3 of it: 0.0 in A, -0.0 in B",
-            "(1 ulp)",
-        ],
+        &["/u field data, message 3: 0.0 in A, -0.0 in B", "(1 ulp)"],
     );
     against(&all, &[1.0, 2.0, 0.0], &["nan in A, 2.0 in B"]);
     // By their numbers a missing one shifts all that follow.

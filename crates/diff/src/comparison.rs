@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use planesman_decode::Types;
 use planesman_decode::difference::{Value, differences};
 
+use crate::options::{DiffError, Options, WALL_TIME};
 use crate::pairing::{Key, Outcome, Pairing, Waiting};
 use crate::recording::{Item, Recording, TopicOf};
 use crate::rules::{Rule, RuleError};
-use crate::{DiffError, Options, WALL_TIME, waiting};
 
 /// The result.
 #[derive(Clone, Debug, Default)]
@@ -122,9 +122,11 @@ impl FieldResult {
     #[must_use]
     pub fn relative(&self) -> f64 {
         let largest = self.largest.as_ref();
-        largest.map_or(-1.0, |it| match it.difference.abs() / self.magnitude {
-            part if part.is_nan() => f64::INFINITY,
-            part => part,
+        largest.map_or(-1.0, |it| match it.difference.abs() {
+            // Zeros of both signs.
+            0.0 => 0.0,
+            size if size.is_nan() => f64::INFINITY,
+            size => size / self.magnitude,
         })
     }
 
@@ -265,7 +267,11 @@ impl<'r> Comparing<'r> {
         }
         topic.result.messages[side] += 1;
         let bytes = item.payload.len();
-        let message = waiting(item, *now, self.numbers[side]);
+        let message = Waiting {
+            key: *now,
+            number: self.numbers[side],
+            payload: item.payload,
+        };
         topic.pairing.push(side, message);
         self.waiting += bytes;
         self.advance(place);

@@ -6,8 +6,9 @@ use planesman_decode::difference::Value;
 use planesman_decode::{Decoder, FieldPath, Values};
 use planesman_plot::TimeHistory;
 
+use crate::comparison::Comparison;
+use crate::options::{DiffError, Options};
 use crate::recording::{self, stamp_paths};
-use crate::{Comparison, DiffError, Options};
 
 /// A field in both recordings, and its difference where both have a message; time in seconds from the earliest stamp.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub struct History {
 /// The fields of each topic that differ most, at most `most` of a topic. Both recordings are read once more.
 ///
 /// # Errors
-/// As [`diff`](crate::diff).
+/// As [`diff`](crate::diff()).
 pub fn histories(
     [a, b]: [&Path; 2],
     options: &Options<'_>,

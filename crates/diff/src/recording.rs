@@ -8,7 +8,7 @@ use planesman_bag::{BagReader, Message, Order, Topic};
 use planesman_decode::{Decoder, Types, Values, schema};
 use planesman_signals::{CsvSource, Request, SourceError, TableTime, is_table, nanoseconds, types};
 
-use crate::{DiffError, Options};
+use crate::options::{DiffError, Options};
 
 /// A message as it comes.
 pub(crate) struct Item {

@@ -15,7 +15,7 @@ impl Comparison {
         let (topics, messages) =
             compared.fold((0, 0), |sum: (u64, u64), it| (sum.0 + 1, sum.1 + it.equal));
         match &self.first {
-            Some(first) => first.sentence(),
+            Some(first) => first.sentence(if self.is_table { "value" } else { "message" }),
             None if self.is_table => format!("equal: {messages} values in {topics} columns"),
             None => format!("equal: {messages} messages on {topics} topics"),
         }
@@ -139,7 +139,7 @@ impl Comparison {
 }
 
 impl First {
-    fn sentence(&self) -> String {
+    fn sentence(&self, kind: &str) -> String {
         let Self {
             topic,
             number: count,
@@ -153,8 +153,8 @@ impl First {
             let _ = write!(text, " field {}", shown(field));
         }
         let _ = match self.stamp {
-            Some(stamp) => write!(text, " at stamp {} (message {count} of it)", seconds(stamp)),
-            None => write!(text, ", message {count} of it"),
+            Some(stamp) => write!(text, " at stamp {} ({kind} {count})", seconds(stamp)),
+            None => write!(text, ", {kind} {count}"),
         };
         text += ": ";
         text += &match &self.what {
@@ -177,12 +177,12 @@ impl First {
             What::Alone(_) => "only B has it".to_owned(),
         };
         let before = match (*equal_before, count - 1) {
-            (0, 0) => "it is the first message".to_owned(),
-            (1, 1) => "the message before it is equal".to_owned(),
+            (0, 0) => format!("it is the first {kind}"),
+            (1, 1) => format!("the {kind} before it is equal"),
             (equal, before) if equal == before => {
-                format!("the {equal} messages before it are equal")
+                format!("the {equal} {kind}s before it are equal")
             }
-            (equal, _) => format!("{equal} messages before it are equal"),
+            (equal, _) => format!("{equal} {kind}s before it are equal"),
         };
         text + "; " + &before
     }
