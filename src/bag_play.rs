@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -202,6 +202,33 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
             output_file(&name).map_err(|reason| anyhow!("{name}: {reason} with --out"))?
         }
     };
+    let options = WriterOptions {
+        flush_interval: None,
+        ..WriterOptions::default()
+    };
+    let writer = BagWriter::create_file(&out, options)?;
+    let ticks = record(&plan, role.as_ref(), &bag, args, writer).inspect_err(|_| {
+        // Half a recording is of no use, and would be in the way of the next one.
+        let _ = std::fs::remove_file(&out);
+    })?;
+    planesman_console::out!("{}: the outputs of {ticks} ticks", out.display())?;
+    let options = Options {
+        only: plan.outputs.iter().map(|it| it.name.clone()).collect(),
+        ..args.rules.options(&[])
+    };
+    let found = diff(&args.bag, &out, &options)?;
+    print(&found, None)?;
+    Ok(found.is_equal())
+}
+
+/// Records what the node answers. Returns the number of ticks.
+fn record(
+    plan: &Plan,
+    role: Option<&Role>,
+    bag: &BagReader,
+    args: &PlayArgs,
+    writer: BagWriter,
+) -> Result<u64> {
     let (rt, ()) = Runtime::start(
         NodeSpec {
             name: "player",
@@ -211,23 +238,16 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
         },
         args::only(["--ros-args", "--log-level", "warn"].map(str::to_owned))?,
     )?;
-    let mut player = Player::new(rt, &plan, &bag, args, &out)?;
-    let mut child = match plan.command(args, role.as_ref())? {
+    let mut player = Player::new(rt, plan, bag, args, writer)?;
+    let mut child = match plan.command(args, role)? {
         Some(mut command) => Some(Started(command.spawn().context("cannot start the node")?)),
         None => None,
     };
     player.wait_for_node(child.as_mut())?;
-    let ticks = player.play(&bag, child.as_mut())?;
+    let ticks = player.play(bag, child.as_mut())?;
     drop(child);
     player.finish()?;
-    planesman_console::out!("{}: the outputs of {ticks} ticks", out.display())?;
-    let options = Options {
-        only: plan.outputs.iter().map(|it| it.name.clone()).collect(),
-        ..args.rules.options(&[])
-    };
-    let found = diff(&args.bag, &out, &options)?;
-    print(&found, None)?;
-    Ok(found.is_equal())
+    Ok(ticks)
 }
 
 /// The topics by their roles.
@@ -453,15 +473,8 @@ impl Player {
         plan: &Plan,
         bag: &BagReader,
         args: &PlayArgs,
-        out: &Path,
+        mut writer: BagWriter,
     ) -> Result<Self> {
-        let mut writer = BagWriter::create_file(
-            out,
-            WriterOptions {
-                flush_interval: None,
-                ..WriterOptions::default()
-            },
-        )?;
         let mut inputs = Vec::new();
         for topic in &plan.inputs {
             let is_latched =
@@ -640,7 +653,7 @@ impl Player {
             }
         }
         if let Some(tick) = due {
-            self.wait_for(tick, child.as_deref_mut())?;
+            self.wait_for(tick, child)?;
             ticks += 1;
         }
         self.take_for(SETTLING, false)?;

@@ -114,7 +114,7 @@ fn plays_its_part(stage: &Stage, bag: &str) {
     let play = |through: &str, more: &[&str]| {
         let out = stage.path(&format!("{through}{}.mcap", more.len()));
         let play = ["bag", "play", bag, "--lockstep", "--through", through];
-        stage.run(&[&play, &["--out", &out], more].concat())
+        stage.run(&[&play[..], &["--out", &out], more].concat())
     };
     for through in ["controller", "actuator", "sysid"] {
         let outcome = play(through, &[]).success();
