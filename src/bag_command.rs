@@ -1,19 +1,24 @@
-//! `planesman bag info`: a bag's contents, and the published messages that it lacks.
+//! `planesman bag info`: a bag's contents, and the published messages that it lacks; `planesman bag diff`: where two recordings differ.
 //!
 //! A bag alone knows only what its recorder missed. The bag of a dive lies beside the accounts that the nodes left of what
 //! they published; it is held against those.
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use clap::Args;
 use planesman_bag::{BagInfo, BagReader, Order, is_bag_file};
 use sha2::{Digest as _, Sha256};
 
+use crate::arguments::output_file;
 use crate::run_folder::{Loss, RunFolder};
+use planesman_console::{Format, print_wrapped};
+use planesman_diff::{ColumnOf, Comparison, Options, Rule, Tolerance, WALL_TIME, diff, histories};
 use planesman_flight::flight::recorded;
 use planesman_flight::nodes::NODES;
+use planesman_flight::sink::{COLUMNS, write_text};
 use planesman_pages::flights::Count;
 
 /// Prints what the bag at `path` holds and lacks.
@@ -35,9 +40,6 @@ pub fn info(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Topics that carry wall time, whatever the loop does.
-const OF_WALL_TIME: [&str; 3] = ["/diagnostics", "/parameter_events", "/rosout"];
-
 /// Prints the SHA-256 of each topic's payloads, in the order in which they were recorded, each filled up with zeros to whole words
 /// as it is on its way (RTPS 2.3, 9.4.1); then one of the lines of all topics without wall time.
 ///
@@ -56,15 +58,11 @@ pub fn hashes(path: &Path) -> Result<()> {
     for (name, hash) in topics {
         let line = format!("{:x} {}\n", hash.finalize(), planesman_text::shown(&name));
         planesman_console::out!("{}", line.trim_end())?;
-        if !OF_WALL_TIME.contains(&name.as_str()) {
+        if !WALL_TIME.contains(&name.as_str()) {
             of_loop.update(line);
         }
     }
-    planesman_console::out!(
-        "{:x} all but {}",
-        of_loop.finalize(),
-        OF_WALL_TIME.join(", ")
-    )?;
+    planesman_console::out!("{:x} all but {}", of_loop.finalize(), WALL_TIME.join(", "))?;
     Ok(())
 }
 
@@ -89,6 +87,91 @@ fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
         said += &format!("\nno exit report of {}", silent.join(", "));
     }
     said
+}
+
+/// The recordings, and what counts as a difference.
+#[derive(Args)]
+pub struct DiffArgs {
+    /// A bag folder, a metadata.yaml, an .mcap or .db3 file, or a table as `planesman sim --out x.csv` writes it
+    a: PathBuf,
+    /// Another
+    b: PathBuf,
+    #[command(flatten)]
+    rules: RuleArgs,
+    /// Pair the messages of a topic by their number instead of by their stamps
+    #[arg(long)]
+    by_index: bool,
+    /// Write a page with the fields that differ over time
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
+    /// Format of the table of topics [default: table, with the first difference]
+    #[arg(long, value_parser = crate::arguments::format())]
+    format: Option<Format>,
+}
+
+/// What counts as a difference.
+#[derive(Args, Clone)]
+pub struct RuleArgs {
+    /// Let numbers of a field differ by so much, as state:depth=1e-9; * stands for any characters of a topic, COLUMN=VALUE is for tables
+    #[arg(long, value_name = "TOPIC:FIELD=VALUE", value_parser = str::parse::<Tolerance>)]
+    tolerance: Vec<Tolerance>,
+    /// Do not compare this topic or field; it is counted
+    #[arg(long, value_name = "TOPIC[:FIELD]", value_parser = str::parse::<Rule>)]
+    ignore: Vec<Rule>,
+    /// Compare /diagnostics, /rosout and /parameter_events too, which hold wall time
+    #[arg(long)]
+    all: bool,
+}
+
+impl RuleArgs {
+    /// The rules, with the columns of the table of a flight.
+    pub(crate) fn options<'c>(&self, columns: &'c [ColumnOf<'c>]) -> Options<'c> {
+        Options {
+            tolerances: self.tolerance.clone(),
+            ignored: self.ignore.clone(),
+            all: self.all,
+            columns,
+            ..Options::default()
+        }
+    }
+}
+
+/// Compares two recordings and prints where they differ. Returns whether they are equal.
+///
+/// # Errors
+/// A recording that cannot be read, a rule that names nothing, a page that cannot be written.
+pub fn compare(args: &DiffArgs) -> Result<bool> {
+    let columns: Vec<ColumnOf<'_>> = COLUMNS.iter().map(|it| (it.0, it.1)).collect();
+    let mut options = args.rules.options(&columns);
+    options.by_index = args.by_index;
+    let working = planesman_console::progress::spinner("messages");
+    let found = diff(&args.a, &args.b, &options);
+    working.finish_and_clear();
+    let found = found?;
+    if let Some(path) = &args.html {
+        /// Fields of a topic that are drawn.
+        const DRAWN: usize = 3;
+        let drawn = histories([&args.a, &args.b], &options, &found, DRAWN)?;
+        write_text(path, planesman_pages::diff::page(&found, &drawn))?;
+    }
+    print(&found, args.format)?;
+    if let Some(path) = &args.html {
+        planesman_console::err!("{}: the page", path.display());
+    }
+    Ok(found.is_equal())
+}
+
+/// Prints the first difference and the table; in a format for programs the table alone.
+pub(crate) fn print(found: &Comparison, format: Option<Format>) -> Result<()> {
+    if let Some(format @ (Format::Csv | Format::Json | Format::Md)) = format {
+        return Ok(planesman_console::print(found.table().text(format))?);
+    }
+    print_wrapped(format_args!("{}\n", found.headline()))?;
+    for remark in found.remarks() {
+        print_wrapped(format_args!("{remark}\n"))?;
+    }
+    let table = found.short_table().text(Format::Table);
+    Ok(planesman_console::print(format_args!("\n{table}"))?)
 }
 
 #[cfg(test)]

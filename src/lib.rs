@@ -12,6 +12,7 @@
 
 pub mod arguments;
 pub mod bag_command;
+pub mod bag_play;
 pub mod coefficients_command;
 pub mod design;
 pub mod dha;

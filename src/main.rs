@@ -17,7 +17,7 @@ use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
-use planesman::{bag_command, doctor, nodes, params_command, report, tf_command, watch};
+use planesman::{bag_command, bag_play, doctor, nodes, params_command, report, tf_command, watch};
 use planesman_console::Format;
 use planesman_console::progress::Bars;
 use planesman_flight::nodes::NAMESPACE;
@@ -31,13 +31,17 @@ use planesman_text::{did_you_mean, shown};
 /// Exit status of a dive whose bag lacks messages.
 const LOST: u8 = 3;
 
+/// Exit status of a comparison of recordings that differ.
+const DIFFERENT: u8 = 4;
+
 /// The exit status of every command.
 const EXIT_CODES: &str = "\
 Exit status:
   0  done
   1  refused or failed; the last line says why
   2  the command line is wrong
-  3  done, but data was lost: a dive's bag lacks what was published; the last line says how much of which topic";
+  3  done, but data was lost: a dive's bag lacks what was published; the last line says how much of which topic
+  4  two recordings differ (bag diff, bag play)";
 
 /// What to try first.
 const EXAMPLES: &str = "\
@@ -131,10 +135,10 @@ enum Command {
         after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
     )]
     Watch(watch::WatchArgs),
-    /// Inspect a bag
+    /// Inspect a bag, or compare it with another
     #[command(
         subcommand,
-        after_help = "Example:\n  planesman bag info runs/dive/bag"
+        after_help = "Examples:\n  planesman bag info runs/dive/bag\n  planesman bag diff before.mcap after.mcap"
     )]
     Bag(BagCommand),
     /// Print a vehicle's transfer functions, continuous and sampled, or as the thesis prints them
@@ -276,6 +280,17 @@ enum BagCommand {
         #[arg(long)]
         sha256: bool,
     },
+    /// Compare two recordings message by message: the first difference, counts, largest differences; exit status 4 if they differ
+    #[command(
+        after_help = help(&["Examples:\n  planesman bag diff before.mcap after.mcap\n  planesman bag diff runs/a/bag runs/b/bag --ignore tick_answer --html diff.html\n  planesman bag diff expected.csv dive.mcap --tolerance depth=1e-9", EXIT_CODES])
+    )]
+    Diff(bag_command::DiffArgs),
+    /// Play a bag's inputs through one node in lockstep, and compare its outputs with the recorded ones; exit status 4 if they differ
+    #[command(
+        override_usage = "planesman bag play --lockstep --through NODE [OPTIONS] BAG [-- CMD...]",
+        after_help = help(&["Examples:\n  planesman bag play runs/dive/bag --lockstep --through controller\n  planesman bag play runs/dive/bag --lockstep --through controller \\\n      -p pitch.p:=0.71\n  planesman bag play runs/dive/bag --lockstep --through own --input state \\\n      --output plane_command -- python3 own.py --ros-args -r __ns:=/auv", EXIT_CODES])
+    )]
+    Play(Box<bag_play::PlayArgs>),
 }
 
 #[derive(Args)]
@@ -384,6 +399,16 @@ fn main() -> ExitCode {
             sha256: false,
         }) => bag_command::info(&path),
         Command::Bag(BagCommand::Info { path, sha256: true }) => bag_command::hashes(&path),
+        Command::Bag(BagCommand::Diff(args)) => match bag_command::compare(&args) {
+            Ok(false) => return ExitCode::from(DIFFERENT),
+            other => other.map(drop),
+        },
+        Command::Bag(BagCommand::Play(args)) => {
+            match stay_local().and_then(|()| bag_play::run(&args)) {
+                Ok(false) => return ExitCode::from(DIFFERENT),
+                other => other.map(drop),
+            }
+        }
         Command::Params {
             node,
             yaml: true,

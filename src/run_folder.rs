@@ -282,7 +282,7 @@ fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
 
 /// Whether loss on a topic means anything: the others are spoken before the recorder listens.
 fn is_counted(topic: &str) -> bool {
-    !["/diagnostics", "/rosout", "/parameter_events"].contains(&topic)
+    !planesman_diff::WALL_TIME.contains(&topic)
 }
 
 /// The messages that a node published, by its exit report; `None` without a report.

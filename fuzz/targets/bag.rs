@@ -1,9 +1,10 @@
-//! An `.mcap` file, whole or damaged: opened, summarised, read in both orders.
+//! An `.mcap` file, whole or damaged: opened, summarised, read in both orders, compared with itself.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use planesman_bag::reader::Limits;
 use planesman_bag::{BagInfo, BagReader, Order};
+use planesman_diff::{Options, diff};
 use planesman_fuzz::InMemory;
 
 /// Small enough that what is refused for its size is met often.
@@ -28,5 +29,12 @@ fuzz_target!(|data: &[u8]| {
         }
         // The counts match the messages, or an error says that they do not.
         assert!(is_damaged || count == listed, "{count} of {listed}");
+    }
+    let options = Options {
+        all: true,
+        ..Options::default()
+    };
+    if let Ok(found) = diff(&file.path(), &file.path(), &options) {
+        assert!(found.is_equal(), "{}", found.headline());
     }
 });

@@ -1,11 +1,12 @@
 //! A payload of each message type there is, by its schema and by the type compiled in: what one takes whole, the other
-//! takes too.
+//! takes too, and compares with itself as equal.
 #![no_main]
 
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use planesman_decode::{Catalogue, Decoder, FieldPath, Values, schema};
+use planesman_decode::difference::differences;
+use planesman_decode::{Catalogue, Decoder, FieldPath, Types, Values, schema};
 use planesman_fuzz::choice;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::nav_msgs::msg::Odometry;
@@ -18,6 +19,7 @@ use planesman_msgs::{Message, cdr};
 struct Kind {
     decoder: Decoder,
     paths: Vec<FieldPath>,
+    types: Types,
     is_taken: fn(&[u8]) -> bool,
 }
 
@@ -27,6 +29,7 @@ fn kind<M: Message>() -> Kind {
     Kind {
         decoder: Decoder::compile(&types, &paths).expect("what is listed is there"),
         paths,
+        types,
         is_taken: |payload| cdr::from_bytes::<M>(payload).is_ok(),
     }
 }
@@ -53,6 +56,16 @@ fuzz_target!(|data: &[u8]| {
     if (kind.is_taken)(payload) {
         assert!(is_read, "a payload that its type takes");
     }
+    let compared = differences(&kind.types, [payload, payload], &mut |place, _, _| {
+        panic!("{place} differs from itself");
+    });
+    if (kind.is_taken)(payload) {
+        assert!(compared.is_ok(), "a payload that its type takes");
+    }
+    // Another beside it: half of it is read as whatever it is.
+    let _ = differences(&kind.types, [payload, &payload[payload.len() / 2..]], &mut |_, a, b| {
+        assert!(!a.is(&b));
+    });
     for index in 0..kind.paths.len() {
         let _ = (values.number(index), values.list(index).len());
     }

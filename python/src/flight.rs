@@ -53,7 +53,7 @@ pub(crate) fn fly<'py>(
             .transpose()?;
         for tick in Composed::new(&scenario)? {
             let tick = tick?;
-            for (column, (_, of)) in columns.iter_mut().zip(COLUMNS) {
+            for (column, (_, _, of)) in columns.iter_mut().zip(COLUMNS) {
                 column.push(of(&tick));
             }
             if let Some(sink) = &mut sink {
@@ -65,7 +65,7 @@ pub(crate) fn fly<'py>(
     })?;
     let named = COLUMNS.iter().zip(columns);
     named
-        .map(|((name, _), numbers)| Ok((*name, array(py, numbers)?)))
+        .map(|((name, ..), numbers)| Ok((*name, array(py, numbers)?)))
         .collect()
 }
 

@@ -4,6 +4,7 @@
 
 mod actuator_faults;
 mod bad_input;
+mod bag_diff;
 #[path = "../bags/mod.rs"]
 mod bags;
 #[path = "../browser/mod.rs"]

@@ -10,6 +10,7 @@ use planesman::sysid::fit::FitArgs;
 use planesman::sysid::topics;
 use planesman_bag::{BagReader, Message, Order};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use planesman_diff::{Options, diff};
 use planesman_fit::{DataOptions, FitResult};
 use serde_json::Value;
 
@@ -74,6 +75,28 @@ fn the_model_of_any_split_bag_is_numpys() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn bags_of_any_compression_are_equal_and_a_part_lacks_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let bags = ["none", "lz4", "zstd"].map(|it| folder.path().join(it));
+    for bag in &bags {
+        let name = bag.file_name().unwrap().to_str().unwrap();
+        if make_bag(bag, name).is_none() {
+            return;
+        }
+        let found = diff(&bags[0], bag, &Options::default()).unwrap();
+        assert!(found.is_equal(), "{}", found.headline());
+    }
+    let part = bags[1].join("lz4_0.mcap");
+    let found = diff(&bags[0], &part, &Options::default()).unwrap();
+    assert!(found.headline().contains("only A has it"));
+    for topic in &found.topics {
+        let [in_a, in_b] = topic.messages;
+        assert_eq!([topic.equal, topic.different], [in_b, 0], "{}", topic.name);
+        assert_eq!(topic.alone, [in_a - in_b, 0], "{}", topic.name);
     }
 }
 

@@ -124,6 +124,26 @@ impl<'a> Cursor<'a> {
         Ok(bytes.strip_suffix(&[0]).unwrap_or(bytes))
     }
 
+    /// Takes a string of any characters, without its terminator; what is no text is replaced.
+    pub(crate) fn string(&mut self, wide: bool) -> Result<String, DecodeError> {
+        if !wide {
+            return Ok(String::from_utf8_lossy(self.text()?).into_owned());
+        }
+        let count = self.length()?;
+        let unit = match self.wide {
+            2 => Primitive::Uint16,
+            _ => Primitive::Uint32,
+        };
+        let characters = self.numbers(unit, count)?;
+        let characters = (0..count as usize).filter_map(|index| characters.get(index));
+        if unit == Primitive::Uint16 {
+            let units: Vec<u16> = characters.map(|it| it as u16).collect();
+            return Ok(String::from_utf16_lossy(&units));
+        }
+        let read = |it: f64| char::from_u32(it as u32).unwrap_or(char::REPLACEMENT_CHARACTER);
+        Ok(characters.map(read).collect())
+    }
+
     /// The length of a string or sequence.
     pub(crate) fn length(&mut self) -> Result<u64, DecodeError> {
         self.numbers(Primitive::Uint32, 1)?
@@ -169,7 +189,26 @@ pub(crate) struct Numbers<'a> {
     little_endian: bool,
 }
 
-impl Numbers<'_> {
+impl<'a> Numbers<'a> {
+    /// Their bytes, and whether the least significant comes first.
+    pub(crate) fn bytes(&self) -> (&'a [u8], bool) {
+        (self.bytes, self.little_endian)
+    }
+
+    /// Their type.
+    pub(crate) fn primitive(&self) -> Primitive {
+        self.primitive
+    }
+
+    /// The bits of number `index` of eight bytes.
+    pub(crate) fn wide(&self, index: usize) -> Option<u64> {
+        let bytes = *self.bytes.as_chunks().0.get(index)?;
+        Some(match self.little_endian {
+            true => u64::from_le_bytes(bytes),
+            false => u64::from_be_bytes(bytes),
+        })
+    }
+
     /// Number `index`; 64-bit integers are rounded to the nearest number there is.
     pub(crate) fn get(&self, index: usize) -> Option<f64> {
         let size = size_of(self.primitive);

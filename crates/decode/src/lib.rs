@@ -9,6 +9,7 @@
 //! - [`message_types`]: types by name, where no schema comes with them; [`standard`]: the definitions of ROS' own messages, for bags that hold none.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
 //! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
+//! - [`difference`]: the fields in which two payloads of a type differ.
 //! - [`json`]: the type of messages that are JSON objects.
 //! - [`catalogue`]: every number a message type holds.
 //!
@@ -20,6 +21,7 @@
 pub mod catalogue;
 mod cursor;
 pub mod decoder;
+pub mod difference;
 pub mod json;
 mod key;
 mod layout;

@@ -213,8 +213,9 @@ pub struct CsvSink {
     path: PathBuf,
 }
 
-/// A column: its name with unit, and where the number comes from.
-pub type Column = (&'static str, fn(&Tick) -> f64);
+/// A column: its name with unit, where the number comes from, and the signal that it is in a bag (`TOPIC:FIELD`, with a `-` if its sign
+/// is the other one).
+pub type Column = (&'static str, &'static str, fn(&Tick) -> f64);
 
 /// Of the first actuator; NaN where there is none.
 fn first(tick: &Tick, of: fn(&DhaState) -> f64) -> f64 {
@@ -228,26 +229,50 @@ fn read(tick: &Tick, of: fn(&Instruments) -> f64) -> f64 {
 
 /// The columns of the table of a flight.
 pub const COLUMNS: &[Column] = &[
-    ("time [s]", |t| t.stamp.nanos() as f64 * 1e-9),
-    ("depth [m]", |t| t.observation.state.depth),
-    ("depth_rate [m/s]", |t| t.observation.state.depth_rate),
-    ("distance [m]", |t| t.observation.state.distance),
-    ("pitch [rad]", |t| t.observation.state.pitch),
-    ("pitch_rate [rad/s]", |t| t.observation.state.pitch_rate),
-    ("surge [m/s]", |t| t.observation.state.surge),
-    ("heave [m/s]", |t| t.observation.state.heave),
-    ("dive_planes [rad]", |t| t.observation.state.dive_planes),
-    ("plane_command [rad]", |t| t.command.dive_planes),
-    ("depth_setpoint [m]", |t| t.control.depth_setpoint),
-    ("pitch_command [rad]", |t| t.control.pitch_command),
-    ("identification [rad]", |t| t.control.identification),
-    ("ram [m]", |t| first(t, |it| it.ram)),
-    ("pressure [Pa]", |t| first(t, |it| it.pressure)),
-    ("pulses [1]", |t| first(t, |it| it.pulses as f64)),
-    ("depth_pressure [Pa]", |t| {
-        read(t, |it| it.depth_pressure.fluid_pressure)
+    ("time [s]", "", |t| t.stamp.nanos() as f64 * 1e-9),
+    ("depth [m]", "state:depth", |t| t.observation.state.depth),
+    ("depth_rate [m/s]", "state:depth_rate", |t| {
+        t.observation.state.depth_rate
     }),
-    ("gyro_pitch_rate [rad/s]", |t| {
+    ("distance [m]", "state:distance", |t| {
+        t.observation.state.distance
+    }),
+    ("pitch [rad]", "state:pitch", |t| t.observation.state.pitch),
+    ("pitch_rate [rad/s]", "state:pitch_rate", |t| {
+        t.observation.state.pitch_rate
+    }),
+    ("surge [m/s]", "state:surge", |t| t.observation.state.surge),
+    ("heave [m/s]", "state:heave", |t| t.observation.state.heave),
+    ("dive_planes [rad]", "state:dive_planes", |t| {
+        t.observation.state.dive_planes
+    }),
+    ("plane_command [rad]", "plane_command:dive_planes", |t| {
+        t.command.dive_planes
+    }),
+    ("depth_setpoint [m]", "control_state:depth_setpoint", |t| {
+        t.control.depth_setpoint
+    }),
+    ("pitch_command [rad]", "control_state:pitch_command", |t| {
+        t.control.pitch_command
+    }),
+    (
+        "identification [rad]",
+        "control_state:identification",
+        |t| t.control.identification,
+    ),
+    ("ram [m]", "dha_state:ram", |t| first(t, |it| it.ram)),
+    ("pressure [Pa]", "dha_state:pressure", |t| {
+        first(t, |it| it.pressure)
+    }),
+    ("pulses [1]", "dha_state:pulses", |t| {
+        first(t, |it| it.pulses as f64)
+    }),
+    (
+        "depth_pressure [Pa]",
+        "depth_pressure:fluid_pressure",
+        |t| read(t, |it| it.depth_pressure.fluid_pressure),
+    ),
+    ("gyro_pitch_rate [rad/s]", "-imu:angular_velocity.y", |t| {
         read(t, |it| -it.imu.angular_velocity.y)
     }),
 ];
@@ -260,7 +285,7 @@ impl CsvSink {
     pub fn create(path: &Path) -> Result<Self> {
         let mut draft = draft_of(path)?;
         let mut out = BufWriter::new(draft.file().try_clone()?);
-        let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = COLUMNS.iter().map(|(name, ..)| *name).collect();
         let begun = writeln!(out, "{}", names.join(","));
         let sink = Self {
             out,
@@ -281,7 +306,7 @@ impl CsvSink {
     }
 
     fn row(&mut self, tick: &Tick) -> std::io::Result<()> {
-        for (place, (_, of)) in COLUMNS.iter().enumerate() {
+        for (place, (_, _, of)) in COLUMNS.iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };
             write!(self.out, "{comma}{}", of(tick))?;
         }

@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn every_column_of_a_flights_table_has_a_name() {
-        for (column, _) in crate::sink::COLUMNS {
+        for (column, ..) in crate::sink::COLUMNS {
             let field = column.split(" [").next().unwrap_or_default();
             assert!(TITLES.iter().any(|(it, _)| *it == field), "{column}");
         }

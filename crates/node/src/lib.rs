@@ -142,7 +142,7 @@ pub use error::{BoxedError, Error};
 pub use lifecycle::{Change, Lifecycle};
 pub use losses::Losses;
 pub use parameters::{STRICT_PARAMETERS, message_of, value_of};
-pub use publisher::Publisher;
+pub use publisher::{Publisher, RawPublisher};
 pub use qos::Qos;
 pub use raw::RawSample;
 pub use receive_limits::ReceiveLimits;

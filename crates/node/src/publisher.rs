@@ -6,6 +6,7 @@ use planesman_msgs::Message;
 
 use crate::{
     endpoint::{Endpoint, Matched, count},
+    service::Bytes,
     shared::Shared,
 };
 
@@ -89,5 +90,40 @@ impl<M: Message> Publisher<M> {
     #[must_use]
     pub fn published(&self) -> u64 {
         self.endpoint.passed.get()
+    }
+}
+
+/// Sends payloads as they are, for playing what was recorded.
+pub struct RawPublisher {
+    pub(crate) shared: Rc<Shared>,
+    pub(crate) endpoint: Rc<Endpoint>,
+    pub(crate) writer: Weak<ros2_client::Publisher<Bytes>>,
+}
+
+impl RawPublisher {
+    /// Sends a CDR payload in little endian, with its four bytes of encapsulation, and says whether it went out. One in another encoding
+    /// does not.
+    pub fn publish(&self, payload: &[u8]) -> bool {
+        let topic = &self.endpoint.topic;
+        if !payload.starts_with(&[0, 1]) {
+            count(&self.endpoint.refused);
+            self.shared
+                .warn(topic, "not published: it is not CDR in little endian");
+            return false;
+        }
+        let Some(writer) = self.writer.upgrade() else {
+            return false; // The node is shutting down.
+        };
+        match writer.publish(Bytes::raw(payload)) {
+            Ok(()) => {
+                count(&self.endpoint.passed);
+                true
+            }
+            Err(error) => {
+                count(&self.endpoint.dropped);
+                self.shared.warn(topic, &format!("not published: {error}"));
+                false
+            }
+        }
     }
 }

@@ -73,7 +73,7 @@ use crate::{
     logger_levels, logging, memory,
     names::NodeNames,
     parameters::{ParameterServer, STRICT_PARAMETERS},
-    publisher::Publisher,
+    publisher::{Publisher, RawPublisher},
     qos::Qos,
     raw::{RawSample, WholePayload},
     receive_limits::{Gate, LargeMessage, ReceiveLimits},
@@ -536,12 +536,7 @@ impl<E: 'static> Runtime<E> {
         event: impl Fn(RawSample) -> E + 'static,
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
-        let (package, kind, name) = type_parts(type_name)?;
-        let types = TypeNames {
-            ros: type_name.to_owned(),
-            dds: format!("{package}::{kind}::dds_::{name}_"),
-            hash: type_hash.map(str::to_owned),
-        };
+        let types = names_of(type_name, type_hash)?;
         let (endpoint, dds) = self
             .shared
             .endpoint(Direction::Subscription, &topic, types, qos)?;
@@ -570,6 +565,33 @@ impl<E: 'static> Runtime<E> {
             pump(shared, endpoint, samples, |_, _| None, deliver).await;
         });
         Ok(())
+    }
+
+    /// Opens `topic` for sending payloads as they are; names as of [`Runtime::subscribe_raw`].
+    ///
+    /// # Errors
+    /// When a name breaks ROS's rules, or the middleware refuses.
+    pub fn raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        type_hash: Option<&str>,
+        qos: Qos,
+    ) -> Result<RawPublisher> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = names_of(type_name, type_hash)?;
+        let (endpoint, dds) = self
+            .shared
+            .endpoint(Direction::Publisher, &topic, types, qos)?;
+        let writer = self
+            .shared
+            .with_node(|node| node.create_publisher(&dds, None))?;
+        self.list(&endpoint);
+        Ok(RawPublisher {
+            shared: Rc::clone(&self.shared),
+            endpoint,
+            writer: Rc::downgrade(&self.shared.keep(writer)),
+        })
     }
 
     /// Turns each request to the service `name` into an event, which is to be answered
@@ -1157,6 +1179,16 @@ impl<E: 'static> Runtime<E> {
             }
         });
     }
+}
+
+/// The names of a type that is known by its ROS name only.
+fn names_of(type_name: &str, type_hash: Option<&str>) -> Result<TypeNames> {
+    let (package, kind, name) = type_parts(type_name)?;
+    Ok(TypeNames {
+        ros: type_name.to_owned(),
+        dds: format!("{package}::{kind}::dds_::{name}_"),
+        hash: type_hash.map(str::to_owned),
+    })
 }
 
 /// What opens services of other nodes.

@@ -44,6 +44,11 @@ impl<T: Serialize + DeserializeOwned> ros2_client::Message for Wire<T> {}
 pub(crate) struct Bytes(Vec<u8>);
 
 impl Bytes {
+    /// A payload with its header.
+    pub(crate) fn raw(payload: &[u8]) -> Self {
+        Self(payload.to_vec())
+    }
+
     pub(crate) fn of<M: Message>(message: &M) -> Self {
         Self(cdr::to_bytes(message))
     }

@@ -7,6 +7,7 @@
 //! - [`equations`]: state equations of one's own, also as text for a terminal; [`continuous`]: a transfer function in s, likewise.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
+//! - [`diff`]: two recordings beside each other.
 //! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
@@ -20,6 +21,7 @@ pub mod book;
 pub mod coefficients;
 pub mod compare;
 pub mod continuous;
+pub mod diff;
 pub mod equations;
 mod evidence;
 pub mod fit;

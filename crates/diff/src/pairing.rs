@@ -1,0 +1,255 @@
+//! Which messages of two recordings of a topic belong together.
+//!
+//! Those of one stamp, in the order recorded; where several have the same stamp, first those of the same bytes, since the order
+//! in which publishers are received is the recorder's. Of a topic without stamps the messages of one number.
+
+use std::collections::VecDeque;
+
+/// Where a message stands in time. A clock that goes back by more than a second begins a new epoch, as of a loop that was started again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Key {
+    epoch: u32,
+    pub(crate) stamp: i64,
+}
+
+const A_SECOND: i64 = 1_000_000_000;
+
+impl Key {
+    /// That of the next message of a topic.
+    fn then(self, stamp: i64) -> Self {
+        let is_back = stamp < self.stamp.saturating_sub(A_SECOND);
+        Self {
+            epoch: self.epoch + u32::from(is_back),
+            stamp,
+        }
+    }
+}
+
+/// A message that waits for its partner.
+#[derive(Clone, Debug)]
+pub(crate) struct Waiting {
+    pub(crate) key: Key,
+    /// Its place in its recording, counted over all topics.
+    pub(crate) number: u64,
+    pub(crate) payload: Vec<u8>,
+}
+
+/// What became of messages.
+pub(crate) enum Outcome {
+    /// They belong together.
+    Pair {
+        a: Waiting,
+        b: Waiting,
+        is_same: bool,
+        /// Another message of the stamp stands before it in one of the recordings only.
+        is_reordered: bool,
+    },
+    /// Only the recording of this number has it; `is_repeat` if it says again what was said before.
+    Only {
+        side: usize,
+        message: Waiting,
+        is_repeat: bool,
+    },
+}
+
+/// A topic's messages on their way.
+#[derive(Default)]
+pub(crate) struct Pairing {
+    queues: [VecDeque<Waiting>; 2],
+    has_ended: [bool; 2],
+    last: [Key; 2],
+    /// Messages without a stamp, of a type that has one.
+    unstamped: [i64; 2],
+    is_keyed: bool,
+    /// Payloads met last, by which a repeated one is known.
+    recent: VecDeque<Vec<u8>>,
+}
+
+/// Messages back in which a repeated one is known: in lockstep a tick's are sent again.
+const RECENT: usize = 16;
+
+/// Payload bytes above which none is remembered.
+const LARGE: usize = 1 << 16;
+
+/// Messages of one stamp among which equal ones are sought.
+const GROUP: usize = 256;
+
+impl Pairing {
+    pub(crate) fn new(is_keyed: bool) -> Self {
+        Self {
+            is_keyed,
+            ..Self::default()
+        }
+    }
+
+    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number.
+    pub(crate) fn key(&mut self, side: usize, mut stamp: i64) -> Key {
+        if stamp == 0 {
+            stamp = self.unstamped[side];
+            self.unstamped[side] += 1;
+        }
+        let key = self.last[side].then(stamp);
+        self.last[side] = key;
+        key
+    }
+
+    pub(crate) fn push(&mut self, side: usize, message: Waiting) {
+        self.queues[side].push_back(message);
+    }
+
+    /// No more come of this side.
+    pub(crate) fn end(&mut self, side: usize) {
+        self.has_ended[side] = true;
+    }
+
+    /// Hands over what can be told by now.
+    pub(crate) fn advance(&mut self, take: &mut dyn FnMut(&Outcome)) {
+        loop {
+            let alone = match [0, 1].map(|side| self.queues[side].front()) {
+                [Some(a), Some(b)] => {
+                    let is_same = same(&a.payload, &b.payload);
+                    if is_same || !self.is_keyed {
+                        self.pair(is_same, take);
+                        continue;
+                    }
+                    let key = a.key;
+                    match key.cmp(&b.key) {
+                        std::cmp::Ordering::Less => 0,
+                        std::cmp::Ordering::Greater => 1,
+                        std::cmp::Ordering::Equal => {
+                            match [0, 1].map(|side| self.group(side, key)) {
+                                [Some(a), Some(b)] => self.pair_group([a, b], take),
+                                _ => return,
+                            }
+                            continue;
+                        }
+                    }
+                }
+                [Some(_), None] if self.has_ended[1] => 0,
+                [None, Some(_)] if self.has_ended[0] => 1,
+                _ => return,
+            };
+            if let Some(message) = self.queues[alone].pop_front() {
+                self.only(alone, message, take);
+            }
+        }
+    }
+
+    fn pair(&mut self, is_same: bool, take: &mut dyn FnMut(&Outcome)) {
+        if let [Some(a), Some(b)] = [0, 1].map(|side| self.queues[side].pop_front()) {
+            let is_reordered = false;
+            self.hand(
+                Outcome::Pair {
+                    a,
+                    b,
+                    is_same,
+                    is_reordered,
+                },
+                take,
+            );
+        }
+    }
+
+    fn only(&mut self, side: usize, message: Waiting, take: &mut dyn FnMut(&Outcome)) {
+        let is_repeat = self.is_repeat(&message);
+        self.hand(
+            Outcome::Only {
+                side,
+                message,
+                is_repeat,
+            },
+            take,
+        );
+    }
+
+    /// Whether a message says again what was said before: of a topic with stamps, which its bytes hold.
+    fn is_repeat(&self, message: &Waiting) -> bool {
+        let mut recent = self.recent.iter();
+        self.is_keyed && recent.any(|it| same(it, &message.payload))
+    }
+
+    /// Hands an outcome over and remembers its payloads.
+    fn hand(&mut self, outcome: Outcome, take: &mut dyn FnMut(&Outcome)) {
+        take(&outcome);
+        let payloads = match outcome {
+            Outcome::Pair { a, b, is_same, .. } => [Some(a), (!is_same).then_some(b)],
+            Outcome::Only {
+                message, is_repeat, ..
+            } => [(!is_repeat).then_some(message), None],
+        };
+        let payloads = payloads.into_iter().flatten().map(|it| it.payload);
+        for payload in payloads.filter(|it| self.is_keyed && it.len() <= LARGE) {
+            if self.recent.len() == RECENT {
+                self.recent.pop_front();
+            }
+            self.recent.push_back(payload);
+        }
+    }
+
+    /// The messages of this key at the head of a queue; `None` while more may come.
+    fn group(&self, side: usize, key: Key) -> Option<usize> {
+        let queue = &self.queues[side];
+        let end = queue.iter().position(|it| it.key != key);
+        end.or_else(|| self.has_ended[side].then_some(queue.len()))
+    }
+
+    /// Pairs the messages of one stamp: those of the same bytes, then the others in their order.
+    fn pair_group(&mut self, [in_a, in_b]: [usize; 2], take: &mut dyn FnMut(&Outcome)) {
+        let a: Vec<Waiting> = self.queues[0].drain(..in_a).collect();
+        let mut b: Vec<Waiting> = self.queues[1].drain(..in_b).collect();
+        let mut rest = Vec::new();
+        for a in a {
+            let found = (b.iter().take(GROUP)).position(|it| same(&it.payload, &a.payload));
+            let Some(at) = found else {
+                rest.push(a);
+                continue;
+            };
+            let pair = Outcome::Pair {
+                is_reordered: at > 0 || !rest.is_empty(),
+                a,
+                b: b.remove(at),
+                is_same: true,
+            };
+            self.hand(pair, take);
+        }
+        // One that is repeated is not the partner of another.
+        let (again, b): (Vec<_>, Vec<_>) = b.into_iter().partition(|it| self.is_repeat(it));
+        let (a_again, rest): (Vec<_>, Vec<_>) = rest.into_iter().partition(|it| self.is_repeat(it));
+        for (side, message) in
+            (a_again.into_iter().map(|it| (0, it))).chain(again.into_iter().map(|it| (1, it)))
+        {
+            self.only(side, message, take);
+        }
+        let (mut rest, mut b) = (rest.into_iter(), b.into_iter());
+        loop {
+            let pair = match (rest.next(), b.next()) {
+                (Some(a), Some(b)) => Outcome::Pair {
+                    a,
+                    b,
+                    is_same: false,
+                    is_reordered: false,
+                },
+                (Some(a), None) => {
+                    self.only(0, a, take);
+                    continue;
+                }
+                (None, Some(b)) => {
+                    self.only(1, b, take);
+                    continue;
+                }
+                (None, None) => return,
+            };
+            self.hand(pair, take);
+        }
+    }
+}
+
+/// Whether payloads are the same bytes, but for their header's options and the up to three bytes by which DDS fills one up to whole words.
+pub(crate) fn same(a: &[u8], b: &[u8]) -> bool {
+    let (short, long) = if a.len() <= b.len() { (a, b) } else { (b, a) };
+    let (head, fill) = long.split_at(short.len());
+    if fill.len() > 3 || fill.iter().any(|it| *it != 0) {
+        return false;
+    }
+    head == short || (short.len() > 4 && head[..2] == short[..2] && head[4..] == short[4..])
+}

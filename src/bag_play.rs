@@ -1,0 +1,743 @@
+//! `planesman bag play --lockstep --through NODE`: a recorded bag's inputs through one node, tick by tick, and its outputs compared with the
+//! recorded ones.
+//!
+//! The inputs of a stamp go out in the order recorded; those of the next stamp only after the node has answered. So the result does not depend
+//! on the speed of the machine. The clock of the run is `/clock`.
+
+use std::collections::BTreeSet;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::Args;
+use planesman_bag::qos::Durability;
+use planesman_bag::{BagReader, BagWriter, Order, Topic, TopicId, WriterOptions};
+use planesman_decode::{Decoder, Values};
+use planesman_diff::{Options, diff, stamp_decoder};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_node::{
+    Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime, STRICT_PARAMETERS,
+    args,
+};
+use planesman_signals::{nanoseconds, types};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::arguments::{choice, output_file};
+use crate::bag_command::{RuleArgs, print};
+use crate::nodes::LAUNCHED;
+use crate::run_folder::RunFolder;
+
+/// The node that the inputs go through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Through {
+    Controller,
+    Actuator,
+    Sysid,
+    Own,
+}
+
+impl Through {
+    const ALL: [Self; 4] = [Self::Controller, Self::Actuator, Self::Sysid, Self::Own];
+
+    fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Controller => ("controller", "depth_controller, started by this command"),
+            Self::Actuator => ("actuator", "dha_actuator, started by this command"),
+            Self::Sysid => ("sysid", "sysid, started by this command"),
+            Self::Own => (
+                "own",
+                "Any node: one that runs already, or the command behind --",
+            ),
+        }
+    }
+}
+
+/// A node of this program in a loop: what it reads, what it writes, and by what one knows that it has answered.
+struct Role {
+    node: &'static str,
+    /// Its inputs, the first of which begins a tick.
+    inputs: &'static [&'static str],
+    /// Whether all other topics but its answers are inputs too.
+    plays_all: bool,
+    /// The topic that ends the tick.
+    answer: &'static str,
+    /// The topics that are compared.
+    outputs: &'static [&'static str],
+    parameter: &'static str,
+}
+
+impl Through {
+    fn role(self) -> Option<Role> {
+        Some(match self {
+            Self::Controller => Role {
+                node: "depth_controller",
+                inputs: &[
+                    "state",
+                    "imu",
+                    "depth_pressure",
+                    "speed_pressure",
+                    "model",
+                    "depth_setpoint",
+                    "pitch_setpoint",
+                    "heading_setpoint",
+                    "speed_setpoint",
+                ],
+                plays_all: false,
+                answer: "plane_command",
+                outputs: &["plane_command", "control_state", "estimate"],
+                parameter: "lockstep:=true",
+            },
+            Self::Actuator => Role {
+                node: "dha_actuator",
+                inputs: &["plane_command"],
+                plays_all: false,
+                answer: "plane_motion",
+                outputs: &[
+                    "plane_motion",
+                    "planes",
+                    "dha_state",
+                    "dha_state_stern",
+                    "dha_state_roll",
+                    "dha_state_rudder",
+                ],
+                parameter: "lockstep:=true",
+            },
+            // Its signals are on any topics.
+            Self::Sysid => Role {
+                node: "sysid",
+                inputs: &["state"],
+                plays_all: true,
+                answer: "tick_answer",
+                outputs: &["model"],
+                parameter: "answer:=true",
+            },
+            Self::Own => return None,
+        })
+    }
+}
+
+/// What is played, and through which node.
+#[derive(Args)]
+pub struct PlayArgs {
+    /// A bag folder, a metadata.yaml, an .mcap or .db3 file
+    bag: PathBuf,
+    /// Publish the inputs of a tick only after the node has answered the tick before
+    #[arg(long, required = true)]
+    lockstep: bool,
+    /// The node
+    #[arg(long, value_name = "NODE", value_parser = choice(&Through::ALL, Through::described))]
+    through: Through,
+    /// With own: a topic that the node publishes; the first ends a tick, all are compared
+    #[arg(long, value_name = "TOPIC")]
+    output: Vec<String>,
+    /// With own: a topic that is played [default: all but the outputs]
+    #[arg(long, value_name = "TOPIC")]
+    input: Vec<String>,
+    /// A ROS 2 parameter file for the node [default: parameters.yaml of the flight whose bag it is]
+    #[arg(long, value_name = "FILE")]
+    params_file: Option<PathBuf>,
+    /// A parameter, NAME:=VALUE, after the file's
+    #[arg(short = 'p', long = "param", value_name = "NAME:=VALUE")]
+    parameters: Vec<String>,
+    /// Bag of the node's outputs, *.mcap [default: NODE.mcap]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    out: Option<PathBuf>,
+    /// Longest wait for an answer, s
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = crate::arguments::within(0.01, 3600.0))]
+    timeout: f64,
+    #[command(flatten)]
+    rules: RuleArgs,
+    /// With own: the command that starts the node
+    #[arg(last = true, value_name = "CMD")]
+    command: Vec<String>,
+}
+
+/// A topic that is played.
+struct Input {
+    name: String,
+    publisher: RawPublisher,
+    stamp: Option<Decoder>,
+}
+
+/// A topic of the node.
+struct Output {
+    topic: Topic,
+    id: Option<TopicId>,
+    stamp: Option<Decoder>,
+}
+
+enum Event {
+    Sample(usize, RawSample),
+    Parameters,
+}
+
+/// When a tick is over.
+enum Answers {
+    /// At every stamp of this input.
+    Each(usize),
+    /// At these stamps: those of the recorded answers.
+    At(BTreeSet<i64>),
+}
+
+/// Time in which the middleware's matches settle, and in which the last outputs come.
+const SETTLING: Duration = Duration::from_millis(500);
+/// Time until the node is there.
+const START: Duration = Duration::from_secs(30);
+
+/// Plays the bag and prints the comparison. Returns whether the outputs are the recorded ones.
+///
+/// # Errors
+/// A bag that lacks the inputs or outputs, a node that does not start or answer, a file that cannot be written.
+pub fn run(args: &PlayArgs) -> Result<bool> {
+    let bag = BagReader::open(&args.bag)?;
+    let role = args.through.role();
+    let plan = Plan::of(args, role.as_ref(), &bag)?;
+    let out = match &args.out {
+        Some(path) => path.clone(),
+        None => {
+            let name = format!("{}.mcap", args.through.described().0);
+            output_file(&name).map_err(|reason| anyhow!("{name}: {reason} with --out"))?
+        }
+    };
+    let options = WriterOptions {
+        flush_interval: None,
+        ..WriterOptions::default()
+    };
+    let writer = BagWriter::create_file(&out, options)?;
+    let ticks = record(&plan, role.as_ref(), &bag, args, writer).inspect_err(|_| {
+        // Half a recording is of no use, and would be in the way of the next one.
+        let _ = std::fs::remove_file(&out);
+    })?;
+    planesman_console::out!("{}: the outputs of {ticks} ticks", out.display())?;
+    let options = Options {
+        only: plan.outputs.iter().map(|it| it.name.clone()).collect(),
+        ..args.rules.options(&[])
+    };
+    let found = diff(&args.bag, &out, &options)?;
+    print(&found, None)?;
+    Ok(found.is_equal())
+}
+
+/// Records what the node answers. Returns the number of ticks.
+fn record(
+    plan: &Plan,
+    role: Option<&Role>,
+    bag: &BagReader,
+    args: &PlayArgs,
+    writer: BagWriter,
+) -> Result<u64> {
+    let (rt, ()) = Runtime::start(
+        NodeSpec {
+            name: "player",
+            namespace: "/",
+            validate: |(): &()| Ok(()),
+            on_parameters: |()| Event::Parameters,
+        },
+        args::only(["--ros-args", "--log-level", "warn"].map(str::to_owned))?,
+    )?;
+    let mut player = Player::new(rt, plan, bag, args, writer)?;
+    let mut child = match plan.command(args, role)? {
+        Some(mut command) => Some(Started(command.spawn().context("cannot start the node")?)),
+        None => None,
+    };
+    player.wait_for_node(child.as_mut())?;
+    let ticks = player.play(bag, child.as_mut())?;
+    drop(child);
+    player.finish()?;
+    Ok(ticks)
+}
+
+/// The topics by their roles.
+struct Plan {
+    namespace: String,
+    inputs: Vec<Topic>,
+    outputs: Vec<Topic>,
+    /// The topic that ends a tick; it is not always in the bag.
+    answer: Topic,
+}
+
+/// A bag's topics but these and those of wall time.
+fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
+    let of_wall_time = |it: &Topic| {
+        planesman_diff::WALL_TIME
+            .iter()
+            .any(|wall| it.name.ends_with(wall))
+    };
+    let is_other =
+        |it: &&Topic| !but.iter().any(|known| known.name == it.name) && !of_wall_time(it);
+    let all = bag.topics().iter().map(|it| &*it.topic);
+    all.filter(is_other).cloned().collect()
+}
+
+impl Plan {
+    fn of(args: &PlayArgs, role: Option<&Role>, bag: &BagReader) -> Result<Self> {
+        let all = || bag.topics().iter().map(|it| &*it.topic);
+        let find = |name: &str| {
+            let full = all().find(|it| it.name == name);
+            let end = format!("/{name}");
+            full.or_else(|| all().find(|it| it.name.ends_with(&end)))
+        };
+        let Some(role) = role else {
+            if args.output.is_empty() {
+                bail!(
+                    "--output is missing: the topic that the node publishes when it has done a tick"
+                );
+            }
+            let named = |names: &[String]| -> Result<Vec<Topic>> {
+                let topics = names.iter().map(|name| {
+                    let found = find(name).cloned();
+                    found.ok_or_else(|| {
+                        anyhow!(
+                            "{}: it has no topic '{name}' (planesman bag info lists them)",
+                            args.bag.display()
+                        )
+                    })
+                });
+                topics.collect()
+            };
+            let outputs = named(&args.output)?;
+            let inputs = match &args.input[..] {
+                [] => others(bag, &outputs),
+                names => named(names)?,
+            };
+            let answer = outputs[0].clone();
+            return Ok(Self {
+                namespace: String::new(),
+                inputs,
+                outputs,
+                answer,
+            });
+        };
+        if !(args.output.is_empty() && args.input.is_empty() && args.command.is_empty()) {
+            bail!(
+                "--output, --input and a command are for --through own: those of {} are known",
+                role.node
+            );
+        }
+        let present = |names: &[&str]| -> Vec<Topic> {
+            names
+                .iter()
+                .filter_map(|name| find(name).cloned())
+                .collect()
+        };
+        let (first, outputs) = (role.inputs[0], present(role.outputs));
+        let Some(trigger) = find(first) else {
+            bail!(
+                "{}: it has no topic '{first}', which {} answers",
+                args.bag.display(),
+                role.node
+            );
+        };
+        if outputs.is_empty() {
+            bail!(
+                "{}: it has nothing that {} published ({})",
+                args.bag.display(),
+                role.node,
+                role.outputs.join(", ")
+            );
+        }
+        let namespace = trigger
+            .name
+            .strip_suffix(&format!("/{first}"))
+            .unwrap_or_default();
+        let answer = find(role.answer).cloned().or_else(|| {
+            let known = planesman_msgs::loop_topics::named(role.answer)?;
+            let name = format!("{namespace}/{}", role.answer);
+            Some(planesman_recording::in_bag(known, &name))
+        });
+        let clock = all().find(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
+        let mut inputs = present(role.inputs);
+        match role.plays_all {
+            true => inputs.extend(others(
+                bag,
+                &[&inputs[..], &outputs, answer.as_slice()].concat(),
+            )),
+            false => inputs.extend(clock.cloned()),
+        }
+        Ok(Self {
+            namespace: namespace.to_owned(),
+            inputs,
+            outputs,
+            answer: answer.context("the answer's topic is not known")?,
+        })
+    }
+
+    /// The command that starts the node; `None` for one that runs already.
+    fn command(&self, args: &PlayArgs, role: Option<&Role>) -> Result<Option<Command>> {
+        let mut command = match (role, &args.command[..]) {
+            (None, []) => return Ok(None),
+            (None, [program, rest @ ..]) => {
+                let mut command = Command::new(program);
+                command.args(rest);
+                command
+            }
+            (Some(role), _) => {
+                let mut command = Command::new(std::env::current_exe()?);
+                // A parameter that the node has not would change nothing, and the outputs would be equal.
+                command.env(STRICT_PARAMETERS, "1");
+                command.args(["node", role.node, "--ros-args", "--log-level", "warn", "-r"]);
+                command.arg(format!("__ns:={}", self.namespace));
+                let of_flight = || {
+                    let folder = args.bag.canonicalize().ok()?;
+                    let run = RunFolder::open(folder.parent()?).ok()?;
+                    Some(run.parameter_file())
+                };
+                if let Some(file) = args.params_file.clone().or_else(of_flight) {
+                    command.arg("--params-file").arg(file);
+                }
+                for parameter in args
+                    .parameters
+                    .iter()
+                    .map(String::as_str)
+                    .chain([role.parameter])
+                {
+                    command.args(["-p", parameter]);
+                }
+                command
+            }
+        };
+        command
+            .env(LAUNCHED, "1")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .process_group(0);
+        Ok(Some(command))
+    }
+}
+
+/// A node that ends with the run.
+struct Started(Child);
+
+impl Started {
+    fn check(&mut self) -> Result<()> {
+        match self.0.try_wait()? {
+            Some(status) => bail!("the node stopped by itself ({status})"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let pid = i32::try_from(self.0.id()).ok().and_then(Pid::from_raw);
+        if let Some(pid) = pid {
+            // It may have ended already.
+            let _ = kill_process(pid, Signal::TERM);
+        }
+        let deadline = Instant::now() + Duration::from_secs(10);
+        while Instant::now() < deadline {
+            if !matches!(self.0.try_wait(), Ok(None)) {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+struct Player {
+    rt: Runtime<Event>,
+    inputs: Vec<Input>,
+    outputs: Vec<Output>,
+    /// The number of the topic that ends a tick; behind the outputs if it is none of them.
+    answer: usize,
+    answers: Answers,
+    /// The clock, where the bag has none.
+    clock: Option<Publisher<Clock>>,
+    writer: BagWriter,
+    values: Values,
+    timeout: Duration,
+    /// The last stamp that was answered, and whether anything came since the tick began.
+    answered: Option<i64>,
+    has_come: bool,
+    /// The stamp of the tick that is played.
+    now: i64,
+}
+
+/// Reads the stamps of a topic's messages.
+fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<Decoder> {
+    stamp_decoder(&types(bag, topic).ok()?)
+}
+
+fn hash(topic: &Topic) -> Option<&str> {
+    Some(topic.kind.type_hash.as_str()).filter(|it| !it.is_empty())
+}
+
+impl Player {
+    fn new(
+        rt: Runtime<Event>,
+        plan: &Plan,
+        bag: &BagReader,
+        args: &PlayArgs,
+        mut writer: BagWriter,
+    ) -> Result<Self> {
+        let mut inputs = Vec::new();
+        for topic in &plan.inputs {
+            let is_latched =
+                |it: &planesman_bag::OfferedQos| it.durability == Durability::TransientLocal;
+            let qos = match topic.kind.offered_qos.iter().any(is_latched) {
+                true => Qos::latched(DEPTH),
+                false => Qos::reliable(DEPTH),
+            };
+            inputs.push(Input {
+                publisher: rt.raw_publisher(
+                    &topic.name,
+                    &topic.kind.type_name,
+                    hash(topic),
+                    qos,
+                )?,
+                stamp: stamps_of(bag, topic),
+                name: topic.name.clone(),
+            });
+        }
+        let mut outputs = Vec::new();
+        for topic in &plan.outputs {
+            outputs.push(Output {
+                id: Some(writer.add_topic(topic)?),
+                stamp: stamps_of(bag, topic),
+                topic: topic.clone(),
+            });
+        }
+        let place = |outputs: &[Output]| {
+            outputs
+                .iter()
+                .position(|it| it.topic.name == plan.answer.name)
+        };
+        if place(&outputs).is_none() {
+            let known = planesman_decode::message_types::find(&plan.answer.kind.type_name)?;
+            outputs.push(Output {
+                id: None,
+                stamp: stamp_decoder(&known.types),
+                topic: plan.answer.clone(),
+            });
+        }
+        let answer = place(&outputs).unwrap_or_default();
+        for (number, output) in outputs.iter().enumerate() {
+            let topic = &output.topic;
+            let qos = Qos::record();
+            let qos = if number == answer {
+                Qos::record_reliable()
+            } else {
+                qos
+            };
+            rt.subscribe_raw(
+                &topic.name,
+                &topic.kind.type_name,
+                hash(topic),
+                qos,
+                move |sample| Event::Sample(number, sample),
+            )?;
+        }
+        let is_role = args.through != Through::Own;
+        let answers = match outputs[answer].stamp.as_ref().filter(|_| !is_role) {
+            Some(decoder) => Answers::At(recorded_stamps(bag, &plan.answer, decoder)),
+            None => Answers::Each(0),
+        };
+        if matches!(answers, Answers::Each(_)) && inputs.first().is_none_or(|it| it.stamp.is_none())
+        {
+            bail!(
+                "the first --input must have stamps: each of its messages begins a tick, since '{}' has none",
+                plan.answer.name
+            );
+        }
+        let has_clock = plan
+            .inputs
+            .iter()
+            .any(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
+        let clock = match has_clock {
+            true => None,
+            false => Some(rt.publisher("/clock", Qos::reliable(DEPTH))?),
+        };
+        Ok(Self {
+            rt,
+            inputs,
+            outputs,
+            answer,
+            answers,
+            clock,
+            writer,
+            values: Values::default(),
+            timeout: Duration::from_secs_f64(args.timeout),
+            answered: None,
+            has_come: false,
+            now: 0,
+        })
+    }
+
+    /// Waits until the node reads the inputs and writes the answer.
+    fn wait_for_node(&mut self, mut child: Option<&mut Started>) -> Result<()> {
+        let deadline = Instant::now() + START;
+        let answer = self.outputs[self.answer].topic.name.clone();
+        let mut settled: Option<(usize, Instant)> = None;
+        loop {
+            if let Some(child) = child.as_mut() {
+                child.check()?;
+            }
+            let connections = self.rt.connections();
+            let answers = connections.find(Direction::Subscription, &answer);
+            let inputs = self.inputs.iter().filter(|it| {
+                let found = connections.find(Direction::Publisher, &it.name);
+                found.is_some_and(|it| it.peers > 0)
+            });
+            let read = inputs.count();
+            let others = answers.map_or(0, |it| it.peers);
+            if others > 1 {
+                bail!("{others} nodes publish '{answer}': stop the others");
+            }
+            let is_there = others == 1 && read > 0;
+            settled = settled
+                .filter(|it| is_there && it.0 == read)
+                .or_else(|| is_there.then(|| (read, Instant::now())));
+            if settled.is_some_and(|it| it.1.elapsed() > SETTLING) {
+                return Ok(());
+            }
+            if Instant::now() > deadline {
+                bail!(
+                    "no node publishes '{answer}' and reads what is played; is it in this domain and namespace? (planesman doctor)"
+                );
+            }
+            match self.rt.next(Duration::from_millis(20)) {
+                Next::Stop => bail!("stopped before the first tick"),
+                Next::Event(_) | Next::Timeout => {}
+            }
+        }
+    }
+
+    /// Plays all inputs. Returns the number of ticks.
+    fn play(&mut self, bag: &BagReader, mut child: Option<&mut Started>) -> Result<u64> {
+        let names: Vec<String> = self.inputs.iter().map(|it| it.name.clone()).collect();
+        let wanted = |it: &Topic| names.contains(&it.name);
+        // The stamp whose answer is waited for before the next one is played.
+        let mut due: Option<i64> = None;
+        let mut ticks = 0;
+        for message in bag.messages_of(wanted, Order::File) {
+            let message = message?;
+            let Some(place) = names.iter().position(|it| *it == message.topic.name) else {
+                continue;
+            };
+            let stamp = self.inputs[place].stamp.as_ref().and_then(|it| {
+                it.read(&message.payload, &mut self.values).ok()?;
+                nanoseconds(&self.values, 0)
+            });
+            if let Some(tick) = due.filter(|tick| stamp.is_none_or(|it| it > *tick)) {
+                self.wait_for(tick, child.as_deref_mut())?;
+                ticks += 1;
+                due = None;
+            }
+            if let Some(stamp) = stamp.filter(|it| *it > self.now || ticks == 0 && due.is_none()) {
+                self.now = stamp;
+                if let Some(clock) = &self.clock {
+                    clock.publish(&Clock {
+                        clock: Time::from_nanos(stamp),
+                    });
+                }
+            }
+            if !self.inputs[place].publisher.publish(&message.payload) {
+                bail!("{}: a message cannot be published", message.topic.name);
+            }
+            let begins = stamp.filter(|stamp| match &self.answers {
+                Answers::Each(trigger) => place == *trigger,
+                Answers::At(stamps) => stamps.contains(stamp),
+            });
+            match begins.filter(|it| self.answered.is_none_or(|done| *it > done)) {
+                Some(stamp) if due.is_none() => {
+                    due = Some(stamp);
+                    self.has_come = false;
+                }
+                _ if stamp.is_none() => self.take_for(PAUSE, false)?,
+                _ => {}
+            }
+        }
+        if let Some(tick) = due {
+            self.wait_for(tick, child)?;
+            ticks += 1;
+        }
+        self.take_for(SETTLING, false)?;
+        Ok(ticks)
+    }
+
+    /// Takes the node's messages until it has answered a stamp.
+    fn wait_for(&mut self, tick: i64, child: Option<&mut Started>) -> Result<()> {
+        let deadline = Instant::now() + self.timeout;
+        let is_stamped = self.outputs[self.answer].stamp.is_some();
+        let has_answered = |player: &Self| match is_stamped {
+            true => player.answered.is_some_and(|it| it >= tick),
+            false => player.has_come,
+        };
+        while !has_answered(self) {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                if let Some(child) = child {
+                    child.check()?;
+                }
+                bail!(
+                    "no message on '{}' answers the tick at {}.{:09} s within {} s (--timeout)",
+                    self.outputs[self.answer].topic.name,
+                    tick.div_euclid(1_000_000_000),
+                    tick.rem_euclid(1_000_000_000),
+                    self.timeout.as_secs_f64()
+                );
+            }
+            self.take_for(left, true)?;
+        }
+        self.answered = self.answered.max(Some(tick));
+        Ok(())
+    }
+
+    /// Takes one message within a time, or all that come with no more than that time between them.
+    fn take_for(&mut self, time: Duration, only_one: bool) -> Result<()> {
+        loop {
+            match self.rt.next(time) {
+                Next::Event(Event::Sample(number, sample)) => self.take(number, &sample)?,
+                Next::Event(Event::Parameters) => {}
+                Next::Stop => bail!("stopped"),
+                Next::Timeout => return Ok(()),
+            }
+            if only_one {
+                return Ok(());
+            }
+        }
+    }
+
+    fn take(&mut self, number: usize, sample: &RawSample) -> Result<()> {
+        let output = &self.outputs[number];
+        if let Some(id) = output.id {
+            self.writer
+                .write_raw(id, &sample.bytes, self.now, self.now)?;
+        }
+        if number == self.answer {
+            self.has_come = true;
+            if let Some(decoder) = &output.stamp
+                && decoder.read(&sample.bytes, &mut self.values).is_ok()
+                && let Some(stamp) = nanoseconds(&self.values, 0)
+            {
+                self.answered = self.answered.max(Some(stamp));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> Result<()> {
+        self.writer.close()?;
+        Ok(self.rt.shutdown()?)
+    }
+}
+
+/// Messages that a topic keeps.
+const DEPTH: usize = 1000;
+/// Time for a message without a stamp to arrive before what follows.
+const PAUSE: Duration = Duration::from_millis(20);
+
+fn recorded_stamps(bag: &BagReader, topic: &Topic, decoder: &Decoder) -> BTreeSet<i64> {
+    let mut values = Values::default();
+    let messages = bag.messages_of(|it| it.name == topic.name, Order::File);
+    let stamps = messages.map_while(Result::ok).filter_map(|message| {
+        decoder.read(&message.payload, &mut values).ok()?;
+        nanoseconds(&values, 0)
+    });
+    stamps.collect()
+}
