@@ -6,12 +6,15 @@ use std::time::{Duration, Instant};
 
 use planesman_bag::{BagReader, Order};
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::MotionEstimate;
 use planesman_msgs::rosbag2_interfaces::srv::{IsPaused, Pause, Resume, Snapshot, SplitBagfile};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::{Message, Service, cdr};
-use planesman_node::{Client, Domain, NodeSpec, Publisher, Qos, RosArguments, Runtime};
-use stage::{PATIENCE, Process, Signal, Stage};
+use planesman_node::{
+    Client, Connections, Direction, Domain, NodeSpec, Publisher, Qos, RosArguments, Runtime,
+};
+use stage::{PATIENCE, Process, Received, Signal, Stage};
 
 fn matched_publisher<M: Message>(rt: &Runtime<()>, topic: &str) -> Publisher<M> {
     let publisher = rt.publisher(topic, Qos::reliable(100)).unwrap();
@@ -132,6 +135,31 @@ fn what_is_selected_is_recorded_and_pause_and_split_are_obeyed() {
         of("/sonar/range", 3.0),
     ];
     assert_eq!(numbers, expected);
+}
+
+/// `ros2 doctor` warns of each topic that has subscribers alone.
+#[test]
+fn topics_that_are_published_on_request_alone_are_subscribed_to_then() {
+    let stage = Stage::new();
+    let output = format!("output:={}", stage.path("bag"));
+    let _recorder = stage.node("recorder", &[&output]);
+    let operator = stage.operator();
+    let on_request = ["/auv/estimate", "/auv/dha_state_stern", "/clock"];
+    let subscribed = |wanted: &[&str]| {
+        operator.until("the recorder's subscriptions", |received| {
+            let Received::Diagnostics(array) = received else {
+                return None;
+            };
+            let connections = Connections::from_diagnostics(&array)?;
+            let has = |topic: &str| connections.find(Direction::Subscription, topic).is_some();
+            let all = ["/auv/state"].iter().chain(wanted).all(|topic| has(topic));
+            all.then(|| on_request.map(has))
+        })
+    };
+    assert_eq!(subscribed(&[]), [false; 3]);
+    let qos = Qos::reliable(100);
+    let _estimate = operator.rt.publisher::<MotionEstimate>("estimate", qos);
+    assert_eq!(subscribed(&["/auv/estimate"]), [true, false, false]);
 }
 
 #[test]

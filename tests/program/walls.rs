@@ -31,10 +31,11 @@ const OUTSIDE: [(&[&str], &[&str]); 2] = [
     (&["clap"], &["planesman"]),
 ];
 
-/// A member of the workspace: its folder, and what it depends on apart from its tests.
+/// A member of the workspace: its folder, what it depends on apart from its tests, and its features.
 struct Member {
     folder: PathBuf,
     dependencies: Vec<String>,
+    features: Vec<String>,
 }
 
 fn members() -> BTreeMap<String, Member> {
@@ -65,6 +66,12 @@ fn members() -> BTreeMap<String, Member> {
         let member = Member {
             folder: folder.expect("a folder of the workspace").to_owned(),
             dependencies: dependencies.map(|it| text(&it["name"])).collect(),
+            features: package["features"]
+                .as_object()
+                .expect("features")
+                .keys()
+                .cloned()
+                .collect(),
         };
         (text(&package["name"]), member)
     };
@@ -124,6 +131,19 @@ fn each_crate_stands_on_those_that_the_architecture_names_and_all_of_them_are_ab
         assert_eq!(over, None, "{folder} stands on what is below it");
         above.push(short(name));
     }
+}
+
+/// A build of the whole workspace, as colcon's, switches it on; one of the program alone does not where dependencies leave it
+/// out, and all that stands on the member would be compiled twice.
+#[test]
+fn no_member_has_a_default_feature() {
+    let features = |member: &Member| member.features.contains(&"default".to_owned());
+    let found: Vec<String> = members()
+        .into_iter()
+        .filter(|(_, it)| features(it))
+        .map(|it| it.0)
+        .collect();
+    assert_eq!(found, [""; 0]);
 }
 
 #[test]

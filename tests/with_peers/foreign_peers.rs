@@ -59,6 +59,20 @@ whichever_peer_tries! {
     the_actuator_answers_each_state_once_however_late_the_commands_are
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
+    a_client_of_the_other_middleware_is_told_of_once_and_what_to_set
+}
+
+/// Tests of what Cyclone DDS alone, without ROS, does not have.
+mod ros {
+    #[test]
+    fn a_node_is_listed_again_after_a_pause_longer_than_its_lease() {
+        super::with(super::RCLPY, super::a_node_is_listed_again_after_a_pause);
+    }
+
+    #[test]
+    fn a_qos_that_does_not_fit_is_told_once_at_a_reader_there() {
+        super::with(super::RCLPY, super::a_qos_that_does_not_fit_is_told_once);
+    }
 }
 
 fn with(peer: Python, claim: fn(&Python, &Stage)) {
@@ -725,6 +739,62 @@ fn a_qos_that_does_not_fit_is_told_in_rclcpps_words(python: &Python, stage: &Sta
         "New publisher discovered on topic '/auv/depth_setpoint', offering incompatible QoS. No messages will be received from it. \
          Last incompatible policy: RELIABILITY_QOS_POLICY",
     );
+}
+
+/// `ros2` commands warn with each announcement of an endpoint; each command made us announce all of them twice more.
+fn a_qos_that_does_not_fit_is_told_once(python: &Python, stage: &Stage) {
+    let _plant = stage.node("plant_sim", &[]);
+    let imu = ["/auv/imu", sensor_msgs::msg::Imu::TYPE_NAME];
+    let reliable = ["--reliability", "reliable", "--timeout", "4"];
+    let printed = python.run(
+        "peer_echo.py",
+        stage.domain(),
+        &[&imu[..], &reliable].concat(),
+    );
+    assert_eq!(printed.status, 1, "{printed:?}");
+    let told = printed.complaints.matches("offering incompatible QoS");
+    assert_eq!(told.count(), 1, "{}", printed.complaints);
+}
+
+/// Fast DDS takes no sample a second time, though it has lost the participant meanwhile.
+fn a_node_is_listed_again_after_a_pause(python: &Python, stage: &Stage) {
+    let plant = stage.node("plant_sim", &[]);
+    let mut tool = python.start("peer_nodes.py", stage.domain(), &["--timeout", "60"]);
+    let mut lists = |is_listed: bool| {
+        let node = json!("/auv/plant_sim");
+        let found = tool.any(|nodes| nodes.as_array().unwrap().contains(&node) == is_listed);
+        assert!(found, "listed: {is_listed}");
+    };
+    lists(true);
+    // Until our endpoints have been announced for the last time (RustDDS patch 56).
+    std::thread::sleep(Duration::from_secs(6));
+    freeze(plant.pid());
+    lists(false);
+    std::thread::sleep(Duration::from_secs(1));
+    plant.signal(Signal::CONT);
+    lists(true);
+}
+
+fn a_client_of_the_other_middleware_is_told_of_once_and_what_to_set(python: &Python, _: &Stage) {
+    let [ours, theirs] = match python.middleware == CYCLONE.middleware {
+        true => [RCLPY.middleware, CYCLONE.middleware],
+        false => [CYCLONE.middleware, RCLPY.middleware],
+    };
+    let stage = Stage::with(ours);
+    let plant = stage.node("plant_sim", &[]);
+    let call = ["/auv/plant_sim/pause", "std_srvs/srv/SetBool", "--json"];
+    let call = [&call[..], &["{\"data\": true}", "--timeout", "2"]].concat();
+    for _ in 0..2 {
+        let called = python.run("peer_call.py", stage.domain(), &call);
+        assert_eq!(called.status, 1, "{called:?}");
+    }
+    let log = plant.stderr();
+    let advice = format!(
+        "a client of /auv/plant_sim/pause asks in the form of {theirs}, which this node cannot read: it answers in that of {ours}. \
+         Start both with the same RMW_IMPLEMENTATION"
+    );
+    assert_eq!(log.matches(&advice).count(), 1, "{log}");
+    assert!(!log.contains("a request is refused"), "{log}");
 }
 
 fn a_log_line_is_for_late_joiners_no_longer_than_its_lifespan(python: &Python, stage: &Stage) {

@@ -97,6 +97,7 @@ mod endpoint;
 mod error;
 pub mod file_size;
 mod goals;
+mod graph;
 mod lifecycle;
 mod log_file;
 mod log_format;

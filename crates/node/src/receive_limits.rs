@@ -6,9 +6,10 @@
 
 use std::{
     cell::{Cell, RefCell},
+    fs,
     rc::Rc,
     task::{Context, Poll, Waker},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use futures::{FutureExt as _, Stream, StreamExt as _, ready};
@@ -79,14 +80,25 @@ pub(crate) struct Gate {
 pub(crate) struct LargeMessage {
     gate: Rc<Gate>,
     began: Instant,
+    waited_for_core: Duration,
+}
+
+/// How long this thread has been ready to run while other programs had the cores.
+fn waited_for_core() -> Duration {
+    let statistics = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let waited = statistics.split_whitespace().nth(1);
+    Duration::from_nanos(waited.and_then(|it| it.parse().ok()).unwrap_or(0))
 }
 
 impl Drop for LargeMessage {
     fn drop(&mut self) {
         let now = Instant::now();
         let gate = &self.gate;
-        gate.next
-            .set(now.checked_add(now.duration_since(self.began)));
+        // Without the time of other programs: on a busy machine the messages of this one would come faster than they go.
+        let took = now
+            .duration_since(self.began)
+            .saturating_sub(waited_for_core().saturating_sub(self.waited_for_core));
+        gate.next.set(now.checked_add(took));
         gate.is_closed.set(false);
         gate.waiting.take().into_iter().for_each(Waker::wake);
     }
@@ -123,6 +135,7 @@ impl Gate {
                 LargeMessage {
                     gate: Rc::clone(&gate),
                     began,
+                    waited_for_core: waited_for_core(),
                 }
             });
             Poll::Ready(sample.map(|it| (it, large)))

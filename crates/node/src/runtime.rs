@@ -69,6 +69,7 @@ use crate::{
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size,
+    graph::Graph,
     lifecycle::{Change, Lifecycle},
     logger_levels, logging, memory,
     names::NodeNames,
@@ -305,6 +306,7 @@ impl<E: 'static> Runtime<E> {
                     what: format!("no participant in domain {}", domain.id),
                     reason: reason.to_string(),
                 })?;
+        Graph::replace_writer_of_context(&participant);
         let context = Context::from_domain_participant(participant.clone()).map_err(|reason| {
             Error::Middleware {
                 what: "no ROS context".to_owned(),
@@ -320,10 +322,11 @@ impl<E: 'static> Runtime<E> {
         participant.withhold_next_writer("rt/parameter_events");
         // Its spinner stays unused: it would announce a `/clock` reader of a wrong type, and
         // what it finds out the participant tells as well.
-        let node = context
+        let mut node = context
             .new_node(node_name, options)
             .map_err(Error::name(&names.full()))?;
         let rosout = arguments.rosout.then(|| node.logging_handle());
+        let graph = Graph::new(&participant, context.clone(), &mut node)?;
 
         let executor = Rc::new(LocalExecutor::new());
         let (diagnostics_due, changed) = bounded(1);
@@ -332,6 +335,7 @@ impl<E: 'static> Runtime<E> {
             arguments.remaps,
             participant.clone(),
             node,
+            graph,
             Rc::downgrade(&executor),
             diagnostics_due,
         ));
@@ -342,6 +346,7 @@ impl<E: 'static> Runtime<E> {
             let mut events = listener.as_async_status_stream();
             while let Some(event) = events.next().await {
                 warnings.log(&ours, &event);
+                ours.on_discovery(&event);
                 ours.request_diagnostics();
             }
         });
@@ -997,12 +1002,14 @@ impl<E: 'static> Runtime<E> {
         let name = self.shared.service_name(name)?;
         let server = service::server(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
         let name: Rc<str> = name.into();
-        let shared = Rc::clone(&self.shared);
+        let (shared, mapping) = (Rc::clone(&self.shared), self.mapping);
         self.shared.spawn(async move {
+            let mut is_advised = false;
             let mut requests = service::requests(&server);
             while let Some(request) = requests.next().await {
                 let read = request.map_err(|e| e.to_string());
                 let read = read.and_then(|(id, bytes)| {
+                    service::check_client(mapping, &id)?;
                     let request = bytes.message::<S::Request>();
                     Ok((id, request.map_err(|e| e.to_string())?))
                 });
@@ -1018,7 +1025,14 @@ impl<E: 'static> Runtime<E> {
                         let turn = shared.share.turn().await;
                         answer(request, responder, turn).await;
                     }
-                    Err(error) => shared.warn(&name, &format!("a request is refused: {error}")),
+                    Err(error) => match service::advice(&shared, mapping, &name) {
+                        Some(_) if is_advised => {}
+                        Some(advice) => {
+                            is_advised = true;
+                            log::warn!("{advice}");
+                        }
+                        None => shared.warn(&name, &format!("a request is refused: {error}")),
+                    },
                 }
             }
         });

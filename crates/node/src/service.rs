@@ -16,6 +16,7 @@ use futures::{
 };
 use planesman_msgs::{Message, Service, cdr};
 use ros2_client::{Name, ReadError, RmwRequestId, ServiceTypeName, service::ServiceMapping};
+use rustdds::GUID;
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{DeserializeOwned, DeserializeSeed as _},
@@ -144,6 +145,49 @@ pub(crate) fn mapping() -> Result<ServiceMapping> {
             "this node speaks DDS only",
         )),
     }
+}
+
+/// The middleware whose requests have the other form than ours: its vendor, with which its GUIDs begin; what
+/// `RMW_IMPLEMENTATION` says there, and what it says here.
+fn other_form(mapping: ServiceMapping) -> ([u8; 2], [&'static str; 2]) {
+    let [fast, cyclone] = ["rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"];
+    match mapping {
+        ServiceMapping::Cyclone => ([0x01, 0x0f], [fast, cyclone]),
+        _ => ([0x01, 0x10], [cyclone, fast]),
+    }
+}
+
+/// Why a request of this client cannot be read, whatever it seems to say.
+///
+/// # Errors
+/// That.
+pub(crate) fn check_client(mapping: ServiceMapping, request: &RmwRequestId) -> Result<(), String> {
+    let is_named = !matches!(mapping, ServiceMapping::Cyclone); // There the payload names the client.
+    let (vendor, [theirs, _]) = other_form(mapping);
+    match is_named
+        && GUID::from(request.writer_gid)
+            .to_bytes()
+            .starts_with(&vendor)
+    {
+        true => Err(format!("its client is of {theirs}")),
+        false => Ok(()),
+    }
+}
+
+/// What to do where requests to the service `name` cannot be read because a client of the other form is there.
+pub(crate) fn advice(shared: &Shared, mapping: ServiceMapping, name: &str) -> Option<String> {
+    let (vendor, [theirs, ours]) = other_form(mapping);
+    let requests = requests_topic(name);
+    let clients = shared.participant()?.discovered_writers_where(|writer| {
+        let guid = writer.writer_proxy.remote_writer_guid;
+        writer.publication_topic_data.topic_name == requests && guid.to_bytes().starts_with(&vendor)
+    });
+    (!clients.is_empty()).then(|| {
+        format!(
+            "a client of {name} asks in the form of {theirs}, which this node cannot read: it answers in that of {ours}. Start both \
+             with the same RMW_IMPLEMENTATION"
+        )
+    })
 }
 
 /// Answers one request. Dropped without an answer, it leaves the client waiting.

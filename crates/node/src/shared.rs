@@ -13,7 +13,10 @@ use std::{
 use futures::future::LocalBoxFuture;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::Node;
-use rustdds::{DomainParticipant, GUID, Topic, TopicKind, discovery::announce_type_hash};
+use rustdds::{
+    DomainParticipant, DomainParticipantStatusEvent, GUID, Topic, TopicKind,
+    discovery::announce_type_hash,
+};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
@@ -21,6 +24,7 @@ use crate::{
     clock::Clock,
     discovered::ParticipantId,
     endpoint::{Direction, Endpoint, TypeNames},
+    graph::Graph,
     logging::Throttle,
     names::NodeNames,
     qos::Qos,
@@ -38,6 +42,7 @@ pub(crate) struct Shared {
     /// `None` once the node has shut down, as the node.
     participant: RefCell<Option<DomainParticipant>>,
     node: RefCell<Option<Node>>,
+    graph: RefCell<Option<Graph>>,
     /// Where the node's tasks run.
     executor: Weak<LocalExecutor<'static>>,
     /// Publishers and subscriptions of the node itself, not the runtime's.
@@ -77,6 +82,7 @@ impl Shared {
         remaps: Vec<Remap>,
         participant: DomainParticipant,
         node: Node,
+        graph: Graph,
         executor: Weak<LocalExecutor<'static>>,
         diagnostics_due: Sender<()>,
     ) -> Self {
@@ -85,6 +91,7 @@ impl Shared {
             remaps,
             participant: RefCell::new(Some(participant)),
             node: RefCell::new(Some(node)),
+            graph: RefCell::new(Some(graph)),
             executor,
             endpoints: RefCell::default(),
             kept: RefCell::default(),
@@ -146,14 +153,25 @@ impl Shared {
         self.clients.borrow().get(name).copied().unwrap_or(0)
     }
 
-    /// Works on the middleware's node.
+    /// Adds an endpoint to the middleware's node.
     pub(crate) fn with_node<T, E: std::fmt::Debug>(
         &self,
         work: impl FnOnce(&mut Node) -> Result<T, E>,
     ) -> Result<T> {
         let mut node = self.node.borrow_mut();
         let node = node.as_mut().ok_or(Error::ShutDown)?;
-        work(node).map_err(Error::middleware)
+        let done = work(node).map_err(Error::middleware)?;
+        if let Some(graph) = self.graph.borrow().as_ref() {
+            graph.tell();
+        }
+        Ok(done)
+    }
+
+    /// Notes what the middleware has found out.
+    pub(crate) fn on_discovery(&self, event: &DomainParticipantStatusEvent) {
+        if let Some(graph) = self.graph.borrow().as_ref() {
+            graph.on(event);
+        }
     }
 
     /// Waits for `work` on this thread, which carries the node's messages meanwhile.
@@ -202,6 +220,7 @@ impl Shared {
     /// Lets go of everything that belongs to the middleware, its writers first.
     pub(crate) fn close(&self) {
         self.kept.borrow_mut().clear();
+        drop(self.graph.borrow_mut().take());
         drop(self.node.borrow_mut().take());
         drop(self.participant.borrow_mut().take());
     }

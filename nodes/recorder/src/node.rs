@@ -23,7 +23,7 @@ use planesman_node::{
 };
 
 use crate::ring::{Kept, Ring};
-use planesman_msgs::loop_topics::{self, Delivery};
+use planesman_msgs::loop_topics::{self, Delivery, LoopTopic};
 use planesman_recording::in_bag;
 use planesman_recording::names;
 use planesman_recording::parameters::{RecorderParameters, writer_options};
@@ -31,6 +31,8 @@ use planesman_recording::selection::Selection;
 
 /// Time between two looks for what is to be flushed.
 const PERIOD: Duration = Duration::from_millis(100);
+/// Time between two looks for publishers of topics that are awaited.
+const AWAITING_PERIOD: Duration = Duration::from_millis(500);
 /// Without a sample for so long nothing more is on its way.
 const SILENCE: Duration = Duration::from_millis(50);
 /// A publisher of the loop must be silent for so long for another that spoke beside it to be recorded: longer than a vehicle
@@ -102,6 +104,8 @@ fn run(args: Vec<OsString>) -> Result<()> {
     let mut node = Node {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),
+        awaited: Vec::new(),
+        looked: Instant::now(),
         selection: Selection::new(&parameters.record, expand)?,
         types: BTreeMap::new(),
         warned: BTreeSet::new(),
@@ -124,7 +128,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         log::info!("recording what is selected into {}", output.display());
         node.discover(&rt);
     } else {
-        let number = node.topics.len();
+        let number = node.topics.len() + node.awaited.len();
         log::info!("recording {number} topics into {}", output.display());
     }
     drop(rt.every(PERIOD, || Event::Poll));
@@ -181,6 +185,10 @@ struct Node {
     writer: BagWriter,
     /// By subscription.
     topics: Vec<Recorded>,
+    /// Topics of the loop that somebody must publish first.
+    awaited: Vec<LoopTopic>,
+    /// When that was last looked for.
+    looked: Instant,
     selection: Selection,
     /// The type of each topic that is recorded or about to be.
     types: BTreeMap<String, String>,
@@ -222,26 +230,35 @@ impl Node {
             if !self.selection.takes(&name, topic.info.type_name) {
                 continue;
             }
-            if topic.name == "state" {
-                self.state = Some(self.topics.len());
-            }
-            let qos = match topic.delivery {
-                Delivery::BestEffort => Qos::record(),
-                Delivery::Reliable => Qos::record_reliable(),
-                Delivery::Latched => Qos::record_latched(),
-            };
-            let qos = match topic.is_of_one_node() {
-                true => qos.of_one_publisher_until(OUTLASTED),
-                false => qos,
-            };
             self.types
                 .insert(name.clone(), topic.info.type_name.to_owned());
-            self.subscribe(rt, in_bag(&topic, &name), qos)?;
+            // Tools warn of topics that nobody publishes. In lockstep the first message counts.
+            match is_on_request(&topic) && !parameters.answer {
+                true => self.awaited.push(topic),
+                false => self.subscribe_to_loop(rt, topic)?,
+            }
         }
         if self.answer.is_some() && self.state.is_none() {
             bail!("answer: a tick is answered once its state is recorded, and 'state' is not");
         }
         Ok(())
+    }
+
+    fn subscribe_to_loop(&mut self, rt: &Runtime<Event>, topic: LoopTopic) -> Result<()> {
+        if topic.name == "state" {
+            self.state = Some(self.topics.len());
+        }
+        let qos = match topic.delivery {
+            Delivery::BestEffort => Qos::record(),
+            Delivery::Reliable => Qos::record_reliable(),
+            Delivery::Latched => Qos::record_latched(),
+        };
+        let qos = match topic.is_of_one_node() {
+            true => qos.of_one_publisher_until(OUTLASTED),
+            false => qos,
+        };
+        let name = rt.topic_name(topic.name)?;
+        self.subscribe(rt, in_bag(&topic, &name), qos)
     }
 
     fn subscribe(&mut self, rt: &Runtime<Event>, topic: Topic, qos: Qos) -> Result<()> {
@@ -263,12 +280,30 @@ impl Node {
         Ok(())
     }
 
-    /// Looks for topics that are selected and not recorded yet.
+    /// Looks for topics that are selected or awaited and not recorded yet.
     fn discover(&mut self, rt: &Runtime<Event>) {
+        let awaits = !self.awaited.is_empty() && self.looked.elapsed() > AWAITING_PERIOD;
+        if !self.selection.asks() && !awaits {
+            return;
+        }
+        self.looked = Instant::now();
+        let published = rt.published_topics();
+        let is_published = |topic: &mut LoopTopic| {
+            let name = rt.topic_name(topic.name).unwrap_or_default();
+            published
+                .iter()
+                .any(|it| it.name == name && it.type_name == topic.info.type_name)
+        };
+        let found: Vec<LoopTopic> = self.awaited.extract_if(.., is_published).collect();
+        for topic in found {
+            if let Err(error) = self.subscribe_to_loop(rt, topic) {
+                log::error!("'{}' is not recorded: {error:#}", topic.name);
+            }
+        }
         if !self.selection.asks() {
             return;
         }
-        for topic in rt.published_topics() {
+        for topic in published {
             let (name, type_name) = (&topic.name, &topic.type_name);
             if !self.selection.takes(name, type_name) {
                 continue;
@@ -584,6 +619,12 @@ impl Node {
             Err(error) => log::warn!("cannot answer a state: {error}"),
         }
     }
+}
+
+/// Whether no node publishes it in a usual loop in real time. The operator's setpoints do not count: the first one matters.
+fn is_on_request(topic: &LoopTopic) -> bool {
+    let on_request = ["/clock", "tick_answer", "estimate"];
+    on_request.contains(&topic.name) || topic.name.starts_with("dha_state_")
 }
 
 /// A publisher's offer as the bag has it: discovery tells no history.
