@@ -75,6 +75,7 @@ use crate::{
     parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
     qos::Qos,
+    qos_overrides,
     raw::{RawSample, WholePayload},
     receive_limits::{Gate, LargeMessage, ReceiveLimits},
     report::ExitReport,
@@ -479,9 +480,7 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<M>(&dds, None))?;
@@ -515,6 +514,16 @@ impl<E: 'static> Runtime<E> {
         participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
     }
 
+    /// The nodes of other participants that publish on `topic`, by their full names where they serve parameters, in order.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules.
+    pub fn publishing_nodes(&self, topic: &str) -> Result<Vec<String>> {
+        let topic = format!("rt{}", self.shared.topic_name(topic)?);
+        let participant = self.shared.participant();
+        Ok(participant.map_or_else(Vec::new, |it| discovered::publishing_nodes(&it, &topic)))
+    }
+
     /// The services of other participants whose names end so (`/get_parameters`), in order of name.
     #[must_use]
     pub fn services(&self, ending: &str) -> Vec<String> {
@@ -542,9 +551,7 @@ impl<E: 'static> Runtime<E> {
             dds: format!("{package}::{kind}::dds_::{name}_"),
             hash: type_hash.map(str::to_owned),
         };
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
@@ -944,6 +951,18 @@ impl<E: 'static> Runtime<E> {
         }
     }
 
+    /// One end of a topic, with the quality of service that the parameters give it.
+    fn endpoint(
+        &self,
+        direction: Direction,
+        topic: &str,
+        types: TypeNames,
+        qos: Qos,
+    ) -> Result<(Rc<Endpoint>, rustdds::Topic)> {
+        let qos = qos_overrides::applied(&self.parameters.borrow().values, direction, topic, qos);
+        self.shared.endpoint(direction, topic, types, qos)
+    }
+
     fn list(&self, endpoint: &Rc<Endpoint>) {
         self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
         self.shared.request_diagnostics();
@@ -953,9 +972,7 @@ impl<E: 'static> Runtime<E> {
     fn unlisted_publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Publisher, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
         let writer = self
             .shared
             .with_node(|node| node.create_publisher::<M>(&dds, None))?;
