@@ -3,8 +3,8 @@
 
     peer_actuator.py --domain 0 --namespace /auv --rate 0.2 --timeout 60
 
-The planes go where they are asked to, at most --rate rad/s fast; the answer bears the command's stamp, as a
-plant_sim with `actuator_answer:=planes` wants it. Ends after --timeout seconds, or when it is killed.
+The planes go where they are asked to, at most --rate rad/s fast; the answer bears the command's stamp, as
+plant_sim wants it. Ends after --timeout seconds, or when it is killed.
 """
 
 import sys
