@@ -43,7 +43,7 @@ enum State {
     /// Its publishers are asked for the type's definition.
     Asked,
     /// Subscribed to, with what reads the stamp of its messages if they have one.
-    Open(Option<Decoder>),
+    Open(Option<Box<Decoder>>),
 }
 
 impl Gates {
@@ -224,10 +224,10 @@ impl Gates {
 }
 
 /// What reads the stamp of messages of the type; `None` if they have none.
-fn stamp_of(types: &Types) -> Option<Decoder> {
+fn stamp_of(types: &Types) -> Option<Box<Decoder>> {
     let stamp = types.stamp()?;
     let parts = ["sec", "nanosec"].map(|name| stamp.field(name));
-    Decoder::compile(types, &parts).ok()
+    Decoder::compile(types, &parts).ok().map(Box::new)
 }
 
 fn read_stamp(decoder: &Decoder, payload: &[u8], values: &mut Values) -> Option<i64> {

@@ -597,12 +597,15 @@ impl Node {
         let silent = self.observation.as_ref().map_or(0, |_| self.answers.silent);
         let mut silence = (silent * self.plant.tick_nanos()) as f64 * 1e-9;
         let mut outcome = "no answer of the actuator, planes held".to_owned();
-        if self.listening.is_some() {
-            let closed = self.gates.closed();
+        if let Some(since) = self.listening {
+            let closed = self.gates.closed().join(", ");
             status = match closed.is_empty() {
                 true => (Level::Ok, "checking for another vehicle".to_owned()),
-                false => (Level::Warn, format!("waiting for {}", closed.join(", "))),
+                false => (Level::Warn, format!("waiting for {closed}")),
             };
+            if status.0 == Level::Warn && since.elapsed() >= WARNING_PERIOD {
+                self.warnings.warn("the first tick waits", &closed);
+            }
         } else if self.observation.is_none() {
             status = match (self.is_flown(), self.paused) {
                 (true, _) => (Level::Ok, DONE.to_owned()),
