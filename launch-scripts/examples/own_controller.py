@@ -6,7 +6,8 @@
     python3 launch-scripts/examples/own_controller.py --ros-args -r __ns:=/auv -p depth:=0.914
 
 It answers each `state` with a `plane_command` that carries the state's stamp; that stamp is all that lockstep
-(`plant_sim` with `time:=lockstep`, `dha_actuator` with `lockstep:=true`) asks of it. The control law is Brunner's (NPS thesis, 1988,
+(`plant_sim` with `time:=lockstep`, `dha_actuator` with `lockstep:=true`) asks of it. With `-p feedback:=estimate` it answers each
+`estimate` instead, as own_estimator.py publishes it. The control law is Brunner's (NPS thesis, 1988,
 program T6): depth error and rate to a dive angle, dive angle and pitch rate to the planes. Pitch is bow up
 positive, depth and planes are positive down.
 """
@@ -14,7 +15,7 @@ positive, depth and planes are positive down.
 import sys
 
 import rclpy
-from planesman_msgs.msg import PlaneCommand, VehicleState
+from planesman_msgs.msg import MotionEstimate, PlaneCommand, VehicleState
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -22,6 +23,7 @@ from rclpy.node import Node
 class OwnController(Node):
     def __init__(self):
         super().__init__("own_controller")
+        feedback = self.declare_parameter("feedback", "state").value  # state or estimate
         for name, value in {
             "depth": 0.0,  # m, positive down
             "depth_p": 0.82,  # rad/m
@@ -33,9 +35,10 @@ class OwnController(Node):
         }.items():
             self.declare_parameter(name, value)
         self.command = self.create_publisher(PlaneCommand, "plane_command", 10)
-        self.create_subscription(VehicleState, "state", self.on_state, 10)
+        kind = {"state": VehicleState, "estimate": MotionEstimate}[feedback]
+        self.create_subscription(kind, feedback, self.on_state, 10)
 
-    def on_state(self, state: VehicleState) -> None:
+    def on_state(self, state: VehicleState | MotionEstimate) -> None:
         def parameter(name: str) -> float:
             return self.get_parameter(name).value
 

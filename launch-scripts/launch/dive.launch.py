@@ -3,7 +3,8 @@
     ros2 launch planesman dive.launch.py
     ros2 launch planesman dive.launch.py --show-args
 
-It ends when the scenario is flown, on Ctrl-C, or when a node ends; with an error when a node fails.
+It ends when the scenario is flown, on Ctrl-C, or when a node ends; with an error when a node fails. A controller or actuator
+of one's own takes the place of ours with `controller:=false` or `actuator:=false`; it is started beside this launch.
 """
 
 import os
@@ -23,7 +24,7 @@ YES_OR_NO = ['true', 'false']
 
 # name: default, choices, description.
 ARGUMENTS = {
-    'scenario': ('dive', None, 'Scenario: a built-in name (dive, way_depths, open_loop, remus_100) or a file.'),
+    'scenario': ('dive', None, 'Scenario: a name (dive, way_depths, open_loop, remus_100, too_fast, identified) or a file.'),
     'duration': ('', None,
                  "Simulated seconds after which the launch ends, 0: never; empty: the scenario's."),
     'params_file': ('', None, "Parameter file whose values replace the scenario's."),
@@ -40,6 +41,14 @@ ARGUMENTS = {
     'use_sim_time': ('false', YES_OR_NO,
                      'Stamps from 0 and a /clock topic that all nodes follow; '
                      'always so in lockstep and with a factor other than 1.'),
+    'controller': ('true', YES_OR_NO,
+                   'Whether depth_controller is started; false: a node of your own publishes plane_command.'),
+    'actuator': ('true', YES_OR_NO,
+                 'Whether dha_actuator is started; false: a node of your own publishes planes or plane_motion.'),
+    'gates': ('', None,
+              'In lockstep, topics of nodes of your own that every tick waits for, separated by commas: lockstep.gates of plant_sim.'),
+    'respawn': ('false', YES_OR_NO,
+                'Whether a controller, actuator or sysid that ends is started again after a second, instead of ending the launch.'),
     'record': ('true', YES_OR_NO, 'Whether the recorder writes a bag.'),
     'bag': ('', None, "The bag's folder, which must not exist; empty: bags/planesman_TIME. "
                       'With several vehicles the folder of their bags.'),
@@ -74,11 +83,18 @@ def start_nodes(context):
             namespace=vehicle['namespace'],
             parameters=[*map(str, files), parameters],
             output='screen',
-            on_exit=partial(ended, flying, vehicle['namespace'] if name == 'plant_sim' else None),
+            **exit_rule(flying, vehicle, name),
         )
         for vehicle in vehicles
         for name, parameters in node_parameters(vehicle).items()
     ]
+
+
+def exit_rule(flying, vehicle, name):
+    """What follows when a node ends. The vehicle ends when it has flown, and a bag cannot be written twice."""
+    if vehicle['respawn'] == 'true' and name not in ('plant_sim', 'recorder'):
+        return {'respawn': True, 'respawn_delay': 1.0}
+    return {'on_exit': partial(ended, flying, vehicle['namespace'] if name == 'plant_sim' else None)}
 
 
 def ended(flying, flown, event, context):
@@ -143,8 +159,10 @@ def node_parameters(given):
         nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
     nodes['sysid'] = {**follow, 'answer': lockstep}
     frames = {'frame_prefix': frame_prefix(given)}
-    nodes['dha_actuator'] = {**follow, **frames, 'lockstep': lockstep}
-    nodes['depth_controller'] = {**follow, **frames, 'lockstep': lockstep}
+    if given['actuator'] == 'true':
+        nodes['dha_actuator'] = {**follow, **frames, 'lockstep': lockstep}
+    if given['controller'] == 'true':
+        nodes['depth_controller'] = {**follow, **frames, 'lockstep': lockstep}
     nodes['plant_sim'] = {
         'time': given['time'],
         'factor': factor,
@@ -157,6 +175,11 @@ def node_parameters(given):
     if lockstep:
         members = [name for name in ('sysid', 'recorder') if name in nodes]
         nodes['plant_sim']['lockstep.members'] = members
+    gates = [name.strip() for name in given['gates'].split(',') if name.strip()]
+    if gates and not lockstep:
+        raise RuntimeError('gates: only ticks of time:=lockstep wait for them')
+    if gates:
+        nodes['plant_sim']['lockstep.gates'] = gates
     return nodes
 
 

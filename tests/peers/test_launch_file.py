@@ -35,7 +35,9 @@ class Declared(Record):
 class Node(Record):
     """With the names of launch_ros's Node; any other is refused as there."""
 
-    def __init__(self, *, package, executable, name, namespace, parameters, output, on_exit):
+    def __init__(
+        self, *, package, executable, name, namespace, parameters, output, on_exit=None, respawn=False, respawn_delay=None
+    ):
         super().__init__(
             package=package,
             executable=executable,
@@ -44,6 +46,8 @@ class Node(Record):
             parameters=parameters,
             output=output,
             on_exit=on_exit,
+            respawn=respawn,
+            respawn_delay=respawn_delay,
         )
 
 
@@ -147,6 +151,24 @@ class LaunchFile(unittest.TestCase):
         self.assertNotIn("lockstep.members", decided(nodes, "plant_sim"))
         self.assertFalse(any(decided(nodes, name).get("use_sim_time") for name in EVERYBODY))
 
+    def test_a_node_of_ones_own_takes_the_place_of_ours(self):
+        self.assertNotIn("depth_controller", launch(controller="false"))
+        self.assertNotIn("dha_actuator", launch(actuator="false"))
+        nodes = launch(controller="false", actuator="false", time="lockstep", gates="filtered, /leak")
+        self.assertEqual(list(nodes), ["recorder", "sysid", "plant_sim"])
+        self.assertEqual(decided(nodes, "plant_sim")["lockstep.gates"], ["filtered", "/leak"])
+        self.assertNotIn("lockstep.gates", decided(launch(time="lockstep"), "plant_sim"))
+        with self.assertRaisesRegex(RuntimeError, "gates"):
+            launch(gates="filtered")
+
+    def test_with_respawn_nodes_that_may_come_back_do_not_end_the_launch(self):
+        nodes = launch(respawn="true")
+        again = [name for name, node in nodes.items() if node.respawn]
+        self.assertEqual(again, ["sysid", "dha_actuator", "depth_controller"])
+        self.assertTrue(all(nodes[name].on_exit is None for name in again))
+        self.assertTrue(all(nodes[name].on_exit for name in ("plant_sim", "recorder")))
+        self.assertFalse(any(node.respawn for node in launch().values()))
+
     def test_in_lockstep_who_is_waited_for_answers(self):
         for record in ("true", "false"):
             nodes = launch(time="lockstep", record=record)
@@ -178,7 +200,7 @@ class LaunchFile(unittest.TestCase):
 
     def test_it_decides_only_declared_parameters_in_their_types(self):
         defaults = YAML(typ="safe").load(SCRIPTS / "params" / "params.yaml")
-        for arguments in ({}, {"time": "lockstep"}, {"factor": "2.5", "bag": "a/b", "duration": "9"}):
+        for arguments in ({}, {"time": "lockstep", "gates": "estimate"}, {"factor": "2.5", "bag": "a/b", "duration": "9"}):
             for name, node in launch(**arguments).items():
                 declared = defaults[f"/**/{name}"]["ros__parameters"]
                 for parameter, value in node.parameters[-1].items():
@@ -186,6 +208,15 @@ class LaunchFile(unittest.TestCase):
                         self.assertIsInstance(value, bool)
                         continue
                     self.assertIs(type(value), type(declared[parameter]), f"{name}: {parameter}")
+
+    def test_each_nodes_diagnostics_go_to_one_analyzer(self):
+        analyzers = YAML(typ="safe").load(SCRIPTS / "params" / "analyzers.yaml")["/**"]["ros__parameters"]
+        groups = [group["contains"] for group in analyzers.values() if isinstance(group, dict)]
+        for node in EVERYBODY:
+            # As `crates/node` names a status: the node's full name, a colon, what it is of.
+            for status in (f"/auv/{node}: connections", f"/auv2/{node}: vehicle"):
+                taken = [group for group in groups if any(text in status for text in group)]
+                self.assertEqual(len(taken), 1, status)
 
     def test_what_cannot_be_is_refused_before_anything_starts(self):
         for arguments, word in (

@@ -104,3 +104,31 @@ fn a_scenario_as_a_parameter_file_has_the_scenarios_values() {
         );
     }
 }
+
+#[test]
+fn a_scenario_of_the_installed_package_is_found_by_its_name() {
+    let prefix = tempfile::tempdir().expect("a folder");
+    let share = prefix.path().join("share/planesman/scenarios");
+    std::fs::create_dir_all(&share).expect("room");
+    let text = "{description: d, duration: 1, parameters: {plant_sim: {vehicle: ../boat.yaml}}}";
+    std::fs::write(share.join("harbour.yaml"), text).expect("room");
+    let boat = include_str!("../../launch-scripts/vehicles/table_3_at_3_fps.yaml");
+    std::fs::write(share.join("../boat.yaml"), boat).expect("room");
+    let run = |name: &str| {
+        std::process::Command::new(env!("CARGO_BIN_EXE_planesman"))
+            .args(["params", "--yaml", "--scenario", name])
+            .env(
+                "AMENT_PREFIX_PATH",
+                format!("/nowhere:{}", prefix.path().display()),
+            )
+            .output()
+            .expect("run")
+    };
+    let printed = run("harbour");
+    let text = String::from_utf8_lossy(&printed.stdout);
+    assert!(printed.status.success(), "{printed:?}");
+    assert!(text.contains("boat.yaml"), "beside the scenario: {text}");
+    for name in ["marina", "./harbour", "harbour.yaml"] {
+        assert!(!run(name).status.success(), "{name}");
+    }
+}

@@ -168,6 +168,20 @@ fn estimators_know_no_file_and_no_format_and_what_reads_them_no_estimator() {
     }
 }
 
+/// What bloom takes a package from is the package's folder alone.
+#[test]
+fn a_ros_package_has_the_licences_inside() {
+    let text = |path: &str| fs::read_to_string(path).expect(path);
+    for package in ["msgs", "launch-scripts"] {
+        let manifest = text(&format!("{package}/package.xml"));
+        for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
+            assert_eq!(text(&format!("{package}/{licence}")), text(licence));
+            assert!(manifest.contains(&format!("<license file=\"{licence}\">")));
+        }
+        assert!(text(&format!("{package}/CHANGELOG.rst")).contains("Changelog for package"));
+    }
+}
+
 #[test]
 fn the_files_of_a_crate_form_no_circle() {
     let mut circles = Vec::new();

@@ -132,7 +132,7 @@ impl Workspace {
         }
         let scenario = self.printed(
             "\"$prefix/lib/planesman/planesman\" params plant_sim --yaml \
-             --scenario \"$prefix/share/planesman/scenarios/too_fast.yaml\"",
+             --scenario too_fast",
         );
         assert!(
             scenario

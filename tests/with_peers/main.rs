@@ -10,6 +10,7 @@ mod foreign_bags;
 mod foreign_peers;
 mod margins;
 mod model_files;
+mod own_nodes;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 mod regulator;

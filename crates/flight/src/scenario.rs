@@ -4,7 +4,7 @@
 //! in-process composition, through the same declarations and the same checks.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::error::{During, Error, Result, refuse, refused};
@@ -183,13 +183,15 @@ impl Scenario {
     /// Whether there is a built-in scenario of this name, or a file at this path.
     #[must_use]
     pub fn is_there(name_or_path: &str) -> bool {
-        BUILTIN.iter().any(|(name, _)| *name == name_or_path) || Path::new(name_or_path).exists()
+        BUILTIN.iter().any(|(name, _)| *name == name_or_path)
+            || Path::new(name_or_path).exists()
+            || installed(name_or_path).is_some()
     }
 
-    /// A built-in scenario by its name, or a scenario file by its path.
+    /// A built-in scenario by its name, a scenario file by its path, or one of the installed ROS package by its name.
     ///
     /// # Errors
-    /// When there is neither, the text is not a valid scenario, or a node would refuse its
+    /// When there is none, the text is not a valid scenario, or a node would refuse its
     /// parameters; the message names the source, the value and the rule.
     pub fn load(name_or_path: &str) -> Result<Self> {
         Self::load_with(name_or_path, &[])
@@ -200,11 +202,17 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`], and when a change is not of that form.
     pub fn load_with(name_or_path: &str, changes: &[String]) -> Result<Self> {
+        let mut path = PathBuf::from(name_or_path);
         let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
             Some((_, text)) => (*text).to_owned(),
-            None => read(Path::new(name_or_path))?,
+            None => {
+                if let Some(installed) = installed(name_or_path).filter(|_| !path.exists()) {
+                    path = installed;
+                }
+                read(&path)?
+            }
         };
-        let folder = Path::new(name_or_path).parent().unwrap_or(Path::new(""));
+        let folder = path.parent().unwrap_or(Path::new(""));
         Self::parse_with(
             &text,
             folder,
@@ -584,6 +592,16 @@ pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Op
             format!("{name} is {actual}, not {right}")
         })
     })
+}
+
+/// The file of a scenario that is installed with the ROS package, by its bare name.
+fn installed(name: &str) -> Option<PathBuf> {
+    let is_bare = !name.is_empty() && !name.contains(['.', '/']);
+    let prefixes = std::env::var_os("AMENT_PREFIX_PATH").filter(|_| is_bare)?;
+    std::env::split_paths(&prefixes)
+        .filter(|prefix| !prefix.as_os_str().is_empty())
+        .map(|prefix| prefix.join(format!("share/planesman/scenarios/{name}.yaml")))
+        .find(|file| file.is_file())
 }
 
 fn read(path: &Path) -> Result<String> {

@@ -125,7 +125,8 @@ pub(crate) fn check_machine() -> Result<()> {
 }
 
 /// The machine's time since 1970.
-pub(crate) fn wall() -> Time {
+#[must_use]
+pub fn wall() -> Time {
     let now = SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Topics that others publish in the domain, by discovery.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rustdds::{
     DomainParticipant, GUID, RTPSEntity as _,
@@ -69,6 +69,33 @@ pub(crate) fn published_topics(participant: &DomainParticipant) -> Vec<Published
 
 pub(crate) fn prefix(endpoint: GUID) -> Option<ParticipantId> {
     endpoint.to_bytes().first_chunk().copied()
+}
+
+/// The nodes that publish on the DDS topic, in order: those that serve parameters in its writers' participants, and one
+/// without a name for each participant that has none.
+pub(crate) fn publishing_nodes(participant: &DomainParticipant, topic: &str) -> Vec<String> {
+    let own = participant.guid().prefix;
+    let writers = participant.discovered_writers_where(|writer| {
+        let data = &writer.publication_topic_data;
+        data.topic_name == topic && data.key.prefix != own
+    });
+    let homes: BTreeSet<ParticipantId> = writers
+        .iter()
+        .filter_map(|it| prefix(it.publication_topic_data.key))
+        .collect();
+    let named = |home: &ParticipantId| {
+        let ending = "/get_parameters";
+        let served = services(participant, ending, |id| id == home);
+        let nodes = served.iter().filter_map(|it| it.strip_suffix(ending));
+        let names: Vec<&str> = nodes.collect();
+        match names.is_empty() {
+            true => "a node that serves no parameters".to_owned(),
+            false => names.join(" or "),
+        }
+    };
+    let mut nodes: Vec<String> = homes.iter().map(named).collect();
+    nodes.sort();
+    nodes
 }
 
 /// Whether that participant has a writer on the DDS topic.

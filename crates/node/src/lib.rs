@@ -56,7 +56,7 @@
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
 //! | `type_description` | `~/get_type_description` |
-//! | [`qos`] | quality of service as ROS conventions have it |
+//! | [`qos`], `qos_overrides` | quality of service as ROS conventions have it; as parameters ask for it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
 //! | `share` | how much of its time a node gives to requests |
@@ -110,6 +110,7 @@ pub mod names;
 mod parameters;
 pub mod publisher;
 pub mod qos;
+mod qos_overrides;
 pub mod raw;
 mod receive_limits;
 pub mod report;
@@ -134,6 +135,7 @@ pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use claim::Claim;
+pub use clock::wall as wall_time;
 pub use definition::{Definition, DefinitionError, Definitions};
 pub use diagnostics::{Connection, Connections, Level};
 pub use discovered::{Offer, PublishedTopic};

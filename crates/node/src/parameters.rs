@@ -16,6 +16,7 @@ use planesman_parameters::{Declaration, Parameters, Refusal, Value, Values, file
 use crate::{
     args::{ParameterSource, RosArguments},
     names::NodeNames,
+    qos_overrides,
 };
 
 /// The parameters that every node has.
@@ -83,7 +84,12 @@ impl ParameterServer {
                 }
             }
         }
-        let defaults = Values::defaults(declarations);
+        let mut overrides: Vec<_> = (changes.iter())
+            .filter_map(|(name, _)| qos_overrides::declaration(name))
+            .collect();
+        overrides.sort_by(|a, b| a.name.cmp(&b.name));
+        overrides.dedup_by(|a, b| a.name == b.name);
+        let defaults = Values::defaults([declarations, overrides].concat());
         if !strict {
             let (declared, unknown) = defaults.declared(changes);
             for line in unknown {

@@ -120,6 +120,26 @@ impl Qos {
         self.follows_one
     }
 
+    /// Whether lost samples are sent again.
+    pub(crate) fn is_reliable(self) -> bool {
+        self.reliable
+    }
+
+    /// Whether late joiners get earlier samples.
+    pub(crate) fn is_latched(self) -> bool {
+        self.latched
+    }
+
+    /// The same with these policies.
+    pub(crate) fn with(self, reliable: bool, latched: bool, depth: usize) -> Self {
+        Self {
+            reliable,
+            latched,
+            depth,
+            ..self
+        }
+    }
+
     /// The history depth.
     #[must_use]
     pub fn depth(&self) -> usize {

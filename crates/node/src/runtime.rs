@@ -76,6 +76,7 @@ use crate::{
     parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::{Publisher, RawPublisher},
     qos::Qos,
+    qos_overrides,
     raw::{RawSample, WholePayload},
     receive_limits::{Gate, LargeMessage, ReceiveLimits},
     report::ExitReport,
@@ -484,9 +485,7 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<M>(&dds, None))?;
@@ -520,6 +519,16 @@ impl<E: 'static> Runtime<E> {
         participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
     }
 
+    /// The nodes of other participants that publish on `topic`, by their full names where they serve parameters, in order.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules.
+    pub fn publishing_nodes(&self, topic: &str) -> Result<Vec<String>> {
+        let topic = format!("rt{}", self.shared.topic_name(topic)?);
+        let participant = self.shared.participant();
+        Ok(participant.map_or_else(Vec::new, |it| discovered::publishing_nodes(&it, &topic)))
+    }
+
     /// The services of other participants whose names end so (`/get_parameters`), in order of name.
     #[must_use]
     pub fn services(&self, ending: &str) -> Vec<String> {
@@ -542,9 +551,7 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = names_of(type_name, type_hash)?;
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
@@ -585,9 +592,7 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<RawPublisher> {
         let topic = self.shared.topic_name(topic)?;
         let types = names_of(type_name, type_hash)?;
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Publisher, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
         let writer = self
             .shared
             .with_node(|node| node.create_publisher(&dds, None))?;
@@ -971,6 +976,18 @@ impl<E: 'static> Runtime<E> {
         }
     }
 
+    /// One end of a topic, with the quality of service that the parameters give it.
+    fn endpoint(
+        &self,
+        direction: Direction,
+        topic: &str,
+        types: TypeNames,
+        qos: Qos,
+    ) -> Result<(Rc<Endpoint>, rustdds::Topic)> {
+        let qos = qos_overrides::applied(&self.parameters.borrow().values, direction, topic, qos);
+        self.shared.endpoint(direction, topic, types, qos)
+    }
+
     fn list(&self, endpoint: &Rc<Endpoint>) {
         self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
         self.shared.request_diagnostics();
@@ -980,9 +997,7 @@ impl<E: 'static> Runtime<E> {
     fn unlisted_publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
-        let (endpoint, dds) = self
-            .shared
-            .endpoint(Direction::Publisher, &topic, types, qos)?;
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
         let writer = self
             .shared
             .with_node(|node| node.create_publisher::<M>(&dds, None))?;

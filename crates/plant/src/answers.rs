@@ -20,7 +20,9 @@ pub struct Answers {
     lockstep: bool,
     /// Who answers in lockstep besides the actuator.
     members: BTreeSet<String>,
-    /// Those who have.
+    /// Topics whose messages answer in lockstep too.
+    gates: BTreeSet<String>,
+    /// The members and gates that have answered.
     answered: BTreeSet<String>,
     /// The actuator's answers by stamp.
     motions: BTreeMap<i64, PlaneMotion>,
@@ -45,6 +47,7 @@ impl Answers {
             budget: 0,
             lockstep: parameters.time == TimeSource::Lockstep,
             members: parameters.lockstep.members.iter().cloned().collect(),
+            gates: BTreeSet::new(),
             answered: BTreeSet::new(),
             motions: BTreeMap::new(),
             flown: None,
@@ -64,6 +67,13 @@ impl Answers {
         } else {
             parameters.delay_budget
         };
+    }
+
+    /// Waits in lockstep for messages of these topics too.
+    pub fn set_gates<'a>(&mut self, topics: impl Iterator<Item = &'a str>) {
+        if self.lockstep {
+            self.gates = topics.map(str::to_owned).collect();
+        }
     }
 
     /// A tick begins: nobody has answered; where no tick waits, earlier motions may still be flown.
@@ -95,14 +105,22 @@ impl Answers {
         }
     }
 
+    /// Takes the message of a gate that answers the present tick.
+    pub fn on_gate(&mut self, topic: &str) {
+        if self.gates.contains(topic) {
+            self.answered.insert(topic.to_owned());
+        }
+    }
+
     /// Who has not answered for the tick at `now`.
     #[must_use]
     pub fn missing(&self, now: i64) -> Vec<&str> {
         let actuator = (!self.motions.contains_key(&now)).then_some("the actuator");
-        let members = self.members.difference(&self.answered);
+        let others = self.members.iter().chain(&self.gates);
+        let silent = others.filter(|it| !self.answered.contains(*it));
         actuator
             .into_iter()
-            .chain(members.map(String::as_str))
+            .chain(silent.map(String::as_str))
             .collect()
     }
 
@@ -228,6 +246,22 @@ mod tests {
         answers.on_motion(motion(1), TICK);
         assert!(answers.missing(TICK).is_empty());
         assert_eq!(answers.fly(TICK), Some(motion(1)));
+    }
+
+    #[test]
+    fn a_tick_waits_for_its_gates_too() {
+        let mut answers = lockstep(&["sysid"]);
+        answers.set_gates(["/auv/filtered"].into_iter());
+        answers.on_motion(motion(0), 0);
+        answers.on_answer(&answer(0, "/auv/filtered"), 0);
+        answers.on_answer(&answer(0, "sysid"), 0);
+        assert_eq!(answers.missing(0), ["/auv/filtered"], "a topic, no member");
+        answers.on_gate("/auv/other");
+        answers.on_gate("/auv/filtered");
+        assert!(answers.missing(0).is_empty());
+        answers.begin();
+        answers.on_motion(motion(1), TICK);
+        assert_eq!(answers.missing(TICK), ["sysid", "/auv/filtered"]);
     }
 
     #[test]

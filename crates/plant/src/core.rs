@@ -243,7 +243,7 @@ impl Plant {
     pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
         StaticMessages {
-            transforms: frames.fixed_transforms(),
+            transforms: frames.fixed_transforms(self.settings.map_to_odom),
             description: Text {
                 data: description::robot_description(&self.vehicle),
             },
@@ -501,7 +501,10 @@ fn or_neutral<'a>(
 mod tests {
     use super::*;
     use planesman_msgs::planesman_msgs::msg::DaqSample;
-    use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
+    use planesman_msgs::{
+        Message, builtin_interfaces::msg::Duration, cdr, geometry_msgs::msg::TransformStamped,
+        std_msgs::msg::Header,
+    };
     use planesman_parameters::{Parameters as _, Value};
     use planesman_units::FOOT;
     use planesman_vehicle::State;
@@ -735,8 +738,33 @@ mod tests {
         assert_eq!(o.state.header.frame_id, "auv1/map_ned");
         assert_eq!(o.pose.odometry.header.frame_id, "auv1/odom");
         assert_eq!(o.pose.odometry.child_frame_id, "auv1/base_link");
-        // All 0: unknown to those who read it, since truth has no error to tell (REP 145).
-        assert_eq!(o.pose.odometry.pose.covariance, [0.0; 36]);
+        // A filter takes them, and believes the truth.
+        for covariance in [
+            o.pose.odometry.pose.covariance,
+            o.pose.odometry.twist.covariance,
+        ] {
+            let on_diagonal = |i: usize| i / 6 == i % 6;
+            for (i, value) in covariance.into_iter().enumerate() {
+                assert_eq!(value, if on_diagonal(i) { 1e-9 } else { 0.0 });
+            }
+        }
+        let frames = |plant: &Plant| -> Vec<(String, String)> {
+            let transforms = plant.static_messages().transforms.transforms;
+            let pair = |it: TransformStamped| (it.header.frame_id, it.child_frame_id);
+            transforms.into_iter().map(pair).collect()
+        };
+        let pair = |parent: &str, child: &str| (format!("auv1/{parent}"), format!("auv1/{child}"));
+        let [odom, ned, frd] = [
+            pair("map", "odom"),
+            pair("map", "map_ned"),
+            pair("base_link", "base_link_frd"),
+        ];
+        assert_eq!(frames(&plant), [odom, ned.clone(), frd.clone()]);
+        let localized = self::plant(&[
+            ("frame_prefix", Value::from("auv1/")),
+            ("map_to_odom", Value::Bool(false)),
+        ]);
+        assert_eq!(frames(&localized), [ned, frd]);
         assert_eq!(
             o.pose.transforms.transforms[0].header,
             o.pose.odometry.header

@@ -23,6 +23,6 @@ pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
 pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;
-pub use parameters::{ActuatorAnswer, PlantParameters, TimeSource};
+pub use parameters::{PlantParameters, TimeSource};
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
 pub use settings::derivatives;

@@ -62,14 +62,14 @@ impl Frames<'_> {
                     position: Point { x, y, z },
                     orientation: quaternion(odometry.orientation),
                 },
-                covariance: [0.0; 36],
+                covariance: truth(),
             },
             twist: TwistWithCovariance {
                 twist: Twist {
                     linear: vector(odometry.velocity),
                     angular: vector(odometry.angular_velocity),
                 },
-                covariance: [0.0; 36],
+                covariance: truth(),
             },
         }
     }
@@ -108,21 +108,26 @@ impl Frames<'_> {
         }
     }
 
-    /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn.
-    pub(crate) fn fixed_transforms(&self) -> TFMessage {
-        let turned = |parent, child| TransformStamped {
+    /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn. With `map_to_odom`
+    /// also REP 105's `map`, where `odom` is.
+    pub(crate) fn fixed_transforms(&self, map_to_odom: bool) -> TFMessage {
+        let fixed = |parent, child, rotation| TransformStamped {
             header: self.header(parent),
             child_frame_id: child,
             transform: Transform {
                 translation: vector([0.0; 3]),
-                rotation: quaternion([1.0, 0.0, 0.0, 0.0]),
+                rotation: quaternion(rotation),
             },
         };
+        let half_a_turn = [1.0, 0.0, 0.0, 0.0];
+        let (map, body_down) = (self.named("map"), self.named(description::BODY_DOWN));
+        let odom = map_to_odom.then(|| fixed(map.clone(), self.odom(), [0.0, 0.0, 0.0, 1.0]));
+        let down = [
+            fixed(map, self.map_ned(), half_a_turn),
+            fixed(self.base_link(), body_down, half_a_turn),
+        ];
         TFMessage {
-            transforms: vec![
-                turned(self.odom(), self.map_ned()),
-                turned(self.base_link(), self.named(description::BODY_DOWN)),
-            ],
+            transforms: odom.into_iter().chain(down).collect(),
         }
     }
 
@@ -185,6 +190,15 @@ fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
+/// The variance of each number of the true state: the least that `robot_localization` takes as it is. Of variances of 0 its filter
+/// would have no inverse.
+const TRUTH: f64 = 1e-9;
+
+/// The 6 x 6 covariance of the true state.
+fn truth() -> [f64; 36] {
+    std::array::from_fn(|i| if i % 7 == 0 { TRUTH } else { 0.0 })
+}
+
 /// The 3 x 3 covariance of three channels with these deviations and nothing in common.
 fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
     let mut covariance = [0.0; 9];
@@ -201,7 +215,8 @@ pub struct Instruments {
     pub imu: Imu,
     /// Absolute pressure at the depth port.
     pub depth_pressure: FluidPressure,
-    /// Stagnation less static pressure.
+    /// Stagnation less static pressure. `FluidPressure` says absolute, but no standard message is a differential pressure; MAVROS
+    /// has its airspeed sensor's (`diff_pressure`) in this one, too.
     pub speed_pressure: FluidPressure,
     /// The volts on the report's wires.
     pub daq: DaqSample,

@@ -63,6 +63,10 @@ pub struct PlantParameters {
     /// Prefix of all frames, to distinguish vehicles on one /tf: 'auv2/'.
     #[parameter(default = "", read_only)]
     pub frame_prefix: String,
+    /// Whether /tf_static has the transform from map to odom, which are the same here: the simulator's odometry does not
+    /// drift. false where a localization node publishes it.
+    #[parameter(default = true, read_only)]
+    pub map_to_odom: bool,
     /// `environment.*`.
     pub environment: Environment,
     /// Seed of the sensor noise, applied at the start and at a reset.
@@ -94,10 +98,6 @@ pub struct PlantParameters {
     /// best effort; always in lockstep.
     #[parameter(default = false, read_only)]
     pub reliable_sensors: bool,
-    /// Topic of the actuator's answer: plane_motion, or planes only (the angle of a foreign actuator, held over
-    /// the tick).
-    #[parameter(default = ActuatorAnswer::PlaneMotion, read_only)]
-    pub actuator_answer: ActuatorAnswer,
     /// Largest age of an actuator's answer that is used when that of the tick is late, for a loop over a slow
     /// link; 0: the last angle is held at once. Not in lockstep, which waits.
     #[parameter(default = 0, unit = "ticks", range = 0.0..=100.0)]
@@ -322,6 +322,10 @@ pub struct Lockstep {
     /// Nodes whose tick_answer every tick waits for, besides plane_motion.
     #[parameter(default = Vec::new(), read_only)]
     pub members: Vec<String>,
+    /// Topics of any node and type that every tick waits for, besides plane_motion or planes: for the message that bears the tick's
+    /// stamp; of messages without one, for the first after the tick's state.
+    #[parameter(default = Vec::new(), read_only)]
+    pub gates: Vec<String>,
 }
 
 /// The propulsion.
@@ -390,15 +394,6 @@ pub enum TimeSource {
     Lockstep,
     /// `/clock`.
     External,
-}
-
-/// The topic on which the actuator answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
-pub enum ActuatorAnswer {
-    /// `plane_motion`.
-    PlaneMotion,
-    /// `planes`, held over the tick.
-    Planes,
 }
 
 /// The instruments that the parameters describe.

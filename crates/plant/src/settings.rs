@@ -27,6 +27,7 @@ pub(crate) struct Settings {
     pub(crate) steps: u32,
     vehicle: String,
     pub(crate) frame_prefix: String,
+    pub(crate) map_to_odom: bool,
 }
 
 impl Settings {
@@ -82,6 +83,7 @@ impl Settings {
             steps: steps as u32,
             vehicle: parameters.vehicle.clone(),
             frame_prefix: frame_prefix(&parameters.frame_prefix)?,
+            map_to_odom: parameters.map_to_odom,
         })
     }
 

@@ -28,10 +28,11 @@ use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use planesman_plant::{
-    ActuatorAnswer, Answers, Instruments, Observation, Plant, PlantParameters, Pose,
-    StaticMessages, TimeSource,
+    Answers, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages, TimeSource,
 };
 use planesman_vehicle::Boundary;
+
+use crate::gates::{GateEvent, Gates};
 
 /// In lockstep, everything is said again after this long without all answers: a member that
 /// came back, or whose link was cut, has not received it.
@@ -39,6 +40,9 @@ const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
 /// Time to detect another vehicle before the first tick; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
+
+/// Time between the opening of the last gate and the first tick: its publisher then knows its subscribers, a recorder too.
+const SETTLING: Duration = Duration::from_secs(1);
 
 /// Time for another vehicle without a claim to disappear: the nodes of a launcher that has ended.
 const LEAVING: Duration = Duration::from_secs(7);
@@ -49,6 +53,10 @@ const COARSEST_CLOCK: i64 = 1_000_000_000;
 /// Time between two warnings about missed ticks, s.
 const WARNING_PERIOD: Duration = Duration::from_secs(5);
 
+/// The topics on which an actuator answers. The first has the angle over the whole tick, the second one angle that is held over it.
+const PLANE_MOTION: &str = "plane_motion";
+const PLANES: &str = "planes";
+
 /// The message of the status `vehicle` once `duration` is flown.
 pub const DONE: &str = "done";
 
@@ -56,12 +64,19 @@ enum Event {
     Motion(PlaneMotion),
     Planes(JointState),
     Answer(TickAnswer),
+    Gate(GateEvent),
     /// Time to ask whether the tick is over.
     Poll,
     Pause(SetBoolRequest, Responder<SetBool>),
     Step(StepRequest, Responder<Step>),
     Reset(Responder<Trigger>),
     Parameters(Box<PlantParameters>),
+}
+
+impl From<GateEvent> for Event {
+    fn from(event: GateEvent) -> Self {
+        Self::Gate(event)
+    }
 }
 
 /// Runs the node with its command-line arguments until it is asked to stop.
@@ -82,12 +97,8 @@ fn run(args: Vec<OsString>) -> Result<()> {
     )?;
     let mut node = Node::new(&rt, &parameters)?;
     let answers = Qos::reliable(100).of_one_publisher();
-    match parameters.actuator_answer {
-        ActuatorAnswer::Planes => rt.subscribe("planes", answers, Event::Planes)?,
-        ActuatorAnswer::PlaneMotion => {
-            rt.subscribe("plane_motion", answers, Event::Motion)?;
-        }
-    }
+    rt.subscribe(PLANE_MOTION, answers, Event::Motion)?;
+    rt.subscribe(PLANES, answers, Event::Planes)?;
     // A member is a node beside this one, and nobody else answers for it.
     let own = rt.full_name();
     let namespace = own.rsplit_once('/').unwrap_or_default().0.to_owned();
@@ -144,6 +155,13 @@ struct Node {
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
     answers: Answers,
+    gates: Gates,
+    /// When the state of the present tick was first sent, by the machine's clock.
+    sent: Time,
+    /// Whether somebody publishes `plane_motion`; then `planes` is not used.
+    has_motion: bool,
+    /// Whether the log says whose `planes` are not used.
+    told_of_vain: bool,
     paused: bool,
     /// Whether the vehicle is to be reset before the next tick.
     reset_due: bool,
@@ -193,6 +211,13 @@ impl Node {
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
         let publishers = Publishers::new(rt, &plant.static_messages(), owns_time, reliable)?;
+        let mut answers = Answers::new(parameters, plant.tick_nanos());
+        let gates: &[String] = match lockstep {
+            true => &parameters.lockstep.gates,
+            false => &[],
+        };
+        let gates = Gates::new(rt, gates)?;
+        answers.set_gates(gates.topics());
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -206,7 +231,11 @@ impl Node {
             ticks: (duration > 0.0).then_some(ticks),
             end_when_flown: parameters.end_when_flown,
             observation: None,
-            answers: Answers::new(parameters, plant.tick_nanos()),
+            answers,
+            gates,
+            sent: Time::default(),
+            has_motion: false,
+            told_of_vain: false,
             paused: parameters.start_paused,
             reset_due: false,
             stepping: None,
@@ -223,14 +252,17 @@ impl Node {
 
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
-            Event::Motion(motion) => self.answers.on_motion(motion, self.stamp),
-            Event::Planes(planes) => match self.plant.motion(&planes) {
-                Some(motion) => self.answers.on_motion(motion, self.stamp),
-                None => {
-                    log::warn!("planes refused: no joint 'dive_planes' with a position")
-                }
-            },
+            Event::Motion(motion) => {
+                self.has_motion = true;
+                self.answers.on_motion(motion, self.stamp);
+            }
+            Event::Planes(planes) => self.on_planes(rt, &planes)?,
             Event::Answer(answer) => self.answers.on_answer(&answer, self.stamp),
+            Event::Gate(event) => {
+                if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.sent)? {
+                    self.answers.on_gate(topic);
+                }
+            }
             Event::Poll => self.poll(rt)?,
             Event::Pause(request, responder) => {
                 self.paused = request.data;
@@ -270,6 +302,52 @@ impl Node {
             return Ok(Flow::Stop);
         }
         Ok(Flow::Continue)
+    }
+
+    /// Takes the answer of an actuator that publishes joint states alone. One that publishes `plane_motion`, too, is known to do so
+    /// before its first joint state comes: it announces that topic first. So the topic used does not depend on which message is faster.
+    fn on_planes(&mut self, rt: &Runtime<Event>, planes: &JointState) -> Result<()> {
+        self.has_motion = self.has_motion || !rt.publishing_nodes(PLANE_MOTION)?.is_empty();
+        if self.has_motion {
+            return Ok(());
+        }
+        match self.plant.motion(planes) {
+            Some(motion) => self.answers.on_motion(motion, self.stamp),
+            None => log::warn!("planes refused: no joint 'dive_planes' with a position"),
+        }
+        Ok(())
+    }
+
+    /// Says which topic the planes move by, who publishes it, and who publishes the other in vain.
+    fn tell_actuator(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        let motion = rt.publishing_nodes(PLANE_MOTION)?;
+        let planes = rt.publishing_nodes(PLANES)?;
+        self.has_motion = !motion.is_empty();
+        let used = match self.has_motion {
+            true => format!("{PLANE_MOTION} of {}", motion.join(", ")),
+            false => format!("{PLANES} of {}", planes.join(", ")),
+        };
+        let vain: Vec<&str> = planes
+            .iter()
+            .filter(|it| self.has_motion && !motion.contains(it))
+            .map(String::as_str)
+            .collect();
+        let (level, message) = match (vain.as_slice(), planes.is_empty() && !self.has_motion) {
+            (_, true) => (
+                Level::Warn,
+                format!("nobody publishes {PLANE_MOTION} or {PLANES}"),
+            ),
+            ([], false) => (Level::Ok, used.clone()),
+            (vain, false) => (
+                Level::Warn,
+                format!("{used}; {PLANES} of {} not used", vain.join(", ")),
+            ),
+        };
+        if !vain.is_empty() && !std::mem::replace(&mut self.told_of_vain, true) {
+            log::warn!("{message}: an actuator with {PLANE_MOTION} comes first");
+        }
+        rt.set_status("actuator", level, &message, &[]);
+        Ok(())
     }
 
     /// Whether the duration is flown.
@@ -336,6 +414,7 @@ impl Node {
             rt.set_time(&stamp);
         }
         let observation = self.plant.observe(stamp.clone());
+        self.sent = planesman_node::wall_time();
         let Ok(()) = self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
         self.answers.begin();
@@ -428,7 +507,7 @@ impl Node {
             return Ok(());
         };
         if self.publishers.state.others() == 0 {
-            if since.elapsed() >= LISTENING {
+            if since.elapsed() >= LISTENING && self.gates.are_open_for(SETTLING) {
                 self.listening = None;
                 self.claim.advance_to(Stage::Held);
             }
@@ -502,7 +581,9 @@ impl Node {
 
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn poll(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        self.gates.discover(rt)?;
         self.be_alone()?;
+        self.tell_actuator(rt)?;
         let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
         if by_the_machine && rt.now().sec == i32::MAX {
             bail!(
@@ -516,8 +597,15 @@ impl Node {
         let silent = self.observation.as_ref().map_or(0, |_| self.answers.silent);
         let mut silence = (silent * self.plant.tick_nanos()) as f64 * 1e-9;
         let mut outcome = "no answer of the actuator, planes held".to_owned();
-        if self.listening.is_some() {
-            status.1 = "checking for another vehicle".to_owned();
+        if let Some(since) = self.listening {
+            let closed = self.gates.closed().join(", ");
+            status = match closed.is_empty() {
+                true => (Level::Ok, "checking for another vehicle".to_owned()),
+                false => (Level::Warn, format!("waiting for {closed}")),
+            };
+            if status.0 == Level::Warn && since.elapsed() >= WARNING_PERIOD {
+                self.warnings.warn("the first tick waits", &closed);
+            }
         } else if self.observation.is_none() {
             status = match (self.is_flown(), self.paused) {
                 (true, _) => (Level::Ok, DONE.to_owned()),
@@ -532,7 +620,10 @@ impl Node {
             && began.elapsed() >= REPEAT_AFTER
         {
             // The status stays until the tick is over: diagnostics go out once a second.
-            let missing = self.answers.missing(self.stamp).join(", ");
+            let missing: Vec<String> = (self.answers.missing(self.stamp).into_iter())
+                .map(|it| self.gates.reason(it).unwrap_or_else(|| it.to_owned()))
+                .collect();
+            let missing = missing.join(", ");
             silence = began.elapsed().as_secs_f64();
             outcome = format!("waiting for {missing}");
             status = (Level::Warn, outcome.clone());

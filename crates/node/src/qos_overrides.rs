@@ -1,0 +1,106 @@
+//! `qos_overrides.TOPIC.publisher.reliability` and the like: parameters, set at the start, by which a user chooses the quality of
+//! service of a topic, as rclcpp's and rclpy's nodes have them.
+//!
+//! | policy | values |
+//! |---|---|
+//! | `reliability` | `reliable`, `best_effort` |
+//! | `durability` | `volatile`, `transient_local` |
+//! | `history` | `keep_last` |
+//! | `depth` | 1 to 10000 |
+
+use planesman_parameters::{Declaration, Value, Values};
+
+use crate::{endpoint::Direction, qos::Qos};
+
+const POLICIES: [(&str, &[&str]); 4] = [
+    ("reliability", &["reliable", "best_effort"]),
+    ("durability", &["volatile", "transient_local"]),
+    ("history", &["keep_last"]),
+    ("depth", &[]),
+];
+
+/// The declaration of a parameter of that name; `None` if it is no such name.
+pub(crate) fn declaration(name: &str) -> Option<Declaration> {
+    let (topic, end) = name.strip_prefix("qos_overrides.")?.split_once('.')?;
+    let (end, policy) = end.split_once('.')?;
+    let (_, choices) = POLICIES.iter().find(|(known, _)| *known == policy)?;
+    let is_one = topic.starts_with('/') && ["publisher", "subscription"].contains(&end);
+    is_one.then(|| Declaration {
+        name: name.to_owned(),
+        default: match choices.first() {
+            Some(first) => Value::String((*first).to_owned()),
+            None => Value::Integer(10),
+        },
+        description: "Quality of service of a topic",
+        unit: "",
+        range: choices.is_empty().then_some((1.0, 10_000.0)),
+        choices,
+        read_only: true,
+    })
+}
+
+/// The quality of service of the topic (its absolute name) with what the values say of it.
+pub(crate) fn applied(values: &Values, direction: Direction, topic: &str, qos: Qos) -> Qos {
+    let end = match direction {
+        Direction::Publisher => "publisher",
+        Direction::Subscription => "subscription",
+    };
+    let given = |policy| values.get(&format!("qos_overrides.{topic}.{end}.{policy}"));
+    let is = |policy, word: &str, own| match given(policy) {
+        Some(Value::String(given)) => given == word,
+        _ => own,
+    };
+    let depth = match given("depth") {
+        Some(Value::Integer(depth)) => usize::try_from(*depth).unwrap_or(qos.depth()),
+        _ => qos.depth(),
+    };
+    qos.with(
+        is("reliability", "reliable", qos.is_reliable()),
+        is("durability", "transient_local", qos.is_latched()),
+        depth,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topics_quality_of_service_is_what_the_parameters_say() {
+        let declared = |name: &str| declaration(name).is_some();
+        assert!(declared("qos_overrides./auv/imu.publisher.depth"));
+        for name in [
+            "qos_overrides./auv/imu.publisher.lifespan",
+            "qos_overrides./auv/imu.reader.depth",
+            "qos_overrides.imu.publisher.depth",
+            "qos_overrides./auv/imu",
+            "depth.p",
+        ] {
+            assert!(!declared(name), "{name}");
+        }
+        let given = [
+            (
+                "qos_overrides./auv/imu.publisher.reliability",
+                Value::from("reliable"),
+            ),
+            ("qos_overrides./auv/imu.publisher.depth", Value::Integer(50)),
+            (
+                "qos_overrides./auv/state.publisher.reliability",
+                Value::from("best_effort"),
+            ),
+        ];
+        let declarations = given.iter().filter_map(|(name, _)| declaration(name));
+        let defaults = Values::defaults(declarations.collect());
+        let changes = given.map(|(name, value)| (name.to_owned(), value));
+        let values = defaults.with(changes).expect("as declared");
+        let of = |direction, topic| applied(&values, direction, topic, Qos::sensor());
+        assert_eq!(of(Direction::Publisher, "/auv/imu"), Qos::reliable(50));
+        assert_eq!(of(Direction::Subscription, "/auv/imu"), Qos::sensor());
+        assert_eq!(of(Direction::Publisher, "/auv/state"), Qos::sensor());
+        let bad = [(
+            "qos_overrides./auv/imu.publisher.depth".to_owned(),
+            Value::Integer(0),
+        )];
+        assert!(defaults.with(bad).is_err());
+    }
+}
