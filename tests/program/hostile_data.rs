@@ -24,7 +24,7 @@ use rand_pcg::Pcg64Mcg;
 
 /// Address space for one run, KiB: less than the 300 MB that a bag of a gigabyte may take, and what the program's own
 /// file takes.
-const MEMORY: u64 = 350_000;
+const MEMORY: u64 = 400_000;
 
 /// Processor time, s.
 const SECONDS: u64 = 60;

@@ -44,7 +44,7 @@ pub struct TopicResult {
     pub alone: [u64; 2],
     /// Messages that say again what was said, with the same stamp and bytes: no difference.
     pub repeated: u64,
-    /// Pairs of one stamp in another order: no difference.
+    /// Pairs that stand in another order among those of their stamp and the next ones: no difference.
     pub reordered: u64,
     /// Why its messages are not decoded; empty if they are.
     pub not_decoded: String,
@@ -271,6 +271,7 @@ impl<'r> Comparing<'r> {
             key: *now,
             number: self.numbers[side],
             payload: item.payload,
+            is_late: false,
         };
         topic.pairing.push(side, message);
         self.waiting += bytes;

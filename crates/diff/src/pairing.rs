@@ -32,6 +32,8 @@ pub(crate) struct Waiting {
     /// Its place in its recording, counted over all topics.
     pub(crate) number: u64,
     pub(crate) payload: Vec<u8>,
+    /// Messages of later stamps came before it.
+    pub(crate) is_late: bool,
 }
 
 /// What became of messages.
@@ -41,7 +43,7 @@ pub(crate) enum Outcome {
         a: Waiting,
         b: Waiting,
         is_same: bool,
-        /// Another message of the stamp stands before it in one of the recordings only.
+        /// In one of the recordings only, another message of the stamp, or one of a later stamp, stands before it.
         is_reordered: bool,
     },
     /// Only the recording of this number has it; `is_repeat` if it says again what was said before.
@@ -68,6 +70,9 @@ pub(crate) struct Pairing {
 /// Messages back in which a repeated one is known: in lockstep a tick's are sent again.
 const RECENT: usize = 16;
 
+/// Messages by which one may come late: of several publishers of a topic each is in order, and how they mix is the recorder's.
+const LATE: usize = 16;
+
 /// Payload bytes above which none is remembered.
 const LARGE: usize = 1 << 16;
 
@@ -93,8 +98,13 @@ impl Pairing {
         key
     }
 
-    pub(crate) fn push(&mut self, side: usize, message: Waiting) {
-        self.queues[side].push_back(message);
+    /// The next message of a side, behind those of its stamp and of earlier ones.
+    pub(crate) fn push(&mut self, side: usize, mut message: Waiting) {
+        let queue = &mut self.queues[side];
+        let later = (queue.iter().rev().take(LATE)).take_while(|it| it.key > message.key);
+        let place = queue.len() - if self.is_keyed { later.count() } else { 0 };
+        message.is_late = place < queue.len();
+        queue.insert(place, message);
     }
 
     /// No more come of this side.
@@ -111,6 +121,12 @@ impl Pairing {
                     if is_same || !self.is_keyed {
                         self.pair(is_same, take);
                         continue;
+                    }
+                    // One that is late may still be the other's partner.
+                    let is_settled =
+                        |side: usize| self.has_ended[side] || self.queues[side].len() > LATE;
+                    if !(is_settled(0) && is_settled(1)) {
+                        return;
                     }
                     let key = a.key;
                     match key.cmp(&b.key) {
@@ -137,7 +153,7 @@ impl Pairing {
 
     fn pair(&mut self, is_same: bool, take: &mut dyn FnMut(&Outcome)) {
         if let [Some(a), Some(b)] = [0, 1].map(|side| self.queues[side].pop_front()) {
-            let is_reordered = false;
+            let is_reordered = a.is_late != b.is_late;
             self.hand(
                 Outcome::Pair {
                     a,
@@ -205,7 +221,7 @@ impl Pairing {
                 continue;
             };
             let pair = Outcome::Pair {
-                is_reordered: at > 0 || !rest.is_empty(),
+                is_reordered: at > 0 || !rest.is_empty() || a.is_late != b[at].is_late,
                 a,
                 b: b.remove(at),
                 is_same: true,

@@ -44,7 +44,7 @@ impl Comparison {
         }
         let reordered: u64 = self.topics.iter().map(|it| it.reordered).sum();
         if reordered > 0 {
-            remarks.push(format!("{reordered} messages stand in another order among those of the same stamp: no difference"));
+            remarks.push(format!("{reordered} messages stand in another order among those of the same stamp, or of the next ones: no difference"));
         }
         let within: u64 = self.topics.iter().map(|it| it.within).sum();
         if within > 0 {

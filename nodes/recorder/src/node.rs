@@ -232,8 +232,9 @@ impl Node {
             }
             self.types
                 .insert(name.clone(), topic.info.type_name.to_owned());
-            // Tools warn of topics that nobody publishes. In lockstep the first message counts.
-            match is_on_request(&topic) && !parameters.answer {
+            // Tools warn of topics that nobody publishes. In lockstep the first message counts, and so does that of a clock that is followed.
+            let is_awaited = is_on_request(&topic) && !parameters.answer;
+            match is_awaited && !(topic.name == "/clock" && rt.is_time_simulated()) {
                 true => self.awaited.push(topic),
                 false => self.subscribe_to_loop(rt, topic)?,
             }
