@@ -197,7 +197,7 @@ impl Display for Root {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     fn args(input: Input, output: Output, feet_per_second: f64) -> TfArgs {
         TfArgs {

@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use anyhow::Result;
 use clap::Args;
 use planesman_identification::Reading;
-use planesman_linear::{Complex, ComplexField as _, by_decay, is_sampling_artefact};
+use planesman_linear::{Complex, ComplexFunctions as _, by_decay, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::{BoxedError, args};
 use planesman_parameters::{Parameters as _, Value};

@@ -10,7 +10,7 @@ use planesman::sysid::fit::FitArgs;
 use planesman_fit::FitResult;
 use planesman_identification::{SIGMAS_95, Uncertain, filter};
 use planesman_linear::TransferFunction;
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;

@@ -2,7 +2,7 @@
 use planesman_flight::compose::{Loop, Tick};
 use planesman_flight::model_summary::{ModelSummary, identified};
 use planesman_flight::scenario::Scenario;
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_vehicle::{linearised, vehicle_file};
 
 /// The scenario's flight with a test signal of that amplitude.

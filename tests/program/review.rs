@@ -1,6 +1,6 @@
 //! `planesman review`: one page from data to gains, each number with its samples; what is not usable is said, with what to do.
 
-use planesman_linear::{ComplexField as _, polar};
+use planesman_linear::{ComplexFunctions as _, polar};
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 use std::fs;

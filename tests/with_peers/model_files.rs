@@ -10,7 +10,7 @@ use std::path::Path;
 use foreign::Python;
 use planesman_flight::compose::Loop;
 use planesman_flight::scenario::Scenario;
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_model_file::{ModelFile, Place};
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;

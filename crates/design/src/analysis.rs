@@ -9,7 +9,7 @@ use planesman_control::design::dive_loop::{DiveLoop, Judgement};
 use planesman_flight::During as _;
 use planesman_flight::summary::step_text;
 use planesman_linear::frequency::{Response, grid};
-use planesman_linear::{Complex, ComplexField as _, unwrapped_phases};
+use planesman_linear::{Complex, ComplexFunctions as _, unwrapped_phases};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 

@@ -4,7 +4,7 @@ use maud::html;
 use planesman_console::Table;
 use planesman_control::design::dive_loop::DiveLoop;
 use planesman_control::gains::LoopGains;
-use planesman_linear::{Complex, ComplexField as _, discrete_to_continuous};
+use planesman_linear::{Complex, ComplexFunctions as _, discrete_to_continuous};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 use planesman_text::number;

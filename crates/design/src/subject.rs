@@ -7,7 +7,7 @@ use planesman_flight::During as _;
 use planesman_hydraulics::linearised as actuator_model;
 use planesman_hydraulics::{ActuatorParameters, actuator_file};
 use planesman_linear::sampled::AT_ONCE;
-use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace, pair_text};
+use planesman_linear::{Complex, ComplexFunctions as _, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
 use planesman_identification::estimators::{Search, Total, coloured_covariance, least};
 use planesman_identification::{IdentificationError, Uncertain, least_squares, stop_point};
-use planesman_linear::{ComplexField as _, polynomial};
+use planesman_linear::{ComplexFunctions as _, polynomial};
 
 use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};

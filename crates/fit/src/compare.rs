@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{Judgement, Reading, Uncertain};
-use planesman_linear::{ComplexField as _, unwrapped_phases};
+use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
 use planesman_signals::PreparedRecord;

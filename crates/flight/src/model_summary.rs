@@ -1,6 +1,6 @@
 //! What is compared of an identified model and the true one: poles and gains.
 
-use planesman_linear::{Complex, ComplexField as _, by_decay, is_sampling_artefact, mode_text};
+use planesman_linear::{Complex, ComplexFunctions as _, by_decay, is_sampling_artefact, mode_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 /// The characteristics of a transfer function that are compared.

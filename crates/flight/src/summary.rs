@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::error::{Result, refused};
 use planesman_control::ControllerParameters;
-use planesman_linear::{Complex, ComplexField as _, StepMetrics, TransferFunction, pole_text};
+use planesman_linear::{Complex, ComplexFunctions as _, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
 

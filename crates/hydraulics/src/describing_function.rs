@@ -16,7 +16,7 @@
 //!   vanish when the valve spends half its time on each side. The loop parks half-way between two
 //!   levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
 
-use planesman_linear::{Complex, ComplexField as _, DelayedLoop};
+use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop};
 use std::f64::consts::PI;
 
 /// N of a quantizer with hysteresis for the amplitude `amplitude`, in the unit of `quantum` and

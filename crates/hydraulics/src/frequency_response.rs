@@ -105,7 +105,7 @@ mod tests {
     use super::*;
     use crate::actuator_file::load;
     use crate::linearised::{self, Ram};
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
     use planesman_units::DEGREE;
 
     #[test]

@@ -120,7 +120,7 @@ pub fn slew_response(set: &ActuatorSet, tick: f64) -> Option<Vec<(f64, f64)>> {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
     use planesman_testing::near;
 
     #[track_caller]

@@ -9,7 +9,9 @@
 //! system has one.
 
 use nalgebra::{Complex, DMatrix, DVector, Matrix3};
-use planesman_linear::{ComplexField as _, TransferFunction, discrete_to_continuous, polynomial};
+use planesman_linear::{
+    ComplexFunctions as _, TransferFunction, discrete_to_continuous, polynomial,
+};
 
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Physical};

@@ -2,7 +2,7 @@
 //! steady-state gain, response.
 
 use planesman_linear::polynomial::{self, evaluate};
-use planesman_linear::{Complex, ComplexField as _, TransferFunction, discrete_to_continuous};
+use planesman_linear::{Complex, ComplexFunctions as _, TransferFunction, discrete_to_continuous};
 
 use crate::error::Result;
 use crate::regression::Shape;

@@ -16,7 +16,7 @@ use std::ops::Range;
 use nalgebra::{Complex, Matrix2};
 use planesman_linear::digits::with_interval;
 use planesman_linear::{
-    ComplexField as _, discrete_to_continuous, is_sampling_artefact, polynomial,
+    ComplexFunctions as _, discrete_to_continuous, is_sampling_artefact, polynomial,
 };
 
 use crate::error::Result;

@@ -5,7 +5,7 @@ use planesman_identification::analysis::{Analysis, Options, analyse};
 use planesman_identification::estimators::Method;
 use planesman_identification::selection::Kind;
 use planesman_identification::{Record, SIGMAS_95, filter, noise};
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 
 const SAMPLE_TIME: f64 = 0.05;
 /// 2/(s^2 + 1.5 s + 2) at 20 Hz, the input held.

@@ -12,7 +12,7 @@
 
 use planesman_identification::{Input, RecursiveLeastSquares, Shape, noise, rows};
 use planesman_identifier::{Change, Identifier, IdentifierParameters, Scheduled};
-use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace};
+use planesman_linear::{Complex, ComplexFunctions as _, DMatrix, StateSpace};
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, PlaneMotion, VehicleState};
 use planesman_parameters::{Parameters as _, Value};

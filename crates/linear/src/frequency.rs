@@ -11,7 +11,8 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, ComplexField as _};
+use crate::ComplexFunctions as _;
+use nalgebra::Complex;
 
 use crate::{Error, TransferFunction, polar, polynomial};
 

@@ -17,6 +17,7 @@
 //! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
 //! never a NaN.
 
+mod complex;
 pub mod digits;
 mod dormand_prince;
 pub mod error;
@@ -32,11 +33,12 @@ pub mod state_space;
 pub mod step_metrics;
 pub mod transfer_function;
 
+pub use complex::{ComplexFunctions, polar};
 pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
 pub use error::Error;
 pub use exponential::exponential;
 pub use frequency::{DelayedLoop, unwrapped_phases};
-pub use nalgebra::{Complex, ComplexField, DMatrix};
+pub use nalgebra::{Complex, DMatrix};
 pub use poles::{
     by_decay, discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text,
 };
@@ -46,13 +48,6 @@ pub use sampled::Sampled;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;
-
-/// `radius e^(j angle)`, the angle in rad: `Complex::from_polar` with the bits that every machine computes.
-#[must_use]
-pub fn polar(radius: f64, angle: f64) -> Complex<f64> {
-    let (sin, cos) = libm::sincos(angle);
-    Complex::new(radius * cos, radius * sin)
-}
 
 /// Whether a system's variable is `s` (differential equations) or `z` (difference equations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,8 @@
 
 use std::cmp::Ordering;
 
-use nalgebra::{
-    Complex, ComplexField as _, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch,
-};
+use crate::ComplexFunctions as _;
+use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch};
 
 use crate::{Error, error::finite};
 

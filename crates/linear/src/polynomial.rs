@@ -3,7 +3,8 @@
 //! Roots are the eigenvalues of the companion matrix (Golub and Van Loan, *Matrix
 //! Computations*, 7.4.6), each then polished by Newton's method on the polynomial itself.
 
-use nalgebra::{Complex, ComplexField as _, DMatrix};
+use crate::ComplexFunctions as _;
+use nalgebra::{Complex, DMatrix};
 
 use crate::{
     Error,

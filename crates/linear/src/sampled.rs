@@ -183,7 +183,7 @@ fn between(motion: &[(f64, f64)], next: usize, time: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::ComplexField as _;
+    use crate::ComplexFunctions as _;
 
     fn integrator() -> StateSpace {
         let one = DMatrix::from_element(1, 1, 1.0);

@@ -8,7 +8,8 @@
 //! The matrices do not say which of the two they are; what depends on it takes a
 //! [`Domain`] or says which it expects.
 
-use nalgebra::{Complex, ComplexField as _, DMatrix};
+use crate::ComplexFunctions as _;
+use nalgebra::{Complex, DMatrix};
 
 use crate::{Domain, Error, TransferFunction, error::finite, exponential, poles::eigenvalues};
 

@@ -7,7 +7,7 @@ use maud::html;
 use planesman_fit::{Compared, Response, frequency_responses};
 use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
-use planesman_linear::{ComplexField as _, is_sampling_artefact};
+use planesman_linear::{ComplexFunctions as _, is_sampling_artefact};
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::PreparedRecord;
 

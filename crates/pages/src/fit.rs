@@ -14,7 +14,7 @@ use planesman_identification::{
     IdentificationError, Problem, Reading, Record, SIGMAS_95, Structure, Uncertain,
 };
 use planesman_linear::digits::with_interval;
-use planesman_linear::{ComplexField as _, is_sampling_artefact};
+use planesman_linear::{ComplexFunctions as _, is_sampling_artefact};
 use planesman_plot::{Plot, Series, Style};
 
 use crate::poles::{self, ARTEFACT};

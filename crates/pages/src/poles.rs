@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
 use planesman_linear::digits::with_interval;
-use planesman_linear::{ComplexField as _, is_sampling_artefact};
+use planesman_linear::{ComplexFunctions as _, is_sampling_artefact};
 
 use planesman_console::Table;
 

@@ -6,7 +6,7 @@ use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::Estimate;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_identification::{SIGMAS_95, Uncertain};
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 use planesman_linear::digits::value_and_interval;
 use planesman_text::in_one_line;
 

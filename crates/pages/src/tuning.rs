@@ -4,7 +4,7 @@
 use maud::html;
 use planesman_console::{Format, Table};
 use planesman_linear::digits::{significant, with_interval};
-use planesman_linear::{ComplexField as _, unwrapped_phases};
+use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
 use planesman_plot::{Plot, Series, Style};
 use planesman_tuning::{Band, MISSED, Seen, Spread, Tuning};
 

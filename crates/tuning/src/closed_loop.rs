@@ -1,7 +1,7 @@
 //! A plant and a controller as a loop: margins, stability, responses.
 
 use nalgebra::Complex;
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 use planesman_linear::frequency::{self, Response};
 use planesman_linear::polynomial::{lies_within, product, sum};
 

@@ -117,7 +117,7 @@ impl Controller {
 mod tests {
     use super::*;
     use crate::plant::backward;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     #[test]
     fn the_series_form_has_the_gains_of_the_ideal_one() {

@@ -1,7 +1,7 @@
 //! A continuous model in gain, time constants and dead time, which the tuning rules are written in.
 
 use nalgebra::Complex;
-use planesman_linear::{ComplexField as _, TransferFunction, polynomial};
+use planesman_linear::{ComplexFunctions as _, TransferFunction, polynomial};
 
 use crate::error::Result;
 

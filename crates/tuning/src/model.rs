@@ -5,7 +5,7 @@ use planesman_identification::estimators::{Form, ProcessModel};
 use planesman_identification::{Model, SIGMAS_95, continuous, noise};
 use planesman_linear::digits::with_interval;
 use planesman_linear::{
-    ComplexField as _, TransferFunction, discrete_to_continuous, is_sampling_artefact, polar,
+    ComplexFunctions as _, TransferFunction, discrete_to_continuous, is_sampling_artefact, polar,
     polynomial,
 };
 use planesman_model_file::{ModelFile, Side};

@@ -139,7 +139,7 @@ fn without_one(a: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     fn lag(time_constant: f64) -> TransferFunction {
         TransferFunction::new(vec![2.0], vec![time_constant, 1.0]).unwrap()

@@ -9,7 +9,7 @@
 //! rules T1 to T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). An integrator is an infinite time constant.
 
 use nalgebra::Complex;
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 
 use crate::dynamics::Dynamics;
 

@@ -7,7 +7,7 @@
 //! | [`placement`] | first order (PI), second order (PID), unstable and oscillating ones too | Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 6 |
 //! | [`crossover`] | any plant that the loop's frequency response is known of | the same, ch. 6: phase margin at a given frequency |
 
-use planesman_linear::{ComplexField as _, polar};
+use planesman_linear::{ComplexFunctions as _, polar};
 
 use crate::closed_loop::Seen;
 use crate::controller::{Controller, FILTER_RATIO};

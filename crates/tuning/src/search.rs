@@ -5,7 +5,7 @@
 //! (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), with the integrated absolute error what it stands for. The
 //! search is Hooke and Jeeves' on the times' logarithms: no derivatives, no chance.
 
-use planesman_linear::{ComplexField as _, frequency};
+use planesman_linear::{ComplexFunctions as _, frequency};
 
 use crate::closed_loop::{Limits, Seen};
 use crate::controller::Controller;

@@ -196,7 +196,7 @@ mod tests {
         Restoring, State, environment::Environment, motion::Motion, planes::PlanePath,
         vehicle_file::brunner,
     };
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
     use planesman_units::{FOOT, POUND_FORCE};
 
     /// Gyro volts per degree per second over plane volts per degree (Brunner 1988, Table 8).

@@ -1,7 +1,7 @@
 //! An identified model is loaded as the vehicle it was identified from, or refused.
 #![allow(clippy::unwrap_used)]
 
-use planesman_linear::{Complex, ComplexField as _, polynomial};
+use planesman_linear::{Complex, ComplexFunctions as _, polynomial};
 use planesman_model_file::{Heave, ModelFile, Physical};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;

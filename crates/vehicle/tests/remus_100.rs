@@ -16,7 +16,7 @@
 //! Chapter 9 has a linear model as well. It is of other numbers: fins by the formula of sec. 4.5, of
 //! which App. B's are 0.45, and cross-flow drag by a secant. The tests below say what becomes of it.
 
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_vehicle::{
     Derivatives, Environment, GeneralisedForce, Motion, PlanePath, Restoring, State,
     linearised::{self, Output},

@@ -405,7 +405,7 @@ pub fn with_the_rounded_restoring_moment(vehicle: &Vehicle) -> Vehicle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
     use planesman_vehicle::vehicle_file::brunner;
 
     fn close(found: &[f64], expected: &[f64], tolerance: f64) {

@@ -11,7 +11,7 @@ use planesman_identification::estimators::{
 use planesman_identification::{
     InitialState, Problem, Reading, Run, Structure, filter as filter_by, with_noise,
 };
-use planesman_linear::{ComplexField as _, polynomial};
+use planesman_linear::{ComplexFunctions as _, polynomial};
 
 /// A guess of the kind the thesis begins with: K/J, B/J, M_theta/J of its block estimates (Table 8), and
 /// as much again for doubt.

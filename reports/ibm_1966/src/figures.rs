@@ -16,7 +16,7 @@ use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use planesman_hydraulics::frequency_response::Periods;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::{Condition, PulseTrain};
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 use planesman_units::{DEGREE, INCH};
 
 use planesman_book::{Chapter, ReportError};

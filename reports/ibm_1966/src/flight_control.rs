@@ -17,7 +17,7 @@ use planesman_hydraulics::ActuatorSet;
 use planesman_hydraulics::frequency_response::{Harmonic, Periods};
 use planesman_hydraulics::linearised::{Ram, actuator};
 use planesman_linear::{
-    Complex, ComplexField as _, DelayedLoop, Error, TransferFunction, polynomial,
+    Complex, ComplexFunctions as _, DelayedLoop, Error, TransferFunction, polynomial,
 };
 
 use crate::autopilot::{Gains, PULSE};

@@ -21,7 +21,7 @@ use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::describing_function::{Search, balance};
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_units::{DEGREE, FOOT, INCH};

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::linearised::{self, Ram};
 use planesman_hydraulics::{ActuatorSet, Demand};
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_units::DEGREE;
 
 use ibm_1966::flight_control::{self, FlightControl};

@@ -8,7 +8,7 @@ use planesman_hydraulics::describing_function::toggling;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::sizing::sizes;
 use planesman_hydraulics::{ActuatorSet, Demand};
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_text::number;
 use planesman_units::{DEGREE, INCH};
 

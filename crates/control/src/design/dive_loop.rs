@@ -19,7 +19,7 @@
 //!   holds over the tick, and the actuator moves the planes in its own way ([`Sampled`]). `G_x(z)` has all of that, exact at the ticks;
 //! - **continuous**: `G_x(s)` behind an actuator `A(s)` that is a lag and a dead time, which stands for hold and actuator.
 
-use planesman_linear::{ComplexField as _, polar};
+use planesman_linear::{ComplexFunctions as _, polar};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

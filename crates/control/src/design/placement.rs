@@ -45,7 +45,7 @@ pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> Loo
 mod tests {
     use super::*;
     use crate::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     #[test]
     fn the_poles_come_out_where_they_were_wanted() {

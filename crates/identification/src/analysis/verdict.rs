@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::Matrix2;
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::{

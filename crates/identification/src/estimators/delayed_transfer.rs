@@ -216,7 +216,7 @@ pub(super) fn slopes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     /// Two poles, a zero and a dead time of 3.4 samples: the difference equation, the response, and the step in closed form.
     #[test]

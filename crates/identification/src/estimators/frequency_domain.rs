@@ -17,7 +17,7 @@
 //!   frequencies and windows, so that what these have in common counts once; the noise's spectrum is that of the simulated error.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::{Complex, ComplexField as _, DelayedLoop, polar, unwrapped_phases};
+use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop, polar, unwrapped_phases};
 
 use super::coloured::{whitened, whitening};
 use super::delayed_transfer::{Held, Orders, slopes};

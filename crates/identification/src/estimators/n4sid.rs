@@ -136,7 +136,7 @@ fn high_order(
 mod tests {
     use super::*;
     use crate::uncertainty::Reading;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
     use planesman_record::filter;
     use planesman_record::noise;
 

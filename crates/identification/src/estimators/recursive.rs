@@ -21,7 +21,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::{ComplexField as _, polynomial};
+use planesman_linear::{ComplexFunctions as _, polynomial};
 
 use super::estimate::{Error, Estimate};
 use super::estimator::Recursive;

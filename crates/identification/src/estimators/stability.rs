@@ -1,7 +1,7 @@
 //! Poles held within a circle.
 
 pub(crate) use planesman_linear::polynomial::lies_within;
-use planesman_linear::{Complex, ComplexField as _, polynomial};
+use planesman_linear::{Complex, ComplexFunctions as _, polynomial};
 
 use crate::structure::monic;
 

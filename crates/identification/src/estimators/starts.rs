@@ -1,7 +1,7 @@
 //! Initial guesses of the output-error search, whose cost has local minima.
 
 use nalgebra::DVector;
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 use planesman_linear::polynomial::{self, product};
 
 use super::estimator::Estimator;

@@ -1,6 +1,6 @@
 //! The response that a record has by itself: the band in which its coherence holds, and its rows beside those of a model.
 
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 
 use super::response::{Columns, DECIBEL, Point, Settings, Spectra};
 use crate::error::{IdentificationError, Result};

@@ -22,7 +22,7 @@
 //! (Bendat and Piersol, eq. 9.90) for magnitude (relative) and phase (rad).
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::{Complex, ComplexField as _};
+use planesman_linear::{Complex, ComplexFunctions as _};
 
 use super::windows::{Taper, Windows, starts};
 use crate::error::{IdentificationError, Result};

@@ -156,7 +156,7 @@ impl Taper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     #[test]
     fn the_longest_window_has_five_segments_and_each_next_is_half_as_long() {

@@ -25,7 +25,7 @@ pub mod process;
 pub(crate) mod realisation;
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::ComplexField as _;
+use planesman_linear::ComplexFunctions as _;
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{

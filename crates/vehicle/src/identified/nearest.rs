@@ -7,7 +7,7 @@
 //! prediction error on frequencies: Soderstrom, Stoica, Friedlander, *Automatica* 27, 1991.)
 
 use nalgebra::DVector;
-use planesman_linear::{Complex, ComplexField as _, DMatrix, StateSpace, polynomial};
+use planesman_linear::{Complex, ComplexFunctions as _, DMatrix, StateSpace, polynomial};
 use planesman_model_file::ModelFile;
 
 use super::{

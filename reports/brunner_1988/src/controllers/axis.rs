@@ -140,7 +140,7 @@ impl DampedInertia {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_linear::ComplexField as _;
+    use planesman_linear::ComplexFunctions as _;
 
     const AXIS: DampedInertia = DampedInertia {
         inertia: 0.5,

@@ -18,7 +18,7 @@
 //! whence the bounds below. With `Me = 0` they are `Kpz < B / (J U)` at `Kdz = 0`, printed as
 //! `Kpz < 2 / U`, and `Kdz > (J Kpz U / B - 1) / U`.
 
-use planesman_linear::{Complex, ComplexField as _, Error, TransferFunction};
+use planesman_linear::{Complex, ComplexFunctions as _, Error, TransferFunction};
 
 use super::axis::{DampedInertia, Gains};
 

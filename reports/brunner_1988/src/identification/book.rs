@@ -23,7 +23,7 @@ use std::sync::LazyLock;
 
 use planesman_book::{Book, BookError};
 use planesman_identification::Model;
-use planesman_linear::{Complex, ComplexField as _, Domain, TransferFunction, polynomial};
+use planesman_linear::{Complex, ComplexFunctions as _, Domain, TransferFunction, polynomial};
 
 const ENTRIES: &str = include_str!("../../data/identification.json");
 const ERRATA: &str = include_str!("../../data/errata.json");

@@ -18,7 +18,7 @@ use planesman_identification::estimators::{
 use planesman_identification::{
     Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise, on_all_cores,
 };
-use planesman_linear::{Complex, ComplexField as _, discrete_to_continuous, polynomial};
+use planesman_linear::{Complex, ComplexFunctions as _, discrete_to_continuous, polynomial};
 
 use super::synthetic::{self, BIAS, NOISE, SAMPLE_TIME};
 

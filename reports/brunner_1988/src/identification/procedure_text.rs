@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use planesman_identification::{IdentificationError, Model};
-use planesman_linear::{ComplexField as _, TransferFunction, pair_text};
+use planesman_linear::{ComplexFunctions as _, TransferFunction, pair_text};
 
 use super::book::table_9;
 use super::procedure::{Comparison, Detrend, Identification, Orders, Prepared};

@@ -1,6 +1,6 @@
 //! Eq. (7), Table 8, and the models put right: P2 and P3 (pitch rate), Pz (depth).
 
-use planesman_linear::{Complex, ComplexField as _, Error, TransferFunction};
+use planesman_linear::{Complex, ComplexFunctions as _, Error, TransferFunction};
 
 use planesman_units::FOOT;
 use planesman_vehicle::vehicle_file::brunner;
