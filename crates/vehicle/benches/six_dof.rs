@@ -8,6 +8,8 @@
 //! There is a steady current, and the inputs jump every 10 s. Errors are the largest of any number of the state at those times, relative where it is above 1, beside our own run at
 //! 1e-13. Many vehicles begin with a speed each of their own and are measured by processor time: what else the machine does takes none of it.
 
+#![allow(clippy::unwrap_used)]
+
 use std::time::Instant;
 
 use planesman_vehicle::six_dof::{

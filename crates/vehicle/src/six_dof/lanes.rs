@@ -97,17 +97,17 @@ macro_rules! operator {
             #[inline(always)]
             fn $name(mut self, other: Self) -> Self {
                 for (x, y) in self.0.iter_mut().zip(other.0) {
-                    *x = *x $op y;
+                    *x $op y;
                 }
                 self
             }
         }
     };
 }
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
+operator!(Add, add, +=);
+operator!(Sub, sub, -=);
+operator!(Mul, mul, *=);
+operator!(Div, div, /=);
 
 impl<const N: usize> Mul<f64> for Lanes<N> {
     type Output = Self;
@@ -161,7 +161,7 @@ pub(super) fn dot<T: Real>(a: Three<T>, b: Three<T>) -> T {
 #[inline(always)]
 pub(super) fn sum<T: Real, const N: usize>(mut a: [T; N], b: [T; N]) -> [T; N] {
     for i in 0..N {
-        a[i] = a[i] + b[i];
+        a[i] += b[i];
     }
     a
 }
