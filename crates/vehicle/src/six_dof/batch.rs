@@ -2,7 +2,7 @@
 
 use super::equations::State;
 use super::lanes::Lanes;
-use super::simulate::runge_kutta;
+use super::simulate::runge_kutta_under;
 use super::vehicle::Vehicle;
 use super::water::Water;
 
@@ -100,9 +100,10 @@ impl<'a> Batch<'a> {
     /// So many steps of length `dt` \[s\] by the classical Runge-Kutta method, inputs and water held.
     pub fn advance(&mut self, steps: u32, dt: f64) {
         for group in &mut self.groups {
+            let held = self.vehicle.held(&group.inputs);
             for _ in 0..steps {
                 group.state =
-                    runge_kutta(self.vehicle, &group.state, &group.inputs, &group.water, dt);
+                    runge_kutta_under(self.vehicle, &group.state, &held, &group.water, dt);
             }
         }
     }

@@ -15,8 +15,15 @@ pub struct Damping {
 impl Damping {
     #[inline(always)]
     pub(super) fn force<T: Real>(&self, nu: &Six<T>) -> Six<T> {
-        let square: Six<T> = nu.map(|x| x.abs() * x);
-        sum(product(&self.linear, nu), product(&self.quadratic, &square)).map(|x| -x)
+        let mut square = *nu;
+        for x in &mut square {
+            *x = x.abs() * *x;
+        }
+        let mut force = sum(product(&self.linear, nu), product(&self.quadratic, &square));
+        for x in &mut force {
+            *x = -*x;
+        }
+        force
     }
 }
 

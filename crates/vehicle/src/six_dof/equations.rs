@@ -13,6 +13,7 @@
 
 use super::inertia::{Matrix6, coriolis};
 use super::lanes::{Real, Six, Three, cross, difference, halves, of, product, scaled, six, sum};
+use super::propulsion::Propulsor;
 use super::rotation::{self, Quaternion};
 use super::vehicle::Vehicle;
 use super::water::{GRAVITY, Water};
@@ -91,20 +92,61 @@ impl<T: Real> Forces<T> {
     }
 }
 
+/// Inputs that are held, with what they alone determine.
+pub(super) struct Held<'a, T> {
+    inputs: &'a [T],
+    /// Of the propulsors that do not feel the flow.
+    thrust: Six<T>,
+    /// The others.
+    in_flow: &'a [Propulsor],
+}
+
 impl Vehicle {
     /// The forces and moments on the vehicle, part by part; `inputs` as the vehicle names them.
     #[inline(always)]
     #[must_use]
     pub fn forces<T: Real>(&self, state: &State<T>, inputs: &[T], water: &Water<T>) -> Forces<T> {
         let r = rotation::matrix(state.attitude);
-        let nu = state.velocity;
+        self.forces_at(&r, &state.velocity, &self.held(inputs), water)
+    }
+
+    /// The inputs, with the thrust that hangs on them alone: of the propulsors before the first that feels the flow.
+    #[inline(always)]
+    pub(super) fn held<'a, T: Real>(&'a self, inputs: &'a [T]) -> Held<'a, T> {
+        let propulsors = &self.parts.propulsors;
+        let still = propulsors
+            .iter()
+            .take_while(|one| !one.feels_flow())
+            .count();
+        let (still, in_flow) = propulsors.split_at(still);
+        let zero = [T::of(0.0); 6];
+        let thrust = still.iter().fold(zero, |thrust, propulsor| {
+            sum(thrust, propulsor.force(&zero, inputs))
+        });
+        Held {
+            inputs,
+            thrust,
+            in_flow,
+        }
+    }
+
+    /// The forces with the rotation matrix of the attitude, for `nu`.
+    #[inline(always)]
+    fn forces_at<T: Real>(
+        &self,
+        r: &[Three<T>; 3],
+        nu: &Six<T>,
+        held: &Held<'_, T>,
+        water: &Water<T>,
+    ) -> Forces<T> {
+        let (nu, inputs) = (*nu, held.inputs);
         let (_, turning) = halves(nu);
-        let [c_x, c_y, c_z] = rotation::to_body(&r, water.velocity);
+        let [c_x, c_y, c_z] = rotation::to_body(r, water.velocity);
         let zero = T::of(0.0);
         let through = difference(nu, [c_x, c_y, c_z, zero, zero, zero]);
-        let follows = rotation::to_body(&r, water.acceleration);
+        let follows = rotation::to_body(r, water.acceleration);
         let carried = sum(cross([c_x, c_y, c_z], turning), follows);
-        let gradient = rotation::to_body(&r, water.of_water);
+        let gradient = rotation::to_body(r, water.of_water);
         let mut damping = self.parts.damping.force(&through);
         for hull in &self.parts.cross_flow {
             damping = sum(damping, hull.force(&through));
@@ -117,8 +159,8 @@ impl Vehicle {
         for fin in &self.parts.fins {
             fins = sum(fins, fin.force(&through, inputs[fin.input]));
         }
-        let mut propulsion = [zero; 6];
-        for propulsor in &self.parts.propulsors {
+        let mut propulsion = held.thrust;
+        for propulsor in held.in_flow {
             propulsion = sum(propulsion, propulsor.force(&through, inputs));
         }
         Forces {
@@ -128,7 +170,7 @@ impl Vehicle {
                 product(&self.parts.added_mass, &six(carried, [zero; 3])),
                 self.at_buoyancy(scaled(T::of(self.parts.buoyancy / GRAVITY), gradient)),
             ),
-            restoring: self.restoring(&r),
+            restoring: self.restoring(r),
             damping,
             coefficients,
             fins,
@@ -171,12 +213,24 @@ impl Vehicle {
     #[inline(always)]
     #[must_use]
     pub fn derivative<T: Real>(&self, state: &State<T>, inputs: &[T], water: &Water<T>) -> [T; 13] {
+        self.derivative_under(state, &self.held(inputs), water)
+    }
+
+    /// The same, where the thrust that hangs on the inputs alone is known.
+    #[inline(always)]
+    pub(super) fn derivative_under<T: Real>(
+        &self,
+        state: &State<T>,
+        held: &Held<'_, T>,
+        water: &Water<T>,
+    ) -> [T; 13] {
         let (linear, turning) = halves(state.velocity);
         let r = rotation::matrix(state.attitude);
+        let forces = self.forces_at(&r, &state.velocity, held, water);
         State {
             position: rotation::to_fixed(&r, linear),
             attitude: rotation::rate(state.attitude, turning),
-            velocity: self.acceleration(state, inputs, water),
+            velocity: product(&self.inverse_inertia, &forces.total()),
         }
         .row()
     }

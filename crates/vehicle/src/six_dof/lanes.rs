@@ -71,8 +71,11 @@ impl<const N: usize> Real for Lanes<N> {
     }
 
     #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for x in &mut self.0 {
+            *x = f(*x);
+        }
+        self
     }
 
     #[inline(always)]
@@ -94,24 +97,24 @@ macro_rules! operator {
             #[inline(always)]
             fn $name(mut self, other: Self) -> Self {
                 for (x, y) in self.0.iter_mut().zip(other.0) {
-                    *x = *x $op y;
+                    *x $op y;
                 }
                 self
             }
         }
     };
 }
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
+operator!(Add, add, +=);
+operator!(Sub, sub, -=);
+operator!(Mul, mul, *=);
+operator!(Div, div, /=);
 
 impl<const N: usize> Mul<f64> for Lanes<N> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        Self(self.0.map(|x| x * other))
+        self.map(|x| x * other)
     }
 }
 
@@ -120,7 +123,7 @@ impl<const N: usize> Neg for Lanes<N> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(self.0.map(|x| -x))
+        self.map(|x| -x)
     }
 }
 
@@ -130,6 +133,8 @@ impl<const N: usize> AddAssign for Lanes<N> {
         *self = *self + other;
     }
 }
+
+// Loops here, not `array::map` or `from_fn`: those stay calls of a function that copies all lanes.
 
 /// A vector of three.
 pub type Three<T> = [T; 3];
@@ -154,40 +159,53 @@ pub(super) fn dot<T: Real>(a: Three<T>, b: Three<T>) -> T {
 
 /// `a + b`
 #[inline(always)]
-pub(super) fn sum<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] + b[i])
+pub(super) fn sum<T: Real, const N: usize>(mut a: [T; N], b: [T; N]) -> [T; N] {
+    for i in 0..N {
+        a[i] += b[i];
+    }
+    a
 }
 
 /// `a - b`
 #[inline(always)]
-pub(super) fn difference<T: Real, const N: usize>(a: [T; N], b: [T; N]) -> [T; N] {
-    std::array::from_fn(|i| a[i] - b[i])
+pub(super) fn difference<T: Real, const N: usize>(mut a: [T; N], b: [T; N]) -> [T; N] {
+    for i in 0..N {
+        a[i] = a[i] - b[i];
+    }
+    a
 }
 
 /// `s a`
 #[inline(always)]
-pub(super) fn scaled<T: Real, const N: usize>(s: T, a: [T; N]) -> [T; N] {
-    a.map(|x| s * x)
+pub(super) fn scaled<T: Real, const N: usize>(s: T, mut a: [T; N]) -> [T; N] {
+    for x in &mut a {
+        *x = s * *x;
+    }
+    a
 }
 
 /// Every lane of a constant vector.
 #[inline(always)]
 pub(super) fn of<T: Real, const N: usize>(a: &[f64; N]) -> [T; N] {
-    a.map(T::of)
+    let mut all = [T::of(0.0); N];
+    for i in 0..N {
+        all[i] = T::of(a[i]);
+    }
+    all
 }
 
 /// A matrix by a vector. Most entries of a vehicle are 0, and cost nothing.
 #[inline(always)]
 pub(super) fn product<T: Real, const N: usize>(matrix: &[[f64; N]; N], x: &[T; N]) -> [T; N] {
-    std::array::from_fn(|i| {
-        let mut row = T::of(0.0);
+    let mut rows = [T::of(0.0); N];
+    for i in 0..N {
         for j in 0..N {
             if matrix[i][j] != 0.0 {
-                row += T::of(matrix[i][j]) * x[j];
+                rows[i] += T::of(matrix[i][j]) * x[j];
             }
         }
-        row
-    })
+    }
+    rows
 }
 
 /// Force and moment as six.

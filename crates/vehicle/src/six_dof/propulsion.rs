@@ -121,6 +121,11 @@ impl Thruster {
 }
 
 impl Propulsor {
+    /// Whether its force depends on the velocity too.
+    pub(super) fn feels_flow(&self) -> bool {
+        matches!(self, Self::Propeller { .. })
+    }
+
     #[inline(always)]
     pub(super) fn force<T: Real>(&self, nu: &Six<T>, inputs: &[T]) -> Six<T> {
         let zero = T::of(0.0);

@@ -1,6 +1,6 @@
 //! The attitude as a unit quaternion, body to the fixed frame (north, east, down).
 
-use super::lanes::{Real, Three};
+use super::lanes::{Real, Three, dot};
 
 /// `(q0, q1, q2, q3)`, scalar first. `Q` and `-Q` are one attitude.
 pub type Quaternion<T> = [T; 4];
@@ -32,13 +32,15 @@ pub fn matrix<T: Real>([a, b, c, d]: Quaternion<T>) -> [Three<T>; 3] {
 /// `R v`: from the body to the fixed frame.
 #[inline(always)]
 pub fn to_fixed<T: Real>(r: &[Three<T>; 3], v: Three<T>) -> Three<T> {
-    std::array::from_fn(|i| r[i][0] * v[0] + r[i][1] * v[1] + r[i][2] * v[2])
+    let [x, y, z] = *r;
+    [dot(x, v), dot(y, v), dot(z, v)]
 }
 
 /// `R^T v`: from the fixed frame to the body.
 #[inline(always)]
 pub fn to_body<T: Real>(r: &[Three<T>; 3], v: Three<T>) -> Three<T> {
-    std::array::from_fn(|i| r[0][i] * v[0] + r[1][i] * v[1] + r[2][i] * v[2])
+    let along = |i: usize| dot([r[0][i], r[1][i], r[2][i]], v);
+    [along(0), along(1), along(2)]
 }
 
 /// `Q' = 1/2 Q (0, w)` for the body's rates `w` (p, q, r) \[rad/s\].
@@ -58,7 +60,7 @@ pub fn rate<T: Real>([a, b, c, d]: Quaternion<T>, [p, q, r]: Three<T>) -> Quater
 pub fn normalised<T: Real>(q: Quaternion<T>) -> Quaternion<T> {
     let [a, b, c, d] = q;
     let length = (a * a + b * b + c * c + d * d).sqrt();
-    q.map(|x| x / length)
+    [a / length, b / length, c / length, d / length]
 }
 
 /// The quaternion of roll, pitch and yaw \[rad\]: `R = Rz(yaw) Ry(pitch) Rx(roll)`.

@@ -2,7 +2,7 @@
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step, runge_kutta_step};
 
-use super::equations::State;
+use super::equations::{Held, State};
 use super::lanes::Real;
 use super::rotation::normalised;
 use super::vehicle::Vehicle;
@@ -19,8 +19,20 @@ pub fn runge_kutta<T: Real>(
     water: &Water<T>,
     dt: f64,
 ) -> State<T> {
+    runge_kutta_under(vehicle, state, &vehicle.held(inputs), water, dt)
+}
+
+/// The same, where the thrust that hangs on the inputs alone is known.
+#[inline(always)]
+pub(super) fn runge_kutta_under<T: Real>(
+    vehicle: &Vehicle,
+    state: &State<T>,
+    held: &Held<'_, T>,
+    water: &Water<T>,
+    dt: f64,
+) -> State<T> {
     let row = runge_kutta_step(&state.row(), dt, [&(); 3], |(), row| {
-        vehicle.derivative(&State::of_row(*row), inputs, water)
+        vehicle.derivative_under(&State::of_row(*row), held, water)
     });
     let after = State::of_row(row);
     State {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 use planesman_vehicle::six_dof::{
-    Accurate, Damping, Matrix6, RigidBody, Sea, Simulation, Six, State, Three, Vehicle, Water,
-    Wave, about_origin, ellipsoid, rotation,
+    Accurate, Batch, Damping, Matrix6, RigidBody, Sea, Simulation, Six, State, Three, Vehicle,
+    Water, Wave, about_origin, ellipsoid, rotation, runge_kutta,
 };
 use planesman_vehicle::{GeneralisedForce, Restoring, standard_normal, vehicle_file};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
@@ -577,4 +577,47 @@ fn allocation_gives_the_wanted_force() {
         close(&given(&limited), &wanted.map(|x| x * share), 1e-9);
     }
     assert_eq!(Allocation::new(&thrusters[..4]).unwrap_err().rank, 3);
+}
+
+/// Of any number, and in parts of any size for threads: to the last bit.
+#[test]
+fn a_vehicle_in_a_batch_moves_as_it_does_alone() {
+    let bits = |state: &State| state.row().map(f64::to_bits);
+    for name in ALL {
+        let of = vehicle(name);
+        let mut random = Pcg64::seed_from_u64(11);
+        for count in [1, 7, 8, 9, 20] {
+            let drawn: Vec<_> = (0..count)
+                .map(|_| {
+                    let (state, inputs) = drawn(&of, &mut random);
+                    let water = Water {
+                        velocity: draw(&mut random, 0.3),
+                        acceleration: draw(&mut random, 0.1),
+                        of_water: draw(&mut random, 0.1),
+                    };
+                    (state, inputs, water)
+                })
+                .collect();
+            let alone = drawn.iter().map(|(state, inputs, water)| {
+                let step = |state, _| runge_kutta(&of, &state, inputs, water, 0.02);
+                bits(&(0..10).fold(*state, step))
+            });
+            let alone: Vec<_> = alone.collect();
+            let starts: Vec<State> = drawn.iter().map(|(state, ..)| *state).collect();
+            let mut batch = Batch::new(&of, &starts);
+            for (k, (_, inputs, water)) in drawn.iter().enumerate() {
+                batch.set_inputs(k, inputs);
+                batch.set_water(k, water);
+            }
+            for size in [1, 8, 9, 100] {
+                let mut together = Vec::new();
+                for mut part in batch.clone().split(size) {
+                    part.advance(4, 0.02);
+                    part.advance(6, 0.02);
+                    together.extend((0..part.len()).map(|k| bits(&part.state(k))));
+                }
+                assert_eq!(together, alone, "{name}: {count} in parts of {size}");
+            }
+        }
+    }
 }
