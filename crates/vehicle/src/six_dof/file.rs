@@ -163,13 +163,13 @@ enum About {
 #[serde(untagged)]
 enum Square {
     Diagonal([f64; 6]),
-    Full(Matrix6),
+    Full(Box<Matrix6>),
 }
 
 impl Square {
     fn matrix(self) -> Matrix6 {
         match self {
-            Self::Full(matrix) => matrix,
+            Self::Full(matrix) => *matrix,
             Self::Diagonal(diagonal) => std::array::from_fn(|i| {
                 std::array::from_fn(|j| if i == j { diagonal[i] } else { 0.0 })
             }),
@@ -393,7 +393,7 @@ impl CrossFlowSection {
             si("cross_flow.ends", aft, Dimension::Length)?,
             si("cross_flow.ends", fore, Dimension::Length)?,
         ];
-        if !(ends[0] < ends[1] && self.drag >= 0.0) {
+        if ends[0] >= ends[1] || !(0.0..f64::INFINITY).contains(&self.drag) {
             let reason = "its ends must be aft and fore, and the drag not negative";
             return Err(Unphysical::new("cross_flow", reason));
         }
@@ -460,7 +460,7 @@ impl PropulsionSection {
             Self::Force { input, limits } => {
                 let limit = |q| si(&format!("{entry}.limits"), q, Dimension::Force);
                 let limits = [limit(&limits[0])?, limit(&limits[1])?];
-                if !(limits[0] < limits[1]) {
+                if limits[0] >= limits[1] {
                     let reason = format!("{limits:?}: the first must be below the second");
                     return Err(Unphysical::new(format!("{entry}.limits"), reason));
                 }

@@ -29,7 +29,7 @@ pub use file::{FileError, built_in, load, parse};
 pub use fins::{Fin, Section};
 pub use inertia::{Matrix6, RigidBody, about_origin, ellipsoid};
 pub use lanes::{Lanes, Real, Six, Three};
-pub use simulate::{Accurate, Simulation, runge_kutta};
+pub use simulate::{Accurate, Diverged, Simulation, runge_kutta};
 pub use steady::{Turn, steady_turn};
 pub use vehicle::{Parts, Unphysical, Vehicle};
 pub use water::{GRAVITY, Sea, Water, Wave};

@@ -88,7 +88,7 @@ impl Vehicle {
             ("centre_of_buoyancy", parts.centre_of_buoyancy),
         ] {
             let farthest = FARTHEST * libm::cbrt(parts.buoyancy / (1000.0 * GRAVITY));
-            if place.iter().any(|x| !(x.abs() <= farthest)) {
+            if !place.iter().all(|x| x.abs() <= farthest) {
                 return refused(
                     entry,
                     format!(
@@ -171,7 +171,8 @@ fn symmetric(entry: &str, a: &Matrix6) -> Result<(), Unphysical> {
     for i in 0..6 {
         for j in 0..6 {
             let (one, other) = (a[i][j], a[j][i]);
-            if !((one - other).abs() <= 1e-9 * norm(a)) {
+            let is_same = (one - other).abs() <= 1e-9 * norm(a);
+            if !is_same {
                 let reason = format!(
                     "not symmetric: {one} in row {}, column {}, and {other} across",
                     i + 1,

@@ -187,15 +187,15 @@ fn an_ellipsoid_in_its_own_stream_is_kirchhoffs_pendulum() {
         position: [0.0; 3],
         attitude: rotation::from_euler([0.0, pitch, 0.0]),
         velocity: [
-            -impulse * pitch.sin() / m1,
+            -impulse * libm::sin(pitch) / m1,
             0.0,
-            impulse * pitch.cos() / m3,
+            impulse * libm::cos(pitch) / m3,
             0.0,
             0.0,
             0.0,
         ],
     };
-    let (mut x, mut y) = (1.0, off.cos());
+    let (mut x, mut y) = (1.0, libm::cos(off));
     for _ in 0..10 {
         (x, y) = (0.5 * (x + y), (x * y).sqrt());
     }

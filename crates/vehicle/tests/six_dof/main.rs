@@ -1,5 +1,7 @@
 //! Six degrees of freedom against values of an independent integration (DOP853 at 3e-14, in Python), and against what the equations must keep.
 
+#![allow(clippy::unwrap_used)]
+
 mod invariants;
 mod values;
 
