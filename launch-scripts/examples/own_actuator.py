@@ -24,12 +24,14 @@ class OwnActuator(Node):
         super().__init__("own_actuator")
         self.declare_parameter("rate", 0.2)  # rad/s
         self.declare_parameter("tick", 0.05)  # s, from one command to the next
+        self.answered = None  # the stamp; lockstep begins with 0
         self.answer = JointState(name=["dive_planes"], position=[0.0], velocity=[0.0])
         self.planes = self.create_publisher(JointState, "planes", 10)
         self.create_subscription(PlaneCommand, "plane_command", self.on_command, 10)
 
     def on_command(self, command: PlaneCommand) -> None:
-        if command.header.stamp != self.answer.header.stamp:
+        if command.header.stamp != self.answered:
+            self.answered = command.header.stamp
             tick = self.get_parameter("tick").value
             largest = self.get_parameter("rate").value * tick
             step = max(-largest, min(largest, command.dive_planes - self.answer.position[0]))

@@ -44,7 +44,8 @@ ARGUMENTS = {
     'controller': ('true', YES_OR_NO,
                    'Whether depth_controller is started; false: a node of your own publishes plane_command.'),
     'actuator': ('true', YES_OR_NO,
-                 'Whether dha_actuator is started; false: a node of your own publishes planes or plane_motion.'),
+                 'Whether dha_actuator is started; false: a node of your own publishes planes, which sysid takes for its input '
+                 '(params/own_actuator.yaml; a params_file may name another).'),
     'gates': ('', None,
               'In lockstep, topics of nodes of your own that every tick waits for, separated by commas: lockstep.gates of plant_sim.'),
     'respawn': ('false', YES_OR_NO,
@@ -70,6 +71,8 @@ def start_nodes(context):
         # Without multicast, as on most loopback interfaces, a node finds twelve participants; so 32.
         os.environ.setdefault('ROS_STATIC_PEERS', 'localhost')
     files = [scenario_parameters(given['scenario'])]
+    if given['actuator'] == 'false':
+        files.append(Path(get_package_prefix('planesman')) / 'share' / 'planesman' / 'params' / 'own_actuator.yaml')
     if given['params_file']:
         files.append(Path(given['params_file']).expanduser().absolute())
         if not files[-1].is_file():

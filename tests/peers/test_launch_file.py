@@ -153,7 +153,13 @@ class LaunchFile(unittest.TestCase):
 
     def test_a_node_of_ones_own_takes_the_place_of_ours(self):
         self.assertNotIn("depth_controller", launch(controller="false"))
-        self.assertNotIn("dha_actuator", launch(actuator="false"))
+        nodes = launch(actuator="false")
+        self.assertNotIn("dha_actuator", nodes)
+        installed = Path(nodes["sysid"].parameters[1])
+        listens = SCRIPTS / installed.relative_to(Path(FOLDER.name, "share", "planesman"))
+        [(_, inside)] = YAML(typ="safe").load(listens).items()
+        self.assertEqual(inside["ros__parameters"]["input"], "planes:position[0]")
+        self.assertEqual(len(launch()["sysid"].parameters), 2)
         nodes = launch(controller="false", actuator="false", time="lockstep", gates="filtered, /leak")
         self.assertEqual(list(nodes), ["recorder", "sysid", "plant_sim"])
         self.assertEqual(decided(nodes, "plant_sim")["lockstep.gates"], ["filtered", "/leak"])
