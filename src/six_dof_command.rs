@@ -278,6 +278,9 @@ fn fly(args: &FlyArgs) -> Result<()> {
     Ok(())
 }
 
+/// A part of the equations: its name, and its forces and moments.
+type Part = (&'static str, fn(&Forces) -> [f64; 6]);
+
 /// The motion as a table: time, place, attitude, velocities, inputs; with `forces` each part of the equations too.
 fn csv(
     vehicle: &Vehicle,
@@ -286,7 +289,7 @@ fn csv(
     states: &[(f64, State)],
     forces: bool,
 ) -> String {
-    let parts: [(&str, fn(&Forces) -> [f64; 6]); 8] = [
+    let parts: [Part; 8] = [
         ("rigid_body_coriolis", |f| f.rigid_body_coriolis),
         ("added_mass_coriolis", |f| f.added_mass_coriolis),
         ("current_acceleration", |f| f.current_acceleration),
