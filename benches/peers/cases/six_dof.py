@@ -175,7 +175,7 @@ def contenders():
 
 
 def ours() -> dict[str, float]:
-    text, costs = output([program("six_dof")]), {}
+    text, costs = output([program("six_dof"), "--states"]), {}
     for name in VEHICLES:
         printed = {}
         for what in ("one vehicle at 1e-10", f"{COUNT} vehicles on 2 threads"):
