@@ -14,7 +14,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use planesman_bag::qos::Durability;
 use planesman_bag::{BagReader, BagWriter, Order, Topic, TopicId, WriterOptions};
-use planesman_decode::{Decoder, Values};
+use planesman_decode::{StampDecoder, Values};
 use planesman_diff::{Options, diff, stamp_decoder};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
@@ -22,7 +22,7 @@ use planesman_node::{
     Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime, STRICT_PARAMETERS,
     args,
 };
-use planesman_signals::{nanoseconds, types};
+use planesman_signals::types;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::arguments::{choice, output_file};
@@ -159,14 +159,14 @@ pub struct PlayArgs {
 struct Input {
     name: String,
     publisher: RawPublisher,
-    stamp: Option<Decoder>,
+    stamp: Option<StampDecoder>,
 }
 
 /// A topic of the node.
 struct Output {
     topic: Topic,
     id: Option<TopicId>,
-    stamp: Option<Decoder>,
+    stamp: Option<StampDecoder>,
 }
 
 enum Event {
@@ -459,7 +459,7 @@ struct Player {
 }
 
 /// Reads the stamps of a topic's messages.
-fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<Decoder> {
+fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<StampDecoder> {
     stamp_decoder(&types(bag, topic).ok()?)
 }
 
@@ -619,10 +619,10 @@ impl Player {
             let Some(place) = names.iter().position(|it| *it == message.topic.name) else {
                 continue;
             };
-            let stamp = self.inputs[place].stamp.as_ref().and_then(|it| {
-                it.read(&message.payload, &mut self.values).ok()?;
-                nanoseconds(&self.values, 0)
-            });
+            let stamp = self.inputs[place]
+                .stamp
+                .as_ref()
+                .and_then(|it| it.read(&message.payload, &mut self.values));
             if let Some(tick) = due.filter(|tick| stamp.is_none_or(|it| it > *tick)) {
                 self.wait_for(tick, child.as_deref_mut())?;
                 ticks += 1;
@@ -712,8 +712,7 @@ impl Player {
         if number == self.answer {
             self.has_come = true;
             if let Some(decoder) = &output.stamp
-                && decoder.read(&sample.bytes, &mut self.values).is_ok()
-                && let Some(stamp) = nanoseconds(&self.values, 0)
+                && let Some(stamp) = decoder.read(&sample.bytes, &mut self.values)
             {
                 self.answered = self.answered.max(Some(stamp));
             }
@@ -732,12 +731,11 @@ const DEPTH: usize = 1000;
 /// Time for a message without a stamp to arrive before what follows.
 const PAUSE: Duration = Duration::from_millis(20);
 
-fn recorded_stamps(bag: &BagReader, topic: &Topic, decoder: &Decoder) -> BTreeSet<i64> {
+fn recorded_stamps(bag: &BagReader, topic: &Topic, decoder: &StampDecoder) -> BTreeSet<i64> {
     let mut values = Values::default();
     let messages = bag.messages_of(|it| it.name == topic.name, Order::File);
-    let stamps = messages.map_while(Result::ok).filter_map(|message| {
-        decoder.read(&message.payload, &mut values).ok()?;
-        nanoseconds(&values, 0)
-    });
+    let stamps = messages
+        .map_while(Result::ok)
+        .filter_map(|message| decoder.read(&message.payload, &mut values));
     stamps.collect()
 }

@@ -29,6 +29,7 @@ pub mod message_types;
 pub mod path;
 mod program;
 pub mod schema;
+mod stamp;
 pub mod standard;
 mod values;
 
@@ -38,4 +39,5 @@ pub use decoder::{CompileError, Decoder};
 pub use key::is_called;
 pub use path::FieldPath;
 pub use schema::Types;
+pub use stamp::StampDecoder;
 pub use values::Values;

@@ -8,7 +8,7 @@ use planesman_plot::TimeHistory;
 
 use crate::comparison::Comparison;
 use crate::options::{DiffError, Options};
-use crate::recording::{self, stamp_paths};
+use crate::recording;
 
 /// A field in both recordings, and its difference where both have a message; time in seconds from the earliest stamp.
 #[derive(Clone, Debug)]
@@ -82,7 +82,7 @@ fn samples(recording: &recording::Recording, wanted: &[(String, String)]) -> Vec
         let Ok(path) = field.parse::<FieldPath>() else {
             continue;
         };
-        if (recording.is_table || stamp_paths(types).is_some())
+        if recording.topics[place].is_stamped
             && let Ok(decoder) = Decoder::compile(types, &[path])
         {
             decoders.push((place, number, decoder));

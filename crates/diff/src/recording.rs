@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use planesman_bag::{BagReader, Message, Order, Topic};
-use planesman_decode::{Decoder, Types, Values, schema};
-use planesman_signals::{CsvSource, Request, SourceError, TableTime, is_table, nanoseconds, types};
+use planesman_decode::{Decoder, FieldPath, StampDecoder, Types, Values, schema};
+use planesman_signals::{CsvSource, Request, SourceError, TableTime, is_table, types};
 
 use crate::options::{DiffError, Options};
 
@@ -27,7 +27,7 @@ pub(crate) struct TopicOf {
     /// Whether its messages have stamps; those of a column have the time of their row.
     pub(crate) is_stamped: bool,
     /// Reads the stamp of a bag's message.
-    stamp: Option<Decoder>,
+    stamp: Option<StampDecoder>,
     /// Its messages, as far as they are counted beforehand.
     pub(crate) messages: u64,
 }
@@ -77,8 +77,8 @@ pub(crate) fn open(paths: [&Path; 2], options: &Options<'_>) -> Result<[Recordin
     }
 }
 
-/// Where the seconds and nanoseconds of a type's stamp are; of a list of stamped messages those of its first.
-pub(crate) fn stamp_paths(types: &Types) -> Option<[planesman_decode::FieldPath; 2]> {
+/// Where a type's stamp is; of a list of stamped messages that of its first.
+fn stamp_path(types: &Types) -> Option<FieldPath> {
     let first = || {
         let fields = planesman_decode::Catalogue::of(types, 64).fields;
         let fields = fields.iter().map(|it| it.to_string());
@@ -86,14 +86,13 @@ pub(crate) fn stamp_paths(types: &Types) -> Option<[planesman_decode::FieldPath;
         let list = found.flatten().next()?;
         format!("{list}[0].header.stamp").parse().ok()
     };
-    let stamp = types.stamp().or_else(first)?;
-    Some([stamp.field("sec"), stamp.field("nanosec")])
+    types.stamp().or_else(first)
 }
 
-/// Reads the stamp of a type's messages ([`nanoseconds`] of it); `None` for a type without.
+/// Reads the stamp of a type's messages; `None` for a type without.
 #[must_use]
-pub fn stamp_decoder(types: &Types) -> Option<Decoder> {
-    Decoder::compile(types, &stamp_paths(types)?).ok()
+pub fn stamp_decoder(types: &Types) -> Option<StampDecoder> {
+    StampDecoder::at(types, &stamp_path(types)?)
 }
 
 fn bag(path: &Path, options: &Options<'_>) -> Result<Recording, DiffError> {
@@ -212,7 +211,8 @@ fn beside(
 /// Reads stamp and field of a topic's messages.
 fn of_field(bag: &BagReader, topic: &Topic, field: &str) -> Option<Decoder> {
     let types = types(bag, topic).ok()?;
-    let [seconds, nanoseconds] = stamp_paths(&types)?;
+    let stamp = stamp_path(&types)?;
+    let [seconds, nanoseconds] = ["sec", "nanosec"].map(|name| stamp.field(name));
     Decoder::compile(&types, &[seconds, nanoseconds, field.parse().ok()?]).ok()
 }
 
@@ -269,10 +269,7 @@ impl Recording {
                 }
             };
             let stamp = self.topics[topic].stamp.as_ref();
-            let stamp = stamp.and_then(|it| {
-                it.read(&payload, &mut values).ok()?;
-                nanoseconds(&values, 0)
-            });
+            let stamp = stamp.and_then(|it| it.read(&payload, &mut values));
             if !take(Item {
                 topic,
                 stamp,
@@ -308,7 +305,7 @@ fn read_columns(
     for message in whole(bag, &|it| columns.contains_key(&it.name), notes) {
         for column in columns.get(&message.topic.name).into_iter().flatten() {
             let is_read = column.decoder.read(&message.payload, &mut values).is_ok();
-            let (stamp, value) = (nanoseconds(&values, 0), values.number(2));
+            let (stamp, value) = (values.nanoseconds(0), values.number(2));
             let Some((stamp, value)) = stamp.zip(value).filter(|_| is_read) else {
                 continue;
             };

@@ -446,7 +446,7 @@ impl TopicScan {
         if !plan.has_stamp {
             return Ok((None, content));
         }
-        let stamp = signals::nanoseconds(values, plan.paths.len());
+        let stamp = values.nanoseconds(plan.paths.len());
         let stamp = stamp.ok_or(Unreadable::Stamp)?;
         Ok((Some(stamp), content))
     }

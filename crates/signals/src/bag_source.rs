@@ -562,7 +562,7 @@ impl Plan {
             return true;
         }
         let own = match self.has_stamp {
-            true => nanoseconds(values, self.signals.len()),
+            true => values.nanoseconds(self.signals.len()),
             false => None,
         };
         let is_filled = seen.stamps.take(own, message.log_time);
@@ -617,14 +617,6 @@ impl Plan {
         reading.notes.push(note);
         Ok(())
     }
-}
-
-/// The stamp whose seconds are at `index`, nanoseconds behind.
-#[must_use]
-pub fn nanoseconds(values: &Values, index: usize) -> Option<i64> {
-    let seconds = values.number(index)? as i64;
-    let nanoseconds = values.number(index + 1)? as i64;
-    seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)
 }
 
 /// The value of a number or list in a role.

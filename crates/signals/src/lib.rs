@@ -60,7 +60,7 @@ mod unit_name;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, by_name, nanoseconds, topics};
+pub use bag_source::{BagSource, by_name, topics};
 pub use bag_types::types;
 pub use channel::{Change, Channel, Method, Timing, hertz};
 pub use column_source::ColumnSource;

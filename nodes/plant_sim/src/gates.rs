@@ -6,7 +6,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use planesman_decode::{Decoder, Types, Values, schema};
+use planesman_decode::{StampDecoder, Values, schema};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_node::{
     Definition, DefinitionError, Definitions, PublishedTopic, Qos, RawSample, Runtime,
@@ -43,7 +43,7 @@ enum State {
     /// Its publishers are asked for the type's definition.
     Asked,
     /// Subscribed to, with what reads the stamp of its messages if they have one.
-    Open(Option<Box<Decoder>>),
+    Open(Option<Box<StampDecoder>>),
 }
 
 impl Gates {
@@ -136,7 +136,7 @@ impl Gates {
             schema::read(&topic.type_name, "ros2msg", &it.text).map_err(|e| e.to_string())
         });
         let stamp = match &types {
-            Ok(types) => stamp_of(types),
+            Ok(types) => StampDecoder::of(types).map(Box::new),
             Err(reason) => {
                 log::warn!(
                     "gate {}: the type {} is not known: {reason}",
@@ -190,7 +190,7 @@ impl Gates {
         let answers = match stamp {
             None => sample.received.nanos() >= sent.nanos(),
             Some(decoder) => {
-                gate.last = read_stamp(decoder, &sample.bytes, &mut self.values);
+                gate.last = decoder.read(&sample.bytes, &mut self.values);
                 gate.last == Some(now)
             }
         };
@@ -220,58 +220,5 @@ impl Gates {
             .iter()
             .filter(|it| !matches!(it.state, State::Open(_)));
         closed.filter_map(|it| self.reason(&it.topic)).collect()
-    }
-}
-
-/// What reads the stamp of messages of the type; `None` if they have none.
-fn stamp_of(types: &Types) -> Option<Box<Decoder>> {
-    let stamp = types.stamp()?;
-    let parts = ["sec", "nanosec"].map(|name| stamp.field(name));
-    Decoder::compile(types, &parts).ok().map(Box::new)
-}
-
-fn read_stamp(decoder: &Decoder, payload: &[u8], values: &mut Values) -> Option<i64> {
-    decoder.read(payload, values).ok()?;
-    let stamp = Time {
-        sec: values.number(0)? as i32,
-        nanosec: values.number(1)? as u32,
-    };
-    Some(stamp.nanos())
-}
-
-#[cfg(test)]
-mod tests {
-    use planesman_msgs::{
-        Message, cdr, geometry_msgs::msg::Vector3, nav_msgs::msg::Odometry,
-        rosgraph_msgs::msg::Clock, tf2_msgs::msg::TFMessage,
-    };
-
-    use super::*;
-
-    fn types<M: Message>() -> Types {
-        schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION).expect("ours")
-    }
-
-    #[test]
-    fn a_stamp_is_read_where_the_type_has_one() {
-        let mut odometry = Odometry::default();
-        odometry.header.frame_id = "odom".to_owned();
-        odometry.header.stamp = Time::from_nanos(7_050_000_001);
-        let decoder = stamp_of(&types::<Odometry>()).expect("a header");
-        let mut values = Values::default();
-        let mut stamp = |payload: &[u8]| read_stamp(&decoder, payload, &mut values);
-        assert_eq!(stamp(&cdr::to_bytes(&odometry)), Some(7_050_000_001));
-        assert_eq!(stamp(&[0, 1, 0, 0, 7]), None);
-
-        let clock = Clock {
-            clock: Time::from_nanos(3),
-        };
-        let decoder = stamp_of(&types::<Clock>()).expect("a time");
-        assert_eq!(
-            read_stamp(&decoder, &cdr::to_bytes(&clock), &mut values),
-            Some(3)
-        );
-        assert!(stamp_of(&types::<Vector3>()).is_none());
-        assert!(stamp_of(&types::<TFMessage>()).is_none(), "many, not one");
     }
 }
