@@ -36,6 +36,8 @@ pub struct Body {
     pub across: f64,
     /// `U` \[m/s\] through the water.
     pub speed: f64,
+    /// `v` \[m/s\] through the water, to starboard; 0 where the axes are the report's.
+    pub sway: f64,
     /// Roll, positive starboard side down.
     pub roll: AxisState,
     /// Yaw from the initial heading, positive to starboard.
@@ -87,7 +89,7 @@ impl Body {
     pub fn depth_rate(&self, current: [f64; 3]) -> f64 {
         let [_, _, down] = self
             .attitude()
-            .to_fixed([self.speed, 0.0, self.plane.heave]);
+            .to_fixed([self.speed, self.sway, self.plane.heave]);
         down + current[2]
     }
 

@@ -341,6 +341,7 @@ fn body(y: &Vector) -> Body {
         },
         across: y[ACROSS],
         speed: y[SPEED],
+        sway: 0.0,
         roll: axis(ROLL, ROLL_RATE),
         yaw: axis(YAW, YAW_RATE),
     }

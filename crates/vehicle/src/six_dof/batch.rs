@@ -79,13 +79,14 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Sets the water about vehicle `k`.
+    /// Sets the water about vehicle `k`. Surface and bottom are those of its group of eight: the last set holds.
     ///
     /// # Panics
     /// When there is none of that number.
     pub fn set_water(&mut self, k: usize, water: &Water<f64>) {
         assert!(k < self.count);
         let (of, lane) = (&mut self.groups[k / WIDTH].water, k % WIDTH);
+        (of.has_surface, of.bottom) = (water.has_surface, water.bottom);
         for (to, from) in [
             (&mut of.velocity, water.velocity),
             (&mut of.acceleration, water.acceleration),

@@ -70,6 +70,8 @@ pub struct Forces<T = f64> {
     pub fins: Six<T>,
     /// Propellers and thrusters.
     pub propulsion: Six<T>,
+    /// Surface and bottom.
+    pub boundaries: Six<T>,
 }
 
 impl<T: Real> Forces<T> {
@@ -85,6 +87,7 @@ impl<T: Real> Forces<T> {
             self.coefficients,
             self.fins,
             self.propulsion,
+            self.boundaries,
         ] {
             total = sum(total, part);
         }
@@ -107,7 +110,7 @@ impl Vehicle {
     #[must_use]
     pub fn forces<T: Real>(&self, state: &State<T>, inputs: &[T], water: &Water<T>) -> Forces<T> {
         let r = rotation::matrix(state.attitude);
-        self.forces_at(&r, &state.velocity, &self.held(inputs), water)
+        self.forces_at(&r, state, &self.held(inputs), water)
     }
 
     /// The inputs, with the thrust that hangs on them alone: of the propulsors before the first that feels the flow.
@@ -130,16 +133,16 @@ impl Vehicle {
         }
     }
 
-    /// The forces with the rotation matrix of the attitude, for `nu`.
+    /// The forces with the rotation matrix of the attitude.
     #[inline(always)]
     fn forces_at<T: Real>(
         &self,
         r: &[Three<T>; 3],
-        nu: &Six<T>,
+        state: &State<T>,
         held: &Held<'_, T>,
         water: &Water<T>,
     ) -> Forces<T> {
-        let (nu, inputs) = (*nu, held.inputs);
+        let (nu, inputs) = (state.velocity, held.inputs);
         let (_, turning) = halves(nu);
         let [c_x, c_y, c_z] = rotation::to_body(r, water.velocity);
         let zero = T::of(0.0);
@@ -175,6 +178,7 @@ impl Vehicle {
             coefficients,
             fins,
             propulsion,
+            boundaries: self.boundaries(r, state, water),
         }
     }
 
@@ -226,7 +230,7 @@ impl Vehicle {
     ) -> [T; 13] {
         let (linear, turning) = halves(state.velocity);
         let r = rotation::matrix(state.attitude);
-        let forces = self.forces_at(&r, &state.velocity, held, water);
+        let forces = self.forces_at(&r, state, held, water);
         State {
             position: rotation::to_fixed(&r, linear),
             attitude: rotation::rate(state.attitude, turning),

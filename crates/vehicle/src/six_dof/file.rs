@@ -9,6 +9,7 @@ use serde::Deserialize;
 use super::coefficients::{self, Factor};
 use super::damping::{CrossFlow, Damping};
 use super::fins::{Fin, Section};
+use super::hull::Hull;
 use super::inertia::{self, Matrix6, RigidBody};
 use super::lanes::Three;
 use super::propulsion::{Propeller, Propulsor, Thruster};
@@ -124,6 +125,15 @@ struct Written {
     fins: Vec<FinSection>,
     #[serde(default)]
     propulsion: Vec<PropulsionSection>,
+    hull: Option<HullSection>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HullSection {
+    length: Quantity,
+    width: Quantity,
+    height: Quantity,
 }
 
 /// An input by its name; a source that counts its angle to the other side says so.
@@ -231,6 +241,7 @@ enum PropulsionSection {
         wake: f64,
         deduction: f64,
         hand: Hand,
+        full_rotation: Option<Quantity>,
     },
     Thruster {
         input: String,
@@ -340,10 +351,20 @@ impl Written {
             .enumerate()
             .map(|(k, propulsor)| propulsor.propulsor(&format!("propulsion[{k}]"), &input))
             .collect::<Result<_, _>>()?;
+        let buoyancy = above_zero("buoyancy", &self.buoyancy, Dimension::Force)?;
+        let hull = match &self.hull {
+            None => Hull::of_buoyancy(buoyancy),
+            Some(hull) => Hull {
+                length: above_zero("hull.length", &hull.length, Dimension::Length)?,
+                width: above_zero("hull.width", &hull.width, Dimension::Length)?,
+                height: above_zero("hull.height", &hull.height, Dimension::Length)?,
+            },
+        };
         Vehicle::new(Parts {
             body,
             weight: above_zero("weight", &self.weight, Dimension::Force)?,
-            buoyancy: above_zero("buoyancy", &self.buoyancy, Dimension::Force)?,
+            buoyancy,
+            hull,
             centre_of_buoyancy: place("centre_of_buoyancy", &self.centre_of_buoyancy)?,
             added_mass,
             damping: Damping {
@@ -478,6 +499,7 @@ impl PropulsionSection {
                 wake,
                 deduction,
                 hand,
+                full_rotation,
             } => Propulsor::Propeller {
                 input: find(&format!("{entry}.input"), input)?,
                 propeller: Propeller {
@@ -495,6 +517,10 @@ impl PropulsionSection {
                         Hand::Right => 1.0,
                         Hand::Left => -1.0,
                     },
+                    full_rotation: full_rotation
+                        .as_ref()
+                        .map(|q| above_zero(&format!("{entry}.full_rotation"), q, Dimension::Rate))
+                        .transpose()?,
                 },
             },
             Self::Thruster {

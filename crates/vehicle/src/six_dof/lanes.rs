@@ -27,6 +27,10 @@ pub trait Real:
     #[must_use]
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self;
 
+    /// The least of all lanes.
+    #[must_use]
+    fn least(self) -> f64;
+
     /// `|x|`
     #[inline(always)]
     #[must_use]
@@ -57,6 +61,11 @@ impl Real for f64 {
     fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         f(self, other)
     }
+
+    #[inline(always)]
+    fn least(self) -> f64 {
+        self
+    }
 }
 
 /// A number of each of `N` vehicles.
@@ -85,6 +94,11 @@ impl<const N: usize> Real for Lanes<N> {
             *x = f(*x, y);
         }
         out
+    }
+
+    #[inline(always)]
+    fn least(self) -> f64 {
+        self.0.into_iter().fold(f64::INFINITY, f64::min)
     }
 }
 

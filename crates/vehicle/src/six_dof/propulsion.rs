@@ -61,6 +61,8 @@ pub struct Propeller {
     pub deduction: f64,
     /// 1 for a right-handed propeller, whose torque rolls the hull to port when it drives ahead; -1 for a left-handed one.
     pub hand: f64,
+    /// The rotation \[rad/s\] that a share of thrust is of, where the source has one.
+    pub full_rotation: Option<f64>,
 }
 
 impl Propeller {

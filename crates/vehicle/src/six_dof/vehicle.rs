@@ -3,6 +3,7 @@
 use super::coefficients::Term;
 use super::damping::{CrossFlow, Damping};
 use super::fins::Fin;
+use super::hull::Hull;
 use super::inertia::{self, Matrix6, RigidBody};
 use super::lanes::Three;
 use super::propulsion::Propulsor;
@@ -42,6 +43,8 @@ pub struct Parts {
     pub fins: Vec<Fin>,
     /// Propellers and thrusters.
     pub propulsors: Vec<Propulsor>,
+    /// The hull's extent.
+    pub hull: Hull,
 }
 
 /// Why a vehicle is not physical.

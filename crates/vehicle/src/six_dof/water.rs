@@ -13,6 +13,10 @@ pub struct Water<T> {
     pub acceleration: Three<T>,
     /// The acceleration of the water itself \[m/s^2\]: its pressure gradient over its density.
     pub of_water: Three<T>,
+    /// Whether it ends at depth 0; else there is water above too.
+    pub has_surface: bool,
+    /// Depth of the bottom \[m\]; `None`: there is none.
+    pub bottom: Option<f64>,
 }
 
 impl<T: Real> Water<T> {
@@ -29,6 +33,8 @@ impl<T: Real> Water<T> {
             velocity: velocity.map(T::of),
             acceleration: [T::of(0.0); 3],
             of_water: [T::of(0.0); 3],
+            has_surface: false,
+            bottom: None,
         }
     }
 }
@@ -47,6 +53,10 @@ pub struct Sea {
     pub shear: [f64; 2],
     /// First-order waves.
     pub waves: Vec<Wave>,
+    /// Whether the vehicle comes out of the water at depth 0: at the mean surface, waves or not.
+    pub has_surface: bool,
+    /// Depth of the bottom \[m\]; `None`: there is none.
+    pub bottom: Option<f64>,
 }
 
 /// A wave of small amplitude on deep water.
@@ -79,6 +89,8 @@ impl Sea {
             velocity: [north, east, down],
             acceleration: [by_north + turning[0], by_east + turning[1], 0.0],
             of_water: turning,
+            has_surface: self.has_surface,
+            bottom: self.bottom,
         };
         for wave in &self.waves {
             wave.add(&mut water, place, over_ground, time);

@@ -408,6 +408,7 @@ fn the_water_along_the_way_changes_by_its_own_derivative() {
                 phase: 1.0,
             },
         ],
+        ..Sea::default()
     };
     let (place, speed) = ([2.0, -1.0, 4.0], [1.2, 0.4, -0.3]);
     let at = |t: f64| {
@@ -594,6 +595,7 @@ fn a_vehicle_in_a_batch_moves_as_it_does_alone() {
                         velocity: draw(&mut random, 0.3),
                         acceleration: draw(&mut random, 0.1),
                         of_water: draw(&mut random, 0.1),
+                        ..Water::at_rest()
                     };
                     (state, inputs, water)
                 })

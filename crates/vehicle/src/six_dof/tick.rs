@@ -1,0 +1,376 @@
+//! A tick of the loop: the vehicle's inputs moved by planes, rudder and thrust, and the equations integrated over it.
+//!
+//! ```text
+//! stern_planes = dive planes - differential    bow_planes = dive planes + differential    rudder = rudder
+//! force: share of its limit    propeller: share of its full rotation    thruster: its own command
+//! ```
+
+use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
+
+use super::equations::State;
+use super::lanes::{Six, Three};
+use super::propulsion::Propulsor;
+use super::rotation::{self, normalised};
+use super::vehicle::Vehicle;
+use super::water::Sea;
+use crate::attitude::Attitude;
+use crate::axis::AxisState;
+use crate::body::{Body, Inputs, Positions};
+use crate::depth_limits::{Boundary, Contact};
+use crate::motion::Diverged;
+
+/// The largest error estimated of a step, the sum over the state's numbers in SI.
+const TOLERANCE: f64 = 1e-10;
+
+/// A step \[s\] that is not divided further, whatever its error.
+const SHORTEST_STEP: f64 = 1e-5;
+
+/// What moves an input of the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Actuator {
+    BowPlanes,
+    SternPlanes,
+    Rudder,
+    /// The share of thrust, times the one ahead and times the other astern.
+    Thrust {
+        ahead: f64,
+        astern: f64,
+    },
+    /// The thruster of this place in the row of commands.
+    Thruster(usize),
+}
+
+/// An input that nothing of the loop moves.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "input '{input}' is moved by nothing in the loop: an angle is named rudder, stern_planes or bow_planes; a force has limits, a propeller \
+     its full rotation, and else it is a thruster's command"
+)]
+pub struct Unmoved {
+    /// Its name.
+    pub input: String,
+}
+
+/// A vehicle, what moves its inputs, and the sea about it.
+#[derive(Clone, Debug)]
+pub struct Tick {
+    vehicle: Vehicle,
+    actuators: Vec<Actuator>,
+    /// The names of the inputs that are thrusters' commands.
+    thrusters: Vec<String>,
+}
+
+/// What holds during ticks.
+#[derive(Clone, Debug)]
+pub struct Conditions<'a> {
+    /// The water.
+    pub sea: &'a Sea,
+    /// When the tick begins \[s\], for water that changes.
+    pub time: f64,
+    /// Surge through the water is held, by whatever force along x that takes.
+    pub holds_speed: bool,
+    /// The longest step \[s\].
+    pub step: f64,
+}
+
+impl Tick {
+    /// Of a vehicle whose inputs are named as the loop's actuators.
+    ///
+    /// # Errors
+    /// [`Unmoved`] names the input that is not.
+    pub fn new(vehicle: Vehicle) -> Result<Self, Unmoved> {
+        let mut thrusters = Vec::new();
+        let mut actuator = |(place, name): (usize, &String)| {
+            let of = vehicle.parts.propulsors.iter().find_map(|one| match one {
+                Propulsor::Force { input, limits } if *input == place => Some(Actuator::Thrust {
+                    ahead: limits[1].max(0.0),
+                    astern: (-limits[0]).max(0.0),
+                }),
+                Propulsor::Propeller { input, propeller } if *input == place => {
+                    let full = propeller.full_rotation?;
+                    Some(Actuator::Thrust {
+                        ahead: full,
+                        astern: full,
+                    })
+                }
+                Propulsor::Thruster { input, .. } if *input == place => {
+                    let known = thrusters.len();
+                    thrusters.push(name.clone());
+                    Some(Actuator::Thruster(known))
+                }
+                _ => None,
+            });
+            of.or(match name.as_str() {
+                "rudder" => Some(Actuator::Rudder),
+                "stern_planes" => Some(Actuator::SternPlanes),
+                "bow_planes" => Some(Actuator::BowPlanes),
+                _ => None,
+            })
+            .ok_or_else(|| Unmoved {
+                input: name.clone(),
+            })
+        };
+        let inputs = vehicle.parts.inputs.iter().enumerate();
+        let actuators = inputs.map(&mut actuator).collect::<Result<_, _>>()?;
+        Ok(Self {
+            vehicle,
+            actuators,
+            thrusters,
+        })
+    }
+
+    /// The vehicle.
+    #[must_use]
+    pub fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
+    /// The thrusters' names, in the order of their commands.
+    #[must_use]
+    pub fn thrusters(&self) -> &[String] {
+        &self.thrusters
+    }
+
+    /// The vehicle's inputs for the actuators' positions and the thrusters' commands; a command that is missing is 0.
+    fn inputs(&self, positions: &Positions, commands: &[f64]) -> Vec<f64> {
+        let of = |actuator: &Actuator| match actuator {
+            Actuator::BowPlanes => positions.dive_planes + positions.bow_stern_differential,
+            Actuator::SternPlanes => positions.dive_planes - positions.bow_stern_differential,
+            Actuator::Rudder => positions.rudder,
+            Actuator::Thrust { ahead, astern } => match positions.thrust {
+                share if share < 0.0 => share * astern,
+                share => share * ahead,
+            },
+            Actuator::Thruster(place) => commands.get(*place).copied().unwrap_or(0.0),
+        };
+        self.actuators.iter().map(of).collect()
+    }
+
+    /// The derivative of the state.
+    fn rates(
+        &self,
+        conditions: &Conditions<'_>,
+        state: &State,
+        inputs: &[f64],
+        time: f64,
+    ) -> [f64; 13] {
+        let r = rotation::matrix(state.attitude);
+        let [u, v, w, ..] = state.velocity;
+        let over_ground = rotation::to_fixed(&r, [u, v, w]);
+        let water = conditions.sea.at(state.position, over_ground, time);
+        let mut rates = self.vehicle.derivative(state, inputs, &water);
+        if conditions.holds_speed {
+            // The force along x under which surge through the water stays: each row moves by the inverse inertia's first column.
+            let turning = [state.velocity[3], state.velocity[4], state.velocity[5]];
+            let stream = rotation::to_body(&r, water.velocity);
+            let carried = super::lanes::cross(stream, turning)[0]
+                + rotation::to_body(&r, water.acceleration)[0];
+            let inverse = &self.vehicle.inverse_inertia;
+            let force = (carried - rates[7]) / inverse[0][0];
+            for (row, rate) in inverse.iter().zip(&mut rates[7..]) {
+                *rate += row[0] * force;
+            }
+        }
+        rates
+    }
+
+    /// The body's acceleration `nu'` \[m/s^2, rad/s^2\] at the start of the actuators' paths.
+    #[must_use]
+    pub fn acceleration(
+        &self,
+        conditions: &Conditions<'_>,
+        state: &State,
+        inputs: &Inputs<'_>,
+        commands: &[f64],
+    ) -> Six<f64> {
+        let [positions] = inputs.over(0.0, 0.0, &[0.0]);
+        let inputs = self.inputs(&positions, commands);
+        let rates = self.rates(conditions, state, &inputs, conditions.time);
+        std::array::from_fn(|i| rates[7 + i])
+    }
+
+    /// The state after so many of the longest steps along the actuators' paths, which start with the first, the thrusters' commands held; and the
+    /// first contact on the way, its time from the start.
+    ///
+    /// # Errors
+    /// [`Diverged`] in place of a state that is not finite or no vehicle's.
+    pub fn advance(
+        &self,
+        conditions: &Conditions<'_>,
+        from: &State,
+        inputs: &Inputs<'_>,
+        commands: &[f64],
+        steps: u32,
+    ) -> Result<(State, Option<Contact>), Diverged> {
+        let longest = conditions.step;
+        let duration = f64::from(steps) * longest;
+        let mut state = *from;
+        let mut contact = None;
+        let (mut t, mut wanted) = (0.0, longest);
+        while t < duration {
+            // Equal parts of what is left.
+            let left = duration - t;
+            let parts = (left / wanted - 1e-9).ceil().max(1.0);
+            let h = left / parts;
+            let at: [Vec<f64>; 12] = inputs
+                .over(t, h, &DORMAND_PRINCE_NODES)
+                .map(|positions| self.inputs(&positions, commands));
+            let mut k = 0;
+            let nodes: [(f64, Vec<f64>); 12] = at.map(|inputs| {
+                let time = conditions.time + t + DORMAND_PRINCE_NODES[k] * h;
+                k += 1;
+                (time, inputs)
+            });
+            let (row, error) =
+                dormand_prince_step(&state.row(), h, &nodes, |(time, inputs), row| {
+                    self.rates(conditions, &State::of_row(*row), inputs, *time)
+                });
+            let error: f64 = error.iter().map(|error| error.abs()).sum();
+            // NaN is too much.
+            let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
+            if !accepted || wanted < longest {
+                let ratio = match error.is_finite() {
+                    true => (0.9 * libm::pow(TOLERANCE / error.max(1e-300), 0.125)).clamp(0.2, 5.0),
+                    false => 0.2,
+                };
+                wanted = longest.min(h * ratio).max(SHORTEST_STEP);
+            }
+            if !accepted {
+                continue;
+            }
+            let mut next = State::of_row(row);
+            check(&next)?;
+            next.attitude = normalised(next.attitude);
+            contact = contact.or_else(|| {
+                let [before, after] = [&state, &next].map(|it| self.clearances(conditions.sea, it));
+                first_contact(before, after, h).map(|(boundary, time)| Contact {
+                    boundary,
+                    time: t + time,
+                })
+            });
+            state = next;
+            t = if parts == 1.0 { duration } else { t + h };
+        }
+        Ok((state, contact))
+    }
+
+    /// How far the hull is below the surface and above the bottom \[m\]; `None`: there is none.
+    fn clearances(&self, sea: &Sea, state: &State) -> [Option<f64>; 2] {
+        let r = rotation::matrix(state.attitude);
+        let [lowest, highest] = self.vehicle.extent(state.position[2], &r);
+        [
+            sea.has_surface.then_some(highest),
+            sea.bottom.map(|bottom| bottom - lowest),
+        ]
+    }
+
+    /// What the hull touches.
+    #[must_use]
+    pub fn touched(&self, sea: &Sea, state: &State) -> Option<Boundary> {
+        let [surface, bottom] = self.clearances(sea, state);
+        let is_past = |clearance: Option<f64>| clearance.is_some_and(|it| it <= 0.0);
+        match (is_past(surface), is_past(bottom)) {
+            (true, _) => Some(Boundary::Surface),
+            (_, true) => Some(Boundary::Bottom),
+            _ => None,
+        }
+    }
+}
+
+/// The first contact within a step of length `h` \[s\] between clearances before and after it, each taken as a straight line.
+fn first_contact(
+    before: [Option<f64>; 2],
+    after: [Option<f64>; 2],
+    h: f64,
+) -> Option<(Boundary, f64)> {
+    let passed = |i: usize| {
+        let (from, to) = (before[i]?, after[i]?);
+        (from > 0.0 && to <= 0.0).then(|| h * from / (from - to))
+    };
+    match (passed(0), passed(1)) {
+        (Some(up), Some(down)) if down < up => Some((Boundary::Bottom, down)),
+        (Some(up), _) => Some((Boundary::Surface, up)),
+        (None, Some(down)) => Some((Boundary::Bottom, down)),
+        (None, None) => None,
+    }
+}
+
+impl State {
+    /// As the loop's other vehicles are told: angles with their rates, and velocities through water that moves by `current` (north, east, down \[m/s\]).
+    ///
+    /// The rates of roll and yaw are those of the angles, which have no limit as pitch comes to 90 degrees.
+    #[must_use]
+    pub fn body(&self, current: Three<f64>) -> Body {
+        let r = rotation::matrix(self.attitude);
+        let [roll, pitch, yaw] = rotation::euler(self.attitude);
+        let [u, v, w, p, q, turn] = self.velocity;
+        let [c_x, c_y, c_z] = rotation::to_body(&r, current);
+        let (sin, cos) = libm::sincos(roll);
+        let (about_level, turning) = (q * cos - turn * sin, q * sin + turn * cos);
+        let cos_pitch = libm::cos(pitch).max(1e-9);
+        let yaw_rate = turning / cos_pitch;
+        let mut body = Body {
+            across: self.position[1],
+            speed: u - c_x,
+            sway: v - c_y,
+            roll: AxisState {
+                angle: roll,
+                rate: p + yaw_rate * libm::sin(pitch),
+            },
+            yaw: AxisState {
+                angle: yaw,
+                rate: yaw_rate,
+            },
+            ..Body::default()
+        };
+        (body.plane.distance, body.plane.depth) = (self.position[0], self.position[2]);
+        (body.plane.pitch, body.plane.pitch_rate) = (pitch, about_level);
+        body.plane.heave = w - c_z;
+        body
+    }
+
+    /// The state of such a body in water that moves by `current`.
+    #[must_use]
+    pub fn of_body(body: &Body, current: Three<f64>) -> Self {
+        let Attitude { roll, pitch, yaw } = body.attitude();
+        let attitude = rotation::from_euler([roll, pitch, yaw]);
+        let [c_x, c_y, c_z] = rotation::to_body(&rotation::matrix(attitude), current);
+        let [p, q, r] = body.rates();
+        Self {
+            position: [body.plane.distance, body.across, body.plane.depth],
+            attitude,
+            velocity: [
+                body.speed + c_x,
+                body.sway + c_y,
+                body.plane.heave + c_z,
+                p,
+                q,
+                r,
+            ],
+        }
+    }
+}
+
+/// Beyond these the motion is no vehicle's, and the numbers are soon none: position \[m\], velocity \[m/s\], rates \[rad/s\].
+const FARTHEST: f64 = 1e9;
+const FASTEST: f64 = 1e3;
+
+fn check(state: &State) -> Result<(), Diverged> {
+    let named = [
+        ("position [m]", &state.position[..], FARTHEST),
+        ("velocity [m/s]", &state.velocity[..3], FASTEST),
+        ("rate of turn [rad/s]", &state.velocity[3..], FASTEST),
+        ("attitude", &state.attitude[..], 2.0),
+    ];
+    for (quantity, values, limit) in named {
+        // NaN is not within.
+        if let Some(value) = values.iter().find(|value| !(value.abs() <= limit)) {
+            return Err(Diverged {
+                quantity,
+                value: *value,
+                limit,
+            });
+        }
+    }
+    Ok(())
+}
