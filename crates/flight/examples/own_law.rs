@@ -9,7 +9,7 @@ use planesman_flight::sweep::{Part, Sweep};
 use planesman_flight::{Loop, Scenario};
 use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
 use planesman_plant::PlantParameters;
-use planesman_vehicle::linearised;
+use planesman_vehicle::{linearised, vehicle_file};
 
 /// `delta = delta_0 - K (x - x_0)`, x = (heave, pitch rate, pitch, depth), within 0.35 rad.
 struct Regulator {
@@ -21,7 +21,7 @@ impl Regulator {
     /// The regulator that minimises `sum (z/0.05)^2 + (theta/0.3)^2 + (delta/0.2)^2` of the scenario's vehicle about level flight.
     fn new(scenario: &Scenario) -> Result<Self> {
         let plant: PlantParameters = scenario.parameters_of("plant_sim")?;
-        let vehicle = planesman_plant::vehicle(&plant)?;
+        let vehicle = vehicle_file::load_on(&plant.vehicle, &plant.vehicle_base)?;
         let system = linearised::state_space(&vehicle, plant.speed)?;
         let system = system.zero_order_hold(scenario.tick)?;
         let weights = [0.0, 0.0, 0.3_f64.powi(-2), 0.05_f64.powi(-2)];

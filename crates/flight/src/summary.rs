@@ -209,9 +209,9 @@ fn truth(scenario: &Scenario) -> Result<ModelSummary> {
 
 /// The same of the vehicle with these parameters.
 pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
-    let vehicle = planesman_plant::vehicle(parameters).map_err(|e| refused!("{e}"))?;
+    let craft = planesman_plant::Craft::load(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
-        &planesman_plant::derivatives(parameters, &vehicle),
+        &planesman_plant::derivatives(parameters, &craft),
         tick,
     )
     .map_err(|e| refused!("{e}"))?;

@@ -4,13 +4,14 @@
 //! cargo run -p planesman_plant --example urdf brunner > launch-scripts/urdf/brunner.urdf
 //! ```
 
-use planesman_vehicle::vehicle_file::{self, VehicleError};
+use planesman_plant::{Craft, Error, PlantParameters, robot_description};
 
-fn main() -> Result<(), VehicleError> {
+fn main() -> Result<(), Error> {
     let name = std::env::args_os().nth(1).unwrap_or("brunner".into());
-    print!(
-        "{}",
-        planesman_plant::robot_description(&vehicle_file::load(&name.to_string_lossy())?)
-    );
+    let parameters = PlantParameters {
+        vehicle: name.to_string_lossy().into_owned(),
+        ..PlantParameters::default()
+    };
+    print!("{}", robot_description(&Craft::load(&parameters)?));
     Ok(())
 }

@@ -18,18 +18,16 @@ use planesman_msgs::{
 };
 
 use crate::{
-    description::{self, Part},
+    craft::{Craft, Place},
+    description::{self, Driver, Part},
     error::Error,
     messages::{Frames, Instruments},
     odometry::{self, wrapped},
     parameters::PlantParameters,
-    sensors::{self, Memory, Readings, Truth},
+    sensors::{Memory, Readings, Truth},
     settings::{Settings, Supply},
 };
-use planesman_vehicle::{
-    Body, BodyMotion, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Vehicle, Waves,
-    vehicle_file,
-};
+use planesman_vehicle::{Body, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Waves};
 
 /// Everything the plant publishes at one stamp.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,11 +63,11 @@ impl Pose {
 /// The vehicle, its instruments and where they stand at the present tick.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    vehicle: Vehicle,
+    craft: Craft,
     settings: Settings,
     /// Accepted, and in force from the next tick on.
     next_settings: Option<Settings>,
-    body: Body,
+    place: Place,
     acting: Acting,
     planes_source: u8,
     /// The first contact of the tick that ended now, timed from its start.
@@ -129,27 +127,16 @@ pub struct StaticMessages {
     pub description: Text,
 }
 
-/// The vehicle that the parameters name.
-///
-/// # Errors
-/// The refusal and its reason.
-pub fn vehicle(parameters: &PlantParameters) -> Result<Vehicle, Error> {
-    Ok(vehicle_file::load_on(
-        &parameters.vehicle,
-        &parameters.vehicle_base,
-    )?)
-}
-
 impl Plant {
     /// The plant at its initial state, planes neutral.
     ///
     /// # Errors
     /// The refusal and its reason: a vehicle file, a prefix, thrust for a vehicle without propulsion.
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
-        let vehicle = vehicle(parameters)?;
-        let settings = Settings::new(parameters, &vehicle)?;
+        let craft = Craft::load(parameters)?;
+        let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
-            body: settings.initial,
+            place: settings.equations.place(settings.initial),
             acting: Acting::default(),
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
@@ -158,7 +145,7 @@ impl Plant {
             supply: None,
             memory: Memory::new(settings.seed),
             readings: None,
-            vehicle,
+            craft,
             settings,
             next_settings: None,
         })
@@ -170,7 +157,7 @@ impl Plant {
     /// # Errors
     /// As [`Plant::new`]; then the parameters before stay in force.
     pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), Error> {
-        let next = Settings::new(parameters, &self.vehicle)?;
+        let next = Settings::new(parameters, &self.craft)?;
         if next.fixed() != self.settings.fixed() {
             return Err(Error::Fixed);
         }
@@ -186,8 +173,8 @@ impl Plant {
 
     /// The vehicle, to compare an identified model with.
     #[must_use]
-    pub fn vehicle(&self) -> &Vehicle {
-        &self.vehicle
+    pub fn craft(&self) -> &Craft {
+        &self.craft
     }
 
     /// The first contact of the tick that ended now, its time \[s\] from that tick's start.
@@ -199,14 +186,14 @@ impl Plant {
     /// The forward speed \[m/s\] through the water.
     #[must_use]
     pub fn speed(&self) -> f64 {
-        self.body.speed
+        self.place.body.speed
     }
 
     /// The messages of the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&mut self, stamp: Time) -> Observation {
         let readings = self.readings();
-        let odometry = odometry::Odometry::new(&self.body, self.settings.motion.current);
+        let odometry = odometry::Odometry::new(&self.place.body, self.settings.equations.current());
         let frames = self.frames(stamp);
         Observation {
             state: self.state_message(&frames),
@@ -243,20 +230,31 @@ impl Plant {
     pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
         StaticMessages {
-            transforms: frames.fixed_transforms(self.settings.map_to_odom),
+            transforms: frames.fixed_transforms(
+                self.settings.map_to_odom,
+                &description::thrusters(&self.craft),
+            ),
             description: Text {
-                data: description::robot_description(&self.vehicle),
+                data: description::robot_description(&self.craft),
             },
         }
     }
 
-    /// What moves, with the angle of its planes \[rad\]: bow, stern, and both.
+    /// What moves, with its angle \[rad\].
     fn parts(&self) -> Vec<(Part, f64)> {
         let together = self.acting.dive_planes;
         let apart = self.acting.bow_stern_differential;
-        description::parts(&self.vehicle)
+        description::parts(&self.craft)
             .into_iter()
-            .zip([together + apart, together - apart, together])
+            .map(|part| {
+                let angle = match part.driver {
+                    Driver::Bow => together + apart,
+                    Driver::Stern => together - apart,
+                    Driver::Together => together,
+                    Driver::Rudder => self.acting.rudder,
+                };
+                (part, angle)
+            })
             .collect()
     }
 
@@ -287,17 +285,15 @@ impl Plant {
             None => self.acting.held(),
         };
         let waves = self.waves_force(settings);
-        let (body, contact) =
-            settings
-                .motion
-                .advance(&self.body, &inputs, waves, settings.steps)?;
-        let (energy, supply) = self.energy_after(&body, settings, &inputs, waves)?;
+        let (place, contact) =
+            (settings.equations).advance(&self.place, &inputs, &[], waves, settings.steps)?;
+        let (energy, supply) = self.energy_after(&place.body, settings, &inputs, waves)?;
         let acting = Acting::at_the_end_of(&inputs, waves);
 
         if let Some((_, filter)) = &settings.seaway {
             self.waves.advance(filter);
         }
-        self.body = body;
+        self.place = place;
         self.energy = energy;
         self.supply = supply;
         self.acting = acting;
@@ -324,7 +320,7 @@ impl Plant {
     /// Back to the initial state, planes neutral, the noise from its beginning; the present state says so.
     pub fn reset(&mut self) {
         self.take_next_settings();
-        self.body = self.settings.initial;
+        self.place = self.settings.equations.place(self.settings.initial);
         self.energy = 0.0;
         self.supply = None;
         self.acting = Acting::default();
@@ -341,9 +337,9 @@ impl Plant {
         let (settings, memory) = (&self.settings, &mut self.memory);
         *self.readings.get_or_insert_with(|| {
             settings.sensors.read(
-                &truth(settings, &self.body, &self.acting),
-                &settings.motion.vertical.environment,
-                &self.vehicle.depth_port,
+                &truth(settings, &self.place, &self.acting),
+                &settings.environment,
+                &self.craft.depth_port(),
                 settings.tick_nanos as f64 * 1e-9,
                 memory,
             )
@@ -353,9 +349,7 @@ impl Plant {
     fn take_next_settings(&mut self) {
         if let Some(next) = self.next_settings.take() {
             self.settings = next;
-            if self.settings.motion.drive.is_none() {
-                self.body.speed = self.settings.motion.vertical.derivatives.speed;
-            }
+            self.settings.equations.hold_speed(&mut self.place);
         }
     }
 
@@ -366,18 +360,15 @@ impl Plant {
             speed,
             roll,
             yaw,
-        } = self.body;
-        let BodyMotion {
-            depth_limits,
-            current,
             ..
-        } = &self.settings.motion;
+        } = self.place.body;
+        let (depth_rate, touched) = (self.settings.equations).depth_rate_and_contact(&self.place);
         VehicleState {
             header: frames.header(frames.map_ned()),
             distance: plane.distance,
             cross_track: across,
             depth: plane.depth,
-            depth_rate: depth_limits.confined_rate(plane.depth, self.body.depth_rate(*current)),
+            depth_rate,
             roll: wrapped(roll.angle),
             roll_rate: roll.rate,
             pitch: wrapped(plane.pitch),
@@ -388,10 +379,7 @@ impl Plant {
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
-            contact: match depth_limits
-                .touched(plane.depth)
-                .or(self.contact.map(|c| c.boundary))
-            {
+            contact: match touched.or(self.contact.map(|c| c.boundary)) {
                 None => VehicleState::CONTACT_NONE,
                 Some(Boundary::Surface) => VehicleState::CONTACT_SURFACE,
                 Some(Boundary::Bottom) => VehicleState::CONTACT_BOTTOM,
@@ -410,12 +398,15 @@ impl Plant {
         inputs: &Inputs<'_>,
         waves: GeneralisedForce,
     ) -> Result<(f64, Option<Supply>), Error> {
-        let derivatives = settings.motion.derivatives(body);
+        let Some(motion) = settings.equations.plane() else {
+            return Ok((0.0, None));
+        };
+        let derivatives = motion.derivatives(body);
         let energy = derivatives.kinetic_energy(&body.plane);
         let Some(drag) = &settings.drag else {
             return Ok((energy, None));
         };
-        let supply = drag.supply(&settings.motion, &self.body, inputs, waves);
+        let supply = drag.supply(motion, &self.place.body, inputs, waves);
         let (most, supply) = match self.supply.filter(|known| supply.is_within(known)) {
             Some(known) => (self.energy, known),
             None => (self.energy.max(supply.most_energy()), supply),
@@ -435,8 +426,8 @@ impl Plant {
     fn waves_force(&self, settings: &Settings) -> GeneralisedForce {
         match &settings.seaway {
             Some((seaway, _)) => {
-                let gravity = settings.motion.vertical.environment.gravity;
-                seaway.load(&self.waves, self.body.plane.depth, gravity)
+                let gravity = settings.environment.gravity;
+                seaway.load(&self.waves, self.place.body.plane.depth, gravity)
             }
             None => GeneralisedForce::NONE,
         }
@@ -444,13 +435,17 @@ impl Plant {
 }
 
 /// The true quantities that the instruments measure.
-fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
-    let motion = &settings.motion;
-    let acceleration = motion.acceleration(body, &acting.held(), acting.waves);
-    let gravity = motion.vertical.environment.gravity;
+fn truth(settings: &Settings, place: &Place, acting: &Acting) -> Truth {
+    let (body, gravity) = (&place.body, settings.environment.gravity);
     Truth {
         rates: body.rates(),
-        specific_force: sensors::specific_force(body, &acceleration, gravity),
+        specific_force: (settings.equations).specific_force(
+            place,
+            &acting.held(),
+            &[],
+            acting.waves,
+            gravity,
+        ),
         pitch: body.plane.pitch,
         depth: body.plane.depth,
         speed: body.speed,
@@ -935,14 +930,14 @@ mod tests {
 
     #[test]
     fn a_linear_damping_law_is_the_secant_or_tangent_of_the_drag_at_its_rate() {
-        let vehicle = vehicle(&with(&[])).expect("built in");
+        let craft = Craft::load(&with(&[])).expect("built in");
         let damping = |law: &str| {
             let parameters = with(&[
                 ("pitch_damping", Value::from(law)),
                 ("pitch_damping_viscous", Value::Double(0.8)),
                 ("pitch_damping_rate", Value::Double(0.25)),
             ]);
-            let d = crate::derivatives(&parameters, &vehicle);
+            let d = crate::derivatives(&parameters, &craft);
             (d.m_q, d.m_qq)
         };
         assert_eq!(damping("secant"), (-0.2, 0.0));
@@ -1086,7 +1081,7 @@ mod tests {
                 };
                 plant.advance(Some(&motion)).expect("a tick");
             }
-            (plant.body.roll.angle, plant.body.roll.rate)
+            (plant.place.body.roll.angle, plant.place.body.roll.rate)
         };
         let (free, righted) = (heel("none"), heel("sine"));
         assert!(free.1 > 0.0, "nothing turns it back: {free:?}");
@@ -1100,7 +1095,7 @@ mod tests {
             let angle = if k < 200 { angle } else { 0.0 };
             plant.advance(Some(&motion(angle, angle))).expect("a tick");
         }
-        plant.body.plane
+        plant.place.body.plane
     }
 
     #[test]
@@ -1125,7 +1120,7 @@ mod tests {
             if let Err(error) = plant.advance(Some(&motion(angle, angle))) {
                 return (largest, Some(error));
             }
-            largest = largest.max(plant.body.plane.pitch_rate.abs());
+            largest = largest.max(plant.place.body.plane.pitch_rate.abs());
         }
         (largest, None)
     }
@@ -1180,5 +1175,164 @@ mod tests {
             let changed = held_for_ten_seconds(std::slice::from_ref(&change), 0.1, 200);
             assert_ne!(changed, plain, "{change:?}");
         }
+    }
+
+    /// A vehicle of six degrees under way.
+    fn lauv(changes: &[(&str, Value)]) -> Plant {
+        let mut all = vec![
+            ("vehicle", Value::from("lauv")),
+            ("propulsion", Value::from("thrust")),
+            ("speed", Value::Double(1.5)),
+            ("initial_depth", Value::Double(3.0)),
+        ];
+        all.extend_from_slice(changes);
+        plant(&all)
+    }
+
+    #[test]
+    fn a_vehicle_of_six_degrees_sways_and_heels_in_a_turn_and_odometry_tells_it() {
+        let mut plant = lauv(&[
+            ("environment.current.y", Value::Double(0.3)),
+            ("sensors.errors", Value::Bool(false)),
+        ]);
+        let turning = PlaneMotion {
+            rudder: vec![0.15; 2],
+            thrust: vec![0.6; 2],
+            ..motion(0.02, 0.02)
+        };
+        let mut before = plant.observe(stamp(0));
+        for k in 1..=200 {
+            plant.advance(Some(&turning)).expect("a tick");
+            let now = plant.observe(stamp(k));
+            if k == 200 {
+                let twist = &now.pose.odometry.twist.twist;
+                // It slides outwards: to port, which is left, beside what the current carries it.
+                assert!(now.state.yaw_rate > 0.05, "{}", now.state.yaw_rate);
+                // The track's difference is the twist in the fixed frame.
+                let place = |it: &Observation| {
+                    let p = it.pose.odometry.pose.pose.position.clone();
+                    [p.x, p.y, p.z]
+                };
+                let (from, to) = (place(&before), place(&now));
+                let speed: f64 = (0..3)
+                    .map(|i| ((to[i] - from[i]) / 0.05).powi(2))
+                    .sum::<f64>()
+                    .sqrt();
+                let told =
+                    (twist.linear.x.powi(2) + twist.linear.y.powi(2) + twist.linear.z.powi(2))
+                        .sqrt();
+                assert!((speed - told).abs() < 2e-3, "{speed} {told}");
+                assert!(twist.linear.y.abs() > 0.02);
+                assert!(now.state.surge < 1.5 && now.state.surge > 0.8);
+            }
+            before = now;
+        }
+    }
+
+    #[test]
+    fn the_accelerometers_of_a_vehicle_of_six_degrees_feel_the_second_difference_of_its_track() {
+        let mut plant = lauv(&[
+            ("sensors.errors", Value::Bool(false)),
+            ("tick", Value::Double(0.001)),
+        ]);
+        let turning = PlaneMotion {
+            duration: Duration::from_nanos(1_000_000),
+            rudder: vec![0.2; 2],
+            thrust: vec![1.0; 2],
+            ..motion(0.1, 0.1)
+        };
+        let mut places = Vec::new();
+        let mut felt = None;
+        for k in 0..=3000 {
+            let now = plant.observe(stamp(k));
+            if k >= 2999 - 1 {
+                let odometry = &now.pose.odometry.pose.pose;
+                let p = &odometry.position;
+                places.push([p.x, p.y, p.z]);
+                if k == 2999 {
+                    felt = Some((
+                        now.instruments.imu.linear_acceleration.clone(),
+                        odometry.orientation.clone(),
+                    ));
+                }
+            }
+            plant.advance(Some(&turning)).expect("a tick");
+        }
+        let (felt, q) = felt.expect("the tick before the last");
+        let mut expected: [f64; 3] =
+            std::array::from_fn(|i| (places[2][i] - 2.0 * places[1][i] + places[0][i]) / 1e-6);
+        expected[2] += 9.81456;
+        // Into the body by the conjugate.
+        let u = [-q.x, -q.y, -q.z];
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [
+                a[1] * b[2] - a[2] * b[1],
+                a[2] * b[0] - a[0] * b[2],
+                a[0] * b[1] - a[1] * b[0],
+            ]
+        };
+        let inner = cross(u, expected);
+        let outer = cross(u, std::array::from_fn(|i| inner[i] + q.w * expected[i]));
+        let body: [f64; 3] = std::array::from_fn(|i| expected[i] + 2.0 * outer[i]);
+        for (x, y) in body.iter().zip([felt.x, felt.y, felt.z]) {
+            assert!((x - y).abs() < 5e-3, "{body:?} {felt:?}");
+        }
+    }
+
+    #[test]
+    fn a_vehicle_of_six_degrees_floats_at_the_surface_and_stops_at_the_bottom() {
+        let mut plant = lauv(&[
+            ("speed", Value::Double(0.0)),
+            ("initial_depth", Value::Double(0.3)),
+        ]);
+        for _ in 0..1200 {
+            plant.advance(Some(&motion(0.0, 0.0))).expect("a tick");
+        }
+        let state = plant.observe(stamp(0)).state;
+        // 1 N of 177.58 N of buoyancy is out of the water: 0.6 % of 0.15 m.
+        assert!((state.depth - 0.0742).abs() < 2e-3, "{}", state.depth);
+        assert_eq!(state.contact, VehicleState::CONTACT_SURFACE);
+
+        let mut plant = lauv(&[("environment.bottom", Value::Double(6.0))]);
+        let down = PlaneMotion {
+            thrust: vec![0.8; 2],
+            ..motion(0.2, 0.2)
+        };
+        let touched = (0..600).find_map(|_| {
+            plant.advance(Some(&down)).expect("a tick");
+            plant.contact()
+        });
+        assert_eq!(touched.expect("it gets there").boundary, Boundary::Bottom);
+        assert!(plant.observe(stamp(0)).state.depth < 6.1);
+    }
+
+    #[test]
+    fn what_is_of_the_planes_equations_is_refused_for_six_degrees() {
+        for change in [
+            ("restoring", Value::from("none")),
+            ("pitch_damping", Value::from("secant")),
+            ("heave_moment", Value::from(false)),
+            ("environment.tether.diameter", Value::Double(0.005)),
+        ] {
+            let parameters = with(&[("vehicle", Value::from("lauv")), change.clone()]);
+            let refusal = Plant::new(&parameters).expect_err("refused").to_string();
+            assert!(refusal.contains(change.0), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn a_held_speed_can_be_changed_on_the_way_for_six_degrees_too() {
+        let mut plant = lauv(&[("propulsion", Value::from("held"))]);
+        plant.advance(Some(&motion(0.05, 0.05))).expect("a tick");
+        let faster = with(&[
+            ("vehicle", Value::from("lauv")),
+            ("speed", Value::Double(1.8)),
+            ("initial_depth", Value::Double(3.0)),
+        ]);
+        plant.set_parameters(&faster).expect("taken");
+        for _ in 0..20 {
+            plant.advance(Some(&motion(0.05, 0.05))).expect("a tick");
+        }
+        assert!((plant.speed() - 1.8).abs() < 1e-9, "{}", plant.speed());
     }
 }

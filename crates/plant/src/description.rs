@@ -7,6 +7,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
 
 use planesman_vehicle::Vehicle;
+use planesman_vehicle::six_dof::{Fin, Tick, propulsion::Propulsor};
+
+use crate::craft::Craft;
 
 /// The body: forward, left, up.
 pub(crate) const BODY: &str = "base_link";
@@ -26,69 +29,243 @@ pub(crate) struct Part {
     pub joint: &'static str,
     /// At neutral planes, from the body's origin: forward, left, up \[m\].
     pub origin: [f64; 3],
-    /// How it moves with a positive, diving, plane angle.
+    /// What moves it.
+    pub driver: Driver,
+    /// How it moves with its positive angle.
     pub motion: Motion,
 }
 
-/// The motion of a part with its plane angle.
+/// What moves a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Driver {
+    /// The bow planes' angle.
+    Bow,
+    /// The stern planes'.
+    Stern,
+    /// That of both together.
+    Together,
+    /// The rudder's.
+    Rudder,
+}
+
+/// The motion of a part with its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
     /// Turns about y: 1 the leading edge down, -1 up.
     Turn(f64),
+    /// Turns about z: 1 the leading edge to port, as a rudder to starboard.
+    Swing(f64),
     /// Moves forward, by so many metres per radian.
     Slide(f64),
 }
 
-/// The planes, bow and stern, and the ram that turns them; none where the vehicle file does not place the planes.
-pub(crate) fn parts(vehicle: &Vehicle) -> Vec<Part> {
+/// A thruster: its link, its place and where it pushes, forward, left, up \[m\].
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Thruster {
+    /// Its frame.
+    pub link: String,
+    /// \[m\]
+    pub origin: [f64; 3],
+    /// Of length 1.
+    pub direction: [f64; 3],
+}
+
+impl Thruster {
+    /// Pitch and yaw \[rad\] that turn the body's x axis into its direction.
+    fn pitch_and_yaw(&self) -> (f64, f64) {
+        let [x, y, z] = self.direction;
+        (-libm::asin(z.clamp(-1.0, 1.0)), libm::atan2(y, x))
+    }
+
+    /// The same as a quaternion (x, y, z, w).
+    pub(crate) fn orientation(&self) -> [f64; 4] {
+        let (pitch, yaw) = self.pitch_and_yaw();
+        let ((sp, cp), (sy, cy)) = (libm::sincos(0.5 * pitch), libm::sincos(0.5 * yaw));
+        [-sy * sp, cy * sp, sy * cp, cy * cp]
+    }
+}
+
+/// The thrusters, of a vehicle that has them.
+pub(crate) fn thrusters(craft: &Craft) -> Vec<Thruster> {
+    let Craft::SixDof(tick) = craft else {
+        return Vec::new();
+    };
+    let parts = tick.vehicle().parts();
+    let of = |one: &Propulsor| match one {
+        Propulsor::Thruster { input, thruster } => Some(Thruster {
+            link: format!("thruster_{}", no_xml(&parts.inputs[*input])),
+            origin: turned_up(thruster.position),
+            direction: turned_up(thruster.direction),
+        }),
+        _ => None,
+    };
+    parts.propulsors.iter().filter_map(of).collect()
+}
+
+/// Forward, right, down to forward, left, up.
+fn turned_up([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x, 0.0 - y, 0.0 - z]
+}
+
+/// A name of the user's: nothing in it is XML.
+fn no_xml(name: &str) -> String {
+    name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "_")
+}
+
+/// The planes, bow and stern, and the ram that turns them, and the rudder; none where the vehicle file does not have them.
+pub(crate) fn parts(craft: &Craft) -> Vec<Part> {
+    match craft {
+        Craft::Plane(vehicle) => parts_of_the_plane(vehicle),
+        Craft::SixDof(tick) => parts_of_six_degrees(tick),
+    }
+}
+
+fn parts_of_the_plane(vehicle: &Vehicle) -> Vec<Part> {
     let Some(arms) = vehicle.planes else {
         return Vec::new();
     };
     let mut parts = vec![
-        Part {
-            link: "bow_planes",
-            joint: "dive_planes",
-            origin: [arms.bow, 0.0, 0.0],
-            motion: Motion::Turn(1.0),
-        },
-        Part {
-            link: "stern_planes",
-            joint: "stern_planes",
-            origin: [arms.stern, 0.0, 0.0],
-            motion: Motion::Turn(-1.0),
-        },
+        bow_planes([arms.bow, 0.0, 0.0]),
+        stern_planes([arms.stern, 0.0, 0.0]),
     ];
     parts.extend(arms.moment_arm.map(|arm| Part {
         link: "ram",
         joint: "ram",
         origin: [0.5 * (arms.bow + arms.stern), 0.0, arm],
+        driver: Driver::Together,
         motion: Motion::Slide(arm),
     }));
     parts
 }
 
+fn bow_planes(origin: [f64; 3]) -> Part {
+    Part {
+        link: "bow_planes",
+        joint: "dive_planes",
+        origin,
+        driver: Driver::Bow,
+        motion: Motion::Turn(1.0),
+    }
+}
+
+fn stern_planes(origin: [f64; 3]) -> Part {
+    Part {
+        link: "stern_planes",
+        joint: "stern_planes",
+        origin,
+        driver: Driver::Stern,
+        motion: Motion::Turn(-1.0),
+    }
+}
+
+/// Where its file has fins in the flow they are there, else at an end of the hull.
+fn parts_of_six_degrees(tick: &Tick) -> Vec<Part> {
+    let parts = tick.vehicle().parts();
+    let place = |input: usize, end: f64| {
+        let fins: Vec<&Fin> = (parts.fins.iter())
+            .filter(|fin| fin.input == input)
+            .collect();
+        let along: f64 = fins.iter().map(|fin| fin.position[0]).sum();
+        match fins.len() {
+            0 => [
+                parts.centre_of_buoyancy[0] + end * parts.hull.length,
+                0.0,
+                0.0,
+            ],
+            count => [along / count as f64, 0.0, 0.0],
+        }
+    };
+    let of = |(input, name): (usize, &String)| match name.as_str() {
+        "bow_planes" => Some(bow_planes(place(input, 0.4))),
+        "stern_planes" => Some(stern_planes(place(input, -0.45))),
+        "rudder" => Some(Part {
+            link: "rudder",
+            joint: "rudder",
+            origin: place(input, -0.45),
+            driver: Driver::Rudder,
+            motion: Motion::Swing(1.0),
+        }),
+        _ => None,
+    };
+    parts.inputs.iter().enumerate().filter_map(of).collect()
+}
+
+/// A shape of the hull that every viewer has, and the one of the package.
+struct Shape {
+    name: String,
+    collision: String,
+    visual: String,
+    length: f64,
+    radius: f64,
+}
+
+impl Shape {
+    fn new(craft: &Craft) -> Self {
+        match craft {
+            Craft::Plane(vehicle) => {
+                let length = vehicle.reference_length;
+                let radius = (vehicle.buoyancy / (WATER * length * PI)).sqrt();
+                Self::round(&vehicle.name, length, [radius, radius])
+            }
+            Craft::SixDof(tick) => {
+                let parts = tick.vehicle().parts();
+                let hull = parts.hull;
+                let (width, height) = (hull.width, hull.height);
+                if hull.length > 3.0 * width.max(height) {
+                    return Self::round(&parts.name, hull.length, [0.5 * width, 0.5 * height]);
+                }
+                let size = format!("{} {width} {height}", hull.length);
+                let shape = format!("<geometry><box size=\"{size}\"/></geometry>");
+                Self {
+                    name: no_xml(&parts.name),
+                    collision: shape.clone(),
+                    visual: shape,
+                    length: hull.length,
+                    radius: 0.5 * width.min(height),
+                }
+            }
+        }
+    }
+
+    /// A body of revolution.
+    fn round(name: &str, length: f64, [across, up]: [f64; 2]) -> Self {
+        let mesh = "package://planesman/meshes/hull.obj";
+        Self {
+            name: no_xml(name),
+            collision: lengthwise(length, up),
+            visual: format!(
+                "<geometry><mesh filename=\"{mesh}\" scale=\"{length} {across} {up}\"/></geometry>"
+            ),
+            length,
+            radius: up,
+        }
+    }
+}
+
+fn lengthwise(length: f64, radius: f64) -> String {
+    let shape = format!("<cylinder length=\"{length}\" radius=\"{radius}\"/>");
+    format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
+}
+
 /// The vehicle's URDF.
 #[must_use]
-pub fn robot_description(vehicle: &Vehicle) -> String {
-    let length = vehicle.reference_length;
-    let radius = (vehicle.buoyancy / (WATER * length * PI)).sqrt();
-    let lengthwise = |length, radius| {
-        let shape = format!("<cylinder length=\"{length}\" radius=\"{radius}\"/>");
-        format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
-    };
-    // A name of the user's: nothing in it is XML.
-    let name = vehicle
-        .name
-        .replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "_");
+pub fn robot_description(craft: &Craft) -> String {
+    let Shape {
+        name,
+        collision,
+        visual,
+        length,
+        radius,
+    } = Shape::new(craft);
     let mut urdf = format!(
         r#"<?xml version="1.0"?>
 <robot name="{name}">
   <link name="{BODY}">
     <visual>
-      <geometry><mesh filename="package://planesman/meshes/hull.obj" scale="{length} {radius} {radius}"/></geometry>
+      {visual}
       <material name="hull"><color rgba="0.9 0.7 0.2 0.5"/></material>
     </visual>
-    <collision>{}</collision>
+    <collision>{collision}</collision>
   </link>
   <link name="{BODY_DOWN}"/>
   <joint name="{BODY_DOWN}" type="fixed">
@@ -96,25 +273,25 @@ pub fn robot_description(vehicle: &Vehicle) -> String {
     <child link="{BODY_DOWN}"/>
     <origin rpy="{PI} 0 0"/>
   </joint>
-"#,
-        lengthwise(length, radius)
+"#
     );
-    for part in parts(vehicle) {
+    let parts = parts(craft);
+    let has_bow_planes = parts.iter().any(|it| it.joint == "dive_planes");
+    for part in parts {
         let Part { link, joint, .. } = part;
         let [forward, left, up] = part.origin;
         let (kind, axis, limit, gain, shape) = match part.motion {
-            Motion::Turn(side) => {
+            Motion::Turn(side) | Motion::Swing(side) => {
                 let [chord, span, thickness] = [0.5, 4.0, 0.05].map(|it| it * radius);
-                let shape =
-                    format!(r#"<geometry><box size="{chord} {span} {thickness}"/></geometry>"#);
+                let (size, axis) = match part.motion {
+                    Motion::Swing(_) => {
+                        (format!("{chord} {thickness} {span}"), format!("0 0 {side}"))
+                    }
+                    _ => (format!("{chord} {span} {thickness}"), format!("0 {side} 0")),
+                };
+                let shape = format!(r#"<geometry><box size="{size}"/></geometry>"#);
                 // It has no limits.
-                (
-                    "continuous",
-                    format!("0 {side} 0"),
-                    String::new(),
-                    1.0,
-                    shape,
-                )
+                ("continuous", axis, String::new(), 1.0, shape)
             }
             Motion::Slide(arm) => {
                 let shape = lengthwise(0.5 * length, 0.1 * radius);
@@ -126,9 +303,11 @@ pub fn robot_description(vehicle: &Vehicle) -> String {
             }
         };
         // All go with the bow planes, unless an actuator of their own moves them.
-        let mimic = match joint {
-            "dive_planes" => String::new(),
-            _ => format!("\n    <mimic joint=\"dive_planes\" multiplier=\"{gain}\"/>"),
+        let mimic = match part.driver {
+            Driver::Stern | Driver::Together if has_bow_planes => {
+                format!("\n    <mimic joint=\"dive_planes\" multiplier=\"{gain}\"/>")
+            }
+            _ => String::new(),
         };
         // Writing to a String does not fail.
         let _ = write!(
@@ -146,6 +325,28 @@ pub fn robot_description(vehicle: &Vehicle) -> String {
 "#
         );
     }
+    for thruster in thrusters(craft) {
+        let (pitch, yaw) = thruster.pitch_and_yaw();
+        let Thruster {
+            link,
+            origin: [forward, left, up],
+            ..
+        } = thruster;
+        let shape = lengthwise(0.6 * radius, 0.3 * radius);
+        let _ = write!(
+            urdf,
+            r#"  <link name="{link}">
+    <visual>{shape}</visual>
+    <collision>{shape}</collision>
+  </link>
+  <joint name="{link}" type="fixed">
+    <parent link="{BODY}"/>
+    <child link="{link}"/>
+    <origin xyz="{forward} {left} {up}" rpy="0 {pitch} {yaw}"/>
+  </joint>
+"#
+        );
+    }
     urdf.push_str("</robot>\n");
     urdf
 }
@@ -155,19 +356,23 @@ mod tests {
     use super::*;
     use planesman_vehicle::vehicle_file::{brunner, remus_100};
 
+    fn of_the_plane(vehicle: Vehicle) -> String {
+        robot_description(&Craft::Plane(Box::new(vehicle)))
+    }
+
     #[test]
     fn a_vehicle_without_placed_planes_has_no_joint_for_them() {
-        assert!(robot_description(&brunner()).contains("joint=\"dive_planes\""));
+        assert!(of_the_plane(brunner()).contains("joint=\"dive_planes\""));
         let mut vehicle = remus_100();
         vehicle.planes = None;
-        assert_eq!(robot_description(&vehicle).matches("<joint").count(), 1);
+        assert_eq!(of_the_plane(vehicle).matches("<joint").count(), 1);
     }
 
     #[test]
     fn a_name_is_no_xml() {
         let mut vehicle = brunner();
         vehicle.name = "a\"/><x>&".to_owned();
-        assert!(robot_description(&vehicle).contains("<robot name=\"a____x__\">"));
+        assert!(of_the_plane(vehicle).contains("<robot name=\"a____x__\">"));
     }
 
     #[test]
@@ -176,5 +381,40 @@ mod tests {
         let radius = (vehicle.buoyancy / (WATER * vehicle.reference_length * PI)).sqrt();
         // 7 in by 3.5 in are 24.5 square inches; the hull is rounded.
         assert!((PI * radius * radius / (24.5 * 0.0254 * 0.0254) - 0.8).abs() < 0.05);
+    }
+
+    #[test]
+    fn each_thruster_is_a_link_that_points_where_it_pushes() {
+        let parameters = crate::PlantParameters {
+            vehicle: "bluerov2_heavy".to_owned(),
+            ..crate::PlantParameters::default()
+        };
+        let craft = Craft::load(&parameters).expect("built in");
+        assert_eq!(robot_description(&craft).matches("<joint").count(), 9);
+        let all = thrusters(&craft);
+        // Forward and to port, as its file says it pushes: (1, -1, 0) forward, right, down is (1, 1, 0) forward, left, up.
+        let first = &all[0];
+        assert!((first.direction[0] - 0.5_f64.sqrt()).abs() < 1e-12);
+        assert!((first.direction[1] - 0.5_f64.sqrt()).abs() < 1e-12);
+        let [x, y, z, w] = first.orientation();
+        // x turned by the quaternion.
+        let turned = [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
+        ];
+        for (found, expected) in turned.iter().zip(first.direction) {
+            assert!((found - expected).abs() < 1e-12, "{turned:?}");
+        }
+        let up = &all[4];
+        let [x, y, z, w] = up.orientation();
+        let turned = [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
+        ];
+        for (found, expected) in turned.iter().zip(up.direction) {
+            assert!((found - expected).abs() < 1e-12, "{turned:?}");
+        }
     }
 }

@@ -1,6 +1,10 @@
 //! The errors of the plant.
 
-use planesman_vehicle::{Diverged, MotionError, vehicle_file::VehicleError};
+use planesman_vehicle::{
+    Diverged, MotionError,
+    six_dof::{FileError, Unmoved},
+    vehicle_file::VehicleError,
+};
 
 /// Parameters or a motion that are refused; nothing changes then.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +12,28 @@ pub enum Error {
     /// The vehicle file, or the model file behind it.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
+    /// The file of a vehicle of six degrees.
+    #[error(transparent)]
+    SixDof(#[from] FileError),
+    /// A vehicle of six degrees that nothing of the loop can move.
+    #[error("vehicle '{vehicle}': {reason}")]
+    Unmoved {
+        /// Its name.
+        vehicle: String,
+        /// The input.
+        reason: Unmoved,
+    },
+    /// A parameter that is of the plane's equations.
+    #[error(
+        "parameter '{parameter}' refused: vehicle '{vehicle}' has six degrees of freedom, whose equations have no such choice; leave it at its \
+         default"
+    )]
+    NotOfSixDof {
+        /// The parameter.
+        parameter: &'static str,
+        /// The vehicle.
+        vehicle: String,
+    },
     /// Thrust is asked for, and the vehicle has none.
     #[error(
         "parameter 'propulsion': thrust refused: vehicle '{0}' has no propulsion, its speed \

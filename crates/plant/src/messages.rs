@@ -15,7 +15,7 @@ use planesman_msgs::{
 };
 
 use crate::{
-    description::{self, Motion, Part},
+    description::{self, Motion, Part, Thruster},
     odometry,
     sensors::{Readings, Sensors},
 };
@@ -90,16 +90,17 @@ impl Frames<'_> {
         };
         let parts = parts.iter().map(|(part, angle)| {
             let [forward, left, up] = part.origin;
-            let (slid, turned) = match part.motion {
-                Motion::Turn(side) => (0.0, side * angle),
-                Motion::Slide(arm) => (arm * angle, 0.0),
+            let (slid, rotation) = match part.motion {
+                Motion::Turn(side) => (0.0, about_y(side * angle)),
+                Motion::Swing(side) => (0.0, about_z(side * angle)),
+                Motion::Slide(arm) => (arm * angle, about_y(0.0)),
             };
             TransformStamped {
                 header: self.header(self.base_link()),
                 child_frame_id: self.named(part.link),
                 transform: Transform {
                     translation: vector([forward + slid, left, up]),
-                    rotation: about_y(turned),
+                    rotation,
                 },
             }
         });
@@ -110,24 +111,29 @@ impl Frames<'_> {
 
     /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn. With `map_to_odom`
     /// also REP 105's `map`, where `odom` is.
-    pub(crate) fn fixed_transforms(&self, map_to_odom: bool) -> TFMessage {
-        let fixed = |parent, child, rotation| TransformStamped {
+    pub(crate) fn fixed_transforms(&self, map_to_odom: bool, thrusters: &[Thruster]) -> TFMessage {
+        let placed = |parent, child, place, rotation| TransformStamped {
             header: self.header(parent),
             child_frame_id: child,
             transform: Transform {
-                translation: vector([0.0; 3]),
+                translation: vector(place),
                 rotation: quaternion(rotation),
             },
         };
+        let fixed = |parent, child, rotation| placed(parent, child, [0.0; 3], rotation);
         let half_a_turn = [1.0, 0.0, 0.0, 0.0];
         let (map, body_down) = (self.named("map"), self.named(description::BODY_DOWN));
         let odom = map_to_odom.then(|| fixed(map.clone(), self.odom(), [0.0, 0.0, 0.0, 1.0]));
+        let thrusters = thrusters.iter().map(|it| {
+            let link = self.named(&it.link);
+            placed(self.base_link(), link, it.origin, it.orientation())
+        });
         let down = [
             fixed(map, self.map_ned(), half_a_turn),
             fixed(self.base_link(), body_down, half_a_turn),
         ];
         TFMessage {
-            transforms: odom.into_iter().chain(down).collect(),
+            transforms: odom.into_iter().chain(down).chain(thrusters).collect(),
         }
     }
 
@@ -180,6 +186,12 @@ impl Frames<'_> {
 fn about_y(angle: f64) -> Quaternion {
     let (sin, cos) = libm::sincos(0.5 * angle);
     quaternion([0.0, sin, 0.0, cos])
+}
+
+/// The turn about z, to port, by an angle \[rad\].
+fn about_z(angle: f64) -> Quaternion {
+    let (sin, cos) = libm::sincos(0.5 * angle);
+    quaternion([0.0, 0.0, sin, cos])
 }
 
 fn vector([x, y, z]: [f64; 3]) -> Vector3 {

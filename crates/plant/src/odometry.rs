@@ -36,7 +36,7 @@ impl Odometry {
         let attitude = body.attitude();
         let [qx, qy, qz, qw] = attitude.quaternion();
         let drift = attitude.to_body(current);
-        let through = [body.speed, 0.0, body.plane.heave];
+        let through = [body.speed, body.sway, body.plane.heave];
         Self {
             position: up([body.plane.distance, body.across, body.plane.depth]),
             orientation: [qx, -qy, 0.0 - qz, qw],
@@ -98,6 +98,7 @@ mod tests {
             },
             across: 0.5,
             speed: 0.3,
+            sway: 0.0,
             roll: AxisState {
                 angle: 0.2,
                 rate: 0.1,

@@ -4,9 +4,11 @@ use planesman_parameters::Choice as _;
 use planesman_vehicle::{
     Body, BodyMotion, DepthLimits, Derivatives, Drive, Environment, GeneralisedForce, Inputs,
     Motion, PitchDamping, Restoring, Seaway, ShapingFilter, State, Tether, Variant, Vehicle,
+    six_dof::{Sea, Tick},
 };
 
 use crate::{
+    craft::{self, Craft, Equations},
     error::Error,
     parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
     sensors::Sensors,
@@ -15,7 +17,8 @@ use crate::{
 /// The parameters, checked and in the models' own types.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
-    pub(crate) motion: BodyMotion,
+    pub(crate) equations: Equations,
+    pub(crate) environment: Environment,
     /// The waves and their filter over a tick; `None`: it is calm.
     pub(crate) seaway: Option<(Seaway, ShapingFilter)>,
     pub(crate) sensors: Sensors,
@@ -31,7 +34,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn new(parameters: &PlantParameters, vehicle: &Vehicle) -> Result<Self, Error> {
+    pub(crate) fn new(parameters: &PlantParameters, craft: &Craft) -> Result<Self, Error> {
         let tick_nanos = (parameters.tick * 1e9).round() as i64;
         let tick = tick_nanos as f64 * 1e-9;
         let steps = (tick / parameters.step - 1e-9).ceil();
@@ -41,42 +44,27 @@ impl Settings {
             gravity: outside.gravity,
             atmospheric_pressure: outside.atmospheric_pressure,
         };
-        let (speed, variant) = (parameters.speed, variant(parameters));
-        let vertical = Motion {
-            derivatives: variant.apply(vehicle.derivatives(speed)),
-            restoring: match parameters.restoring {
-                RestoringMoment::SmallAngle => Restoring::SmallAngle,
-                RestoringMoment::Sine | RestoringMoment::None => Restoring::Sine,
-            },
-            environment,
-            step: tick / steps,
+        let step = tick / steps;
+        let equations = match craft {
+            Craft::Plane(vehicle) => Equations::Plane(Box::new(of_the_plane(
+                parameters,
+                vehicle,
+                environment,
+                step,
+            )?)),
+            Craft::SixDof(tick) => of_six_degrees(parameters, tick, step)?,
         };
-        let drive = drive(parameters.propulsion, vehicle, variant)?;
-        let bottom = outside.bottom;
         let plane = State {
             depth: parameters.initial_depth,
             pitch: parameters.initial_pitch,
             ..State::default()
         };
         Ok(Self {
-            motion: BodyMotion {
-                vertical,
-                roll: vehicle.roll.map(|axis| variant.apply_to_roll(axis)),
-                yaw: vehicle.yaw,
-                drive,
-                current: [outside.current.x, outside.current.y, outside.current.z],
-                depth_limits: DepthLimits {
-                    bottom: (bottom > 0.0).then_some(bottom),
-                },
-                tether: Tether {
-                    diameter: outside.tether.diameter,
-                    drag_coefficient: outside.tether.drag_coefficient,
-                    above: outside.tether.above,
-                },
-            },
+            equations,
+            environment,
             seaway: seaway(&outside.seaway, tick)?,
             sensors: parameters::sensors_of(parameters),
-            initial: Body::upright(plane, speed),
+            initial: Body::upright(plane, parameters.speed),
             drag: drag(parameters),
             seed: parameters.seed,
             tick_nanos,
@@ -91,6 +79,74 @@ impl Settings {
     pub(crate) fn fixed(&self) -> (&str, i64, u32) {
         (&self.vehicle, self.tick_nanos, self.steps)
     }
+}
+
+/// The equations of a vehicle of the plane.
+fn of_the_plane(
+    parameters: &PlantParameters,
+    vehicle: &Vehicle,
+    environment: Environment,
+    step: f64,
+) -> Result<BodyMotion, Error> {
+    let (outside, variant) = (&parameters.environment, variant(parameters));
+    Ok(BodyMotion {
+        vertical: Motion {
+            derivatives: variant.apply(vehicle.derivatives(parameters.speed)),
+            restoring: match parameters.restoring {
+                RestoringMoment::SmallAngle => Restoring::SmallAngle,
+                RestoringMoment::Sine | RestoringMoment::None => Restoring::Sine,
+            },
+            environment,
+            step,
+        },
+        roll: vehicle.roll.map(|axis| variant.apply_to_roll(axis)),
+        yaw: vehicle.yaw,
+        drive: drive(parameters.propulsion, vehicle, variant)?,
+        current: [outside.current.x, outside.current.y, outside.current.z],
+        depth_limits: DepthLimits {
+            bottom: (outside.bottom > 0.0).then_some(outside.bottom),
+        },
+        tether: Tether {
+            diameter: outside.tether.diameter,
+            drag_coefficient: outside.tether.drag_coefficient,
+            above: outside.tether.above,
+        },
+    })
+}
+
+/// The equations of a vehicle of six degrees.
+fn of_six_degrees(
+    parameters: &PlantParameters,
+    tick: &Tick,
+    step: f64,
+) -> Result<Equations, Error> {
+    let outside = &parameters.environment;
+    let of_the_plane = [
+        ("restoring", parameters.restoring != RestoringMoment::Sine),
+        (
+            "pitch_damping",
+            parameters.pitch_damping != DampingLaw::Coefficient,
+        ),
+        ("heave_moment", !parameters.heave_moment),
+        ("environment.tether.diameter", outside.tether.diameter > 0.0),
+    ];
+    if let Some((parameter, _)) = of_the_plane.into_iter().find(|(_, is_set)| *is_set) {
+        return Err(Error::NotOfSixDof {
+            parameter,
+            vehicle: parameters.vehicle.clone(),
+        });
+    }
+    Ok(Equations::SixDof {
+        tick: Box::new(tick.clone()),
+        sea: Sea {
+            current: [outside.current.x, outside.current.y, outside.current.z],
+            has_surface: true,
+            bottom: (outside.bottom > 0.0).then_some(outside.bottom),
+            ..Sea::default()
+        },
+        held_speed: (parameters.propulsion == Propulsion::Held).then_some(parameters.speed),
+        step,
+    })
 }
 
 /// The drag `N |q| q` behind a law that is linear about one pitch rate.
@@ -178,8 +234,8 @@ fn drag(parameters: &PlantParameters) -> Option<Drag> {
 
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
 #[must_use]
-pub fn derivatives(parameters: &PlantParameters, vehicle: &Vehicle) -> Derivatives {
-    variant(parameters).apply(vehicle.derivatives(parameters.speed))
+pub fn derivatives(parameters: &PlantParameters, craft: &Craft) -> Derivatives {
+    variant(parameters).apply(craft::derivatives(craft, parameters.speed))
 }
 
 fn variant(parameters: &PlantParameters) -> Variant {

@@ -4,8 +4,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use planesman_plant::robot_description;
-use planesman_vehicle::vehicle_file;
+use planesman_plant::{Craft, PlantParameters, robot_description};
 
 #[test]
 fn the_committed_files_are_what_is_published() {
@@ -18,8 +17,20 @@ fn the_committed_files_are_what_is_published() {
             "remus_100",
             include_str!("../../../launch-scripts/urdf/remus_100.urdf"),
         ),
+        (
+            "lauv",
+            include_str!("../../../launch-scripts/urdf/lauv.urdf"),
+        ),
+        (
+            "bluerov2_heavy",
+            include_str!("../../../launch-scripts/urdf/bluerov2_heavy.urdf"),
+        ),
     ] {
-        let published = robot_description(&vehicle_file::load(name).unwrap());
+        let parameters = PlantParameters {
+            vehicle: name.to_owned(),
+            ..PlantParameters::default()
+        };
+        let published = robot_description(&Craft::load(&parameters).unwrap());
         assert!(
             published == committed,
             "write it anew: cargo run -p planesman_plant --example urdf {name} > launch-scripts/urdf/{name}.urdf"

@@ -36,7 +36,7 @@ use conditioning::Conditioning;
 use gyro::Calibrations;
 use noise::{Source, Stream};
 use plane_signal::PlaneSignal;
-use planesman_vehicle::{Acceleration, Body, Environment, Port};
+use planesman_vehicle::{Acceleration, Body, Environment, Port, six_dof};
 use pressure_cell::{DepthPort, PressureCell};
 
 /// A channel's imperfections, in the unit of what it measures.
@@ -270,6 +270,23 @@ impl<T: Copy> Channels<T> {
             speed: f(self.speed),
         }
     }
+}
+
+/// The specific force at the origin of a vehicle of six degrees, forward, left, up \[m/s^2\]: `v' + w x v - R^T g`, with `v'` the change of its velocity in
+/// the body's axes.
+pub(crate) fn specific_force_of(
+    state: &six_dof::State,
+    [u_dot, v_dot, w_dot]: [f64; 3],
+    g: f64,
+) -> [f64; 3] {
+    let [u, v, w, p, q, r] = state.velocity;
+    let fall =
+        six_dof::rotation::to_body(&six_dof::rotation::matrix(state.attitude), [0.0, 0.0, g]);
+    [
+        u_dot + q * w - r * v - fall[0],
+        0.0 - (v_dot + r * u - p * w - fall[1]),
+        -(w_dot + p * v - q * u - fall[2]),
+    ]
 }
 
 /// The specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration under

@@ -73,6 +73,14 @@ pub fn built_in() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
+/// Whether a name or the file at a path is of a vehicle of six degrees: it names its inputs.
+#[must_use]
+pub fn is_one(name_or_path: &str) -> bool {
+    built_in().any(|name| name == name_or_path)
+        || planesman_text::read(Path::new(name_or_path))
+            .is_ok_and(|text| text.lines().any(|line| line.starts_with("inputs:")))
+}
+
 /// A built-in vehicle by its name, or else the one in the file at that path.
 ///
 /// # Errors

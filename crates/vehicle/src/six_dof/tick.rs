@@ -69,6 +69,8 @@ pub struct Conditions<'a> {
     pub time: f64,
     /// Surge through the water is held, by whatever force along x that takes.
     pub holds_speed: bool,
+    /// From outside, held: force \[N\] and moment \[N m\].
+    pub load: Six<f64>,
     /// The longest step \[s\].
     pub step: f64,
 }
@@ -146,6 +148,17 @@ impl Tick {
         self.actuators.iter().map(of).collect()
     }
 
+    /// Sets bow and stern planes \[rad\] among the vehicle's inputs.
+    pub(super) fn set_planes(&self, [bow, stern]: [f64; 2], inputs: &mut [f64]) {
+        for (actuator, input) in self.actuators.iter().zip(inputs) {
+            match actuator {
+                Actuator::BowPlanes => *input = bow,
+                Actuator::SternPlanes => *input = stern,
+                Actuator::Rudder | Actuator::Thrust { .. } | Actuator::Thruster(_) => {}
+            }
+        }
+    }
+
     /// The derivative of the state.
     fn rates(
         &self,
@@ -159,6 +172,10 @@ impl Tick {
         let over_ground = rotation::to_fixed(&r, [u, v, w]);
         let water = conditions.sea.at(state.position, over_ground, time);
         let mut rates = self.vehicle.derivative(state, inputs, &water);
+        let by_load = super::lanes::product(&self.vehicle.inverse_inertia, &conditions.load);
+        for (rate, by_load) in rates[7..].iter_mut().zip(by_load) {
+            *rate += by_load;
+        }
         if conditions.holds_speed {
             // The force along x under which surge through the water stays: each row moves by the inverse inertia's first column.
             let turning = [state.velocity[3], state.velocity[4], state.velocity[5]];

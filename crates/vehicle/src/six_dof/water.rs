@@ -73,6 +73,16 @@ pub struct Wave {
 }
 
 impl Sea {
+    /// Water at rest without surface or bottom.
+    pub const STILL: Self = Self {
+        current: [0.0; 3],
+        turning: 0.0,
+        shear: [0.0; 2],
+        waves: Vec::new(),
+        has_surface: false,
+        bottom: None,
+    };
+
     /// The water at a place (north, east, down \[m\]) of a vehicle that moves over ground (\[m/s\]), at a time \[s\].
     #[must_use]
     pub fn at(&self, place: Three<f64>, over_ground: Three<f64>, time: f64) -> Water<f64> {

@@ -146,6 +146,7 @@ fn over(
             sea,
             time: 0.05 * f64::from(k),
             holds_speed: holds,
+            load: [0.0; 6],
             step: 0.05,
         };
         (state, _) = tick.advance(&conditions, &state, &inputs, &[], 1).unwrap();
@@ -218,6 +219,7 @@ fn the_first_contact_is_told_with_its_time() {
             sea: &sea,
             time: 0.0,
             holds_speed: false,
+            load: [0.0; 6],
             step: 0.05,
         };
         tick.advance(&conditions, &state, &neutral, &[], 1)
@@ -239,4 +241,28 @@ fn an_input_that_nothing_moves_is_named() {
     });
     let refusal = Tick::new(odd).unwrap_err().to_string();
     assert!(refusal.contains("'tail'"), "{refusal}");
+}
+
+/// The 1988 report's kind of equations for the plane are those of `remus_100`, which has Prestero's numbers as printed.
+#[test]
+fn the_derivatives_of_the_plane_are_those_of_the_vehicle_of_the_plane() {
+    let found = Tick::new(vehicle("remus_100")).unwrap().derivatives(1.54);
+    let plane = planesman_vehicle::vehicle_file::remus_100().derivatives(1.54);
+    for (name, x, y) in [
+        ("heave_inertia", found.heave_inertia, plane.heave_inertia),
+        ("z_w", found.z_w, plane.z_w),
+        ("z_q", found.z_q_plus_m_u, plane.z_q_plus_m_u),
+        ("z_delta", found.z_delta, plane.z_delta),
+        ("pitch_inertia", found.pitch_inertia, plane.pitch_inertia),
+        ("m_w", found.m_w, plane.m_w),
+        ("m_q", found.m_q, plane.m_q),
+        ("m_delta", found.m_delta, plane.m_delta),
+        ("restoring", found.restoring, plane.restoring),
+        ("z_q_dot", found.z_q_dot, plane.z_q_dot),
+        ("m_w_dot", found.m_w_dot, plane.m_w_dot),
+        ("first_moment", found.first_moment, plane.first_moment),
+        ("excess_weight", found.excess_weight, plane.excess_weight),
+    ] {
+        assert!((x - y).abs() < 2e-3 * y.abs().max(0.1), "{name}: {x} {y}");
+    }
 }
