@@ -11,7 +11,7 @@ use crate::{
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{
         ControlState, DaqSample, DhaState, ModelEstimate, MotionEstimate, PlaneCommand,
-        PlaneMotion, TickAnswer, VehicleState,
+        PlaneMotion, ThrusterCommand, TickAnswer, VehicleState,
     },
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
@@ -104,6 +104,7 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<Float64>("speed_setpoint", Reliable, 10),
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
+        LoopTopic::of::<ThrusterCommand>("thruster_command", Reliable, 100),
         LoopTopic::of::<ControlState>("control_state", Reliable, 100),
         LoopTopic::of::<MotionEstimate>("estimate", Reliable, 100),
         // dha_actuator

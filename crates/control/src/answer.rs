@@ -51,6 +51,7 @@ pub(crate) fn answer(
             Mode::OpenLoop => ControlState::MODE_OPEN_LOOP,
             Mode::Pitch => ControlState::MODE_PITCH,
             Mode::Depth => ControlState::MODE_DEPTH,
+            Mode::Hover => ControlState::MODE_HOVER,
         },
         depth_setpoint_source: match terms.depth_source {
             DepthSource::Parameter => ControlState::SETPOINT_PARAMETER,

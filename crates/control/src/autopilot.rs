@@ -35,6 +35,8 @@ pub enum Mode {
     Pitch,
     /// Depth.
     Depth,
+    /// Nothing by the planes: the thrusters hold place, depth and heading.
+    Hover,
 }
 
 /// The gains in force at a tick: fixed, or from whatever follows the vehicle.
@@ -190,13 +192,13 @@ impl Autopilot {
 
         // delta = rate limit(limit(law + transfer + test signals))
         terms.transfer = match self.mode {
-            _ if mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
+            _ if matches!(mode, Mode::Off | Mode::Hover) || rules.transfer_time == 0.0 => 0.0,
             Some(_) if changed => bounded(self.loops - law),
             _ => faded(self.transfer, rules.transfer_time, dt),
         };
         let loops = bounded(law + terms.transfer);
         let wanted = match mode {
-            Mode::Off => 0.0,
+            Mode::Off | Mode::Hover => 0.0,
             _ => bounded(loops + setpoints.signal),
         };
         let limited = rules.planes_limit.apply(wanted);

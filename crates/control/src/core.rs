@@ -18,7 +18,9 @@
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
-use planesman_msgs::planesman_msgs::msg::{ModelEstimate, MotionEstimate, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{
+    ModelEstimate, MotionEstimate, ThrusterCommand, VehicleState,
+};
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Parameters as _;
@@ -52,6 +54,8 @@ pub struct Controller {
     follower: Follower,
     /// The estimate behind the last answer; `None` for the true state.
     estimate: Option<MotionEstimate>,
+    /// The thrusters' commands of the last answer; `None` where the parameters name no vehicle that has them.
+    thrusters: Option<ThrusterCommand>,
     safety: Safety,
     /// The last feedback; `None` before the first, and in silence.
     feedback: Option<Feedback>,
@@ -89,6 +93,7 @@ impl Controller {
             estimator: Estimator::default(),
             follower: Follower::default(),
             estimate: None,
+            thrusters: None,
             safety: Safety::default(),
             feedback: None,
             manoeuvre: None,
@@ -302,7 +307,15 @@ impl Controller {
         self.message(stamp, None, &LoopTerms::default())
     }
 
-    fn message(&self, stamp: Time, basis: Option<&Basis>, terms: &LoopTerms) -> Answer {
+    fn message(&mut self, stamp: Time, basis: Option<&Basis>, terms: &LoopTerms) -> Answer {
+        self.thrusters = self.config.thrusters.as_ref().map(|of| ThrusterCommand {
+            header: self.header(stamp.clone()),
+            name: of.names.clone(),
+            command: match terms.thrusters.is_empty() {
+                true => vec![0.0; of.names.len()],
+                false => terms.thrusters.clone(),
+            },
+        });
         let (mode, fault) = (self.config.parameters.mode, self.fault());
         answer(self.header(stamp), mode, fault, basis, terms)
     }
@@ -349,6 +362,18 @@ impl Controller {
     #[must_use]
     pub fn estimate(&self) -> Option<&MotionEstimate> {
         self.estimate.as_ref()
+    }
+
+    /// Whether it commands thrusters.
+    #[must_use]
+    pub fn has_thrusters(&self) -> bool {
+        self.config.thrusters.is_some()
+    }
+
+    /// The thrusters' commands of the last answer; `None` where `hover.vehicle` names no vehicle.
+    #[must_use]
+    pub fn thrusters(&self) -> Option<&ThrusterCommand> {
+        self.thrusters.as_ref()
     }
 
     /// The gains in force for this feedback at a tick, and whether an identified model acts on them.
@@ -419,7 +444,9 @@ impl Controller {
         self.expire_setpoints(tick);
         let envelope = self.config.parameters.safety;
         let terms = match self.safety.react(&envelope, &feedback, tick.dt) {
-            Some(reaction) => self.loops.emergency(&self.config, reaction),
+            Some(reaction) => self
+                .loops
+                .emergency(&self.config, reaction, &feedback, tick.dt),
             None => {
                 let manoeuvre = match self.config.parameters.mode {
                     Mode::Off => 0.0,

@@ -113,6 +113,24 @@ pub enum ParameterError {
         /// The plane limit, rad.
         limit: f64,
     },
+    /// A vehicle that cannot hover.
+    #[error("parameter 'hover.vehicle': {0}")]
+    Hover(String),
+    /// Mode hover without a vehicle to hover.
+    #[error(
+        "parameter 'mode': hover refused: 'hover.vehicle' names no vehicle with thrusters (bluerov2_heavy is one)"
+    )]
+    NothingHovers,
+    /// Way-points of two lengths.
+    #[error(
+        "parameters 'waypoints.x', 'waypoints.y': {x} and {y} values refused: each way-point has both"
+    )]
+    WayPoints {
+        /// Of `x`.
+        x: usize,
+        /// Of `y`.
+        y: usize,
+    },
     /// A test signal that cannot be timed.
     #[error("parameters 'identification.*': {0}")]
     TestSignal(ManoeuvreError),

@@ -9,6 +9,10 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 /// The vehicle as the loops see it. Signs and units as in `VehicleState`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Feedback {
+    /// m, along the initial heading.
+    pub x: f64,
+    /// m, to starboard of it.
+    pub y: f64,
     /// m, down.
     pub depth: f64,
     /// m/s, down.
@@ -34,6 +38,8 @@ impl Feedback {
     #[must_use]
     pub(crate) fn truth(state: &VehicleState) -> Self {
         Self {
+            x: state.distance,
+            y: state.cross_track,
             depth: state.depth,
             depth_rate: state.depth_rate,
             pitch: state.pitch,
@@ -64,6 +70,8 @@ impl Feedback {
     #[must_use]
     pub(crate) fn is_finite(&self) -> bool {
         [
+            self.x,
+            self.y,
             self.depth,
             self.depth_rate,
             self.pitch,

@@ -7,6 +7,7 @@
 //! - `loops`: all loops at a tick; `answer`: their terms as messages. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals,
 //!   filters and bumpless transfer.
 //! - `angle_loop`, `speed_loop`: roll, heading, speed. `allocation`: one angle to bow and stern planes.
+//! - `hover`: place, depth and heading by thrusters. `guidance`: way-points by line of sight, turning circle and zig-zag.
 //! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
 //! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
 //! - [`gains`]: fixed, scheduled over speed, or adapted to an identified model.
@@ -26,6 +27,8 @@ mod fault;
 mod feedback;
 pub mod gains;
 mod goal;
+mod guidance;
+mod hover;
 mod integral;
 mod lag;
 mod limits;
@@ -46,6 +49,7 @@ pub use depth_loop::DepthLoop;
 pub use error::{Error, ManoeuvreError, ParameterError, ScheduleError};
 pub use estimator::Source;
 pub use fault::Fault;
+pub use guidance::Turning;
 pub use limits::{Limit, LimitError};
 pub use parameters::ControllerParameters;
 pub use pitch_loop::PitchLoop;

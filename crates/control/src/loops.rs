@@ -12,6 +12,8 @@ use crate::allocation::Shared;
 use crate::angle_loop::short_way;
 use crate::autopilot::{Autopilot, DiveSetpoints, DiveTerms, Gains, Mode};
 use crate::feedback::Feedback;
+use crate::guidance::{Progress, Swing};
+use crate::hover::{Hover, Seen, Target, Thrusters};
 use crate::limits::bounded;
 use crate::parameters::Config;
 use crate::safety::Reaction;
@@ -49,7 +51,7 @@ pub(crate) enum DepthSource {
 }
 
 /// Every command at a tick, and what led to it. What the mode does not use is 0.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct LoopTerms {
     /// The depth to go to, m.
     pub depth_target: f64,
@@ -73,6 +75,8 @@ pub(crate) struct LoopTerms {
     pub speed: Option<Regulated>,
     /// The planes climb because of a fault.
     pub climbing: bool,
+    /// The thrusters' commands; none: they stand still.
+    pub thrusters: Vec<f64>,
 }
 
 /// The loops with their setpoints.
@@ -81,6 +85,9 @@ pub(crate) struct Loops {
     /// The setpoints.
     pub setpoints: Setpoints,
     autopilot: Autopilot,
+    progress: Progress,
+    swing: Swing,
+    hover: Hover,
 }
 
 impl Loops {
@@ -99,9 +106,16 @@ impl Loops {
     ) -> LoopTerms {
         let mut terms = self.dive((config, gains), feedback, tick, manoeuvre);
         terms.planes = config.allocation.share(terms.dive.planes.value);
-        if config.parameters.mode == Mode::Off {
+        let mode = config.parameters.mode;
+        if mode != Mode::Hover {
+            self.hover = Hover::default();
+        }
+        if mode == Mode::Off {
             self.setpoints.heading.release();
             self.setpoints.speed.release();
+        } else if mode == Mode::Hover {
+            self.setpoints.speed.release();
+            self.hover(config, feedback, tick, &mut terms);
         } else {
             terms.roll = hold_level(config, feedback, terms.planes.bow());
             terms.heading = self.heading(config, feedback, tick);
@@ -111,18 +125,30 @@ impl Loops {
     }
 
     /// The commands in a fault, with the loops set aside: the dive planes to climb or neutral.
-    pub(crate) fn emergency(&mut self, config: &Config, reaction: Reaction) -> LoopTerms {
+    pub(crate) fn emergency(
+        &mut self,
+        config: &Config,
+        reaction: Reaction,
+        feedback: &Feedback,
+        dt: f64,
+    ) -> LoopTerms {
         self.autopilot.neutralised();
         self.setpoints.heading.release();
         self.setpoints.speed.release();
         if reaction == Reaction::Neutral {
+            self.hover = Hover::default();
             return LoopTerms::default();
         }
+        let thrusters = match (&config.thrusters, config.parameters.mode) {
+            (Some(thrusters), Mode::Hover) => self.climb(config, thrusters, feedback, dt),
+            _ => Vec::new(),
+        };
         let climb = -config.parameters.safety.climb_planes;
         let limited = config.dive.planes_limit.apply(climb).value;
         LoopTerms {
             climbing: true,
             planes: config.allocation.share(limited),
+            thrusters,
             ..LoopTerms::default()
         }
     }
@@ -145,7 +171,7 @@ impl Loops {
             ..LoopTerms::default()
         };
         let mut pitch = 0.0;
-        if mode == Mode::Depth {
+        if matches!(mode, Mode::Depth | Mode::Hover) {
             (terms.depth_target, terms.depth_source) = self.depth_target(config, tick);
             let (target, bounds) = (terms.depth_target, config.depth_bounds);
             let setpoint = &mut self.setpoints.depth;
@@ -190,8 +216,11 @@ impl Loops {
             heading.release();
             return None;
         }
-        let target = heading
-            .commanded()
+        let course = config
+            .path
+            .course(&mut self.progress, [feedback.x, feedback.y]);
+        let target = (heading.commanded())
+            .or(course.map(|course| course.heading))
             .unwrap_or(config.parameters.heading_setpoint);
         let from = heading.stands().unwrap_or(feedback.yaw);
         let bounds = Bounds {
@@ -201,11 +230,59 @@ impl Loops {
         let to = bounded(from + short_way(from, target));
         let setpoint = heading.follow(to, feedback.yaw, bounds, tick.dt);
         let error = short_way(feedback.yaw, setpoint);
+        let turning = &config.parameters.turning;
+        let swung = turning.rudder(&mut self.swing, tick.elapsed as f64 * 1e-9, feedback.yaw);
         Some(Regulated {
             setpoint,
             error,
-            command: config.heading.evaluate(error, feedback.yaw_rate),
+            command: match swung {
+                Some(rudder) => config.heading.limit.apply(rudder).value,
+                None => config.heading.evaluate(error, feedback.yaw_rate),
+            },
         })
+    }
+
+    /// Straight up by the thrusters, at the speed of hovering.
+    fn climb(
+        &mut self,
+        config: &Config,
+        thrusters: &Thrusters,
+        feedback: &Feedback,
+        dt: f64,
+    ) -> Vec<f64> {
+        let target = Target {
+            place: [feedback.x, feedback.y, f64::MIN],
+            heading: feedback.yaw,
+        };
+        let law = &config.parameters.hover;
+        self.hover
+            .step(law, thrusters, &seen(feedback), &target, dt)
+    }
+
+    /// Place, depth and heading, by the thrusters.
+    fn hover(&mut self, config: &Config, feedback: &Feedback, tick: Tick, terms: &mut LoopTerms) {
+        let Some(thrusters) = &config.thrusters else {
+            return;
+        };
+        let law = &config.parameters.hover;
+        let course = config
+            .path
+            .course(&mut self.progress, [feedback.x, feedback.y]);
+        let [x, y] = course.map_or([law.x, law.y], |course| course.target);
+        let heading = self.setpoints.heading.commanded();
+        let heading = heading.unwrap_or(config.parameters.heading_setpoint);
+        let target = Target {
+            place: [x, y, terms.depth_setpoint],
+            heading,
+        };
+        let seen = seen(feedback);
+        terms.thrusters = self.hover.step(law, thrusters, &seen, &target, tick.dt);
+        terms.dive.depth.error = bounded(terms.depth_setpoint - feedback.depth);
+        terms.heading = Some(Regulated {
+            setpoint: heading,
+            error: short_way(feedback.yaw, heading),
+            command: 0.0,
+        });
     }
 
     /// Speed, by the thrust; `None` while it is not held.
@@ -228,6 +305,14 @@ impl Loops {
             error: bounded(setpoint - feedback.speed),
             command: config.parameters.speed.evaluate(setpoint, feedback.speed),
         })
+    }
+}
+
+fn seen(feedback: &Feedback) -> Seen {
+    Seen {
+        place: [feedback.x, feedback.y, feedback.depth],
+        angles: [feedback.roll, feedback.pitch, feedback.yaw],
+        rates: [feedback.roll_rate, feedback.pitch_rate, feedback.yaw_rate],
     }
 }
 

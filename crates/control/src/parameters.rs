@@ -16,6 +16,8 @@ use crate::depth_loop::DepthLoop;
 use crate::error::ParameterError;
 use crate::estimator::{self, Calibration, IntegratorRules, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
+use crate::guidance::{Path, TurningManoeuvre};
+use crate::hover::{HoverParameters, Thrusters};
 use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
@@ -28,7 +30,8 @@ use crate::speed_loop::SpeedLoop;
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ControllerParameters {
-    /// Control mode: off (neutral planes, no thrust), open_loop (test signal only), pitch or depth.
+    /// Control mode: off (neutral planes, no thrust), open_loop (test signal only), pitch, depth, or hover (place, depth and heading by the thrusters of
+    /// hover.vehicle).
     #[parameter(default = Mode::Depth)]
     pub mode: Mode,
     /// Depth setpoint, positive down, until the schedule or the topic gives another; within depth.min and
@@ -70,6 +73,12 @@ pub struct ControllerParameters {
     pub roll: Roll,
     /// `heading.*`.
     pub heading: Heading,
+    /// `turning.*`.
+    pub turning: TurningManoeuvre,
+    /// `waypoints.*`.
+    pub waypoints: WayPoints,
+    /// `hover.*`.
+    pub hover: HoverParameters,
     /// `speed.*`.
     pub speed: SpeedLoop,
     /// `safety.*`.
@@ -213,6 +222,39 @@ pub struct Heading {
     pub setpoint_rate: f64,
 }
 
+/// The parameters `waypoints.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct WayPoints {
+    /// Way-points along the initial heading; with waypoints.y they give the heading by line of sight, in place of heading_setpoint until one comes on
+    /// its topic, and in mode hover the place.
+    #[parameter(default = Vec::new(), unit = "m", range = -1e6..=1e6)]
+    pub x: Vec<f64>,
+    /// Way-points to starboard of the initial heading, one per waypoints.x.
+    #[parameter(default = Vec::new(), unit = "m", range = -1e6..=1e6)]
+    pub y: Vec<f64>,
+    /// Distance ahead on the leg at which the vehicle steers.
+    #[parameter(default = 5.0, unit = "m", range = 0.01..=1e4)]
+    pub lookahead: f64,
+    /// Radius about a way-point within which the next leg begins.
+    #[parameter(default = 2.0, unit = "m", range = 0.01..=1e4)]
+    pub acceptance: f64,
+}
+
+impl WayPoints {
+    fn path(&self) -> Result<Path, ParameterError> {
+        let (x, y) = (self.x.len(), self.y.len());
+        if x != y {
+            return Err(ParameterError::WayPoints { x, y });
+        }
+        let points = self.x.iter().zip(&self.y);
+        Ok(Path {
+            points: points.map(|(x, y)| [*x, *y]).collect(),
+            lookahead: self.lookahead,
+            acceptance: self.acceptance,
+        })
+    }
+}
+
 /// The parameters `schedule.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ScheduleParameters {
@@ -345,6 +387,10 @@ pub(crate) struct Config {
     pub feedback: estimator::Rules,
     /// How the gains follow the vehicle.
     pub following: gains::Rules,
+    /// The way-points.
+    pub path: Path,
+    /// The thrusters that mode hover commands.
+    pub thrusters: Option<Thrusters>,
 }
 
 impl Config {
@@ -401,8 +447,19 @@ impl Config {
             identification: test_signal(&p.identification, dive.planes_limit)?,
             feedback: estimator_rules(p),
             following: gain_rules(&p.gains, &gains)?,
+            path: p.waypoints.path()?,
+            thrusters: thrusters(p)?,
             dive,
         })
+    }
+}
+
+/// The thrusters, where a vehicle with them is named.
+fn thrusters(p: &ControllerParameters) -> Result<Option<Thrusters>, ParameterError> {
+    match p.hover.vehicle.as_str() {
+        "" if p.mode == Mode::Hover => Err(ParameterError::NothingHovers),
+        "" => Ok(None),
+        vehicle => Thrusters::load(vehicle).map(Some),
     }
 }
 

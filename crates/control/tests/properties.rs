@@ -274,11 +274,15 @@ proptest! {
     ) {
         let gains = ["depth.p", "depth.d", "pitch.rate"].map(|name| (name, Value::Double(1e3)));
         let values = with(&with(&defaults(), &gains), &[("mode", Value::from(mode))]);
-        let mut controller = Controller::new(&read(&values)).unwrap();
+        let mut parameters = read(&values);
+        parameters.hover.vehicle = "bluerov2_heavy".to_owned();
+        let mut controller = Controller::new(&parameters).unwrap();
         for (tick, (numbers, setpoint)) in (0..).zip(steps) {
             let _ = controller.set_setpoint(Quantity::Depth, setpoint);
             let answer = controller.on_state(&state(tick, numbers)).unwrap();
             assert_within_limits(&answer, &values);
+            let thrusters = controller.thrusters().unwrap();
+            prop_assert!(thrusters.command.iter().all(|it| (-1.0..=1.0).contains(it)), "{:?}", thrusters);
         }
     }
 
@@ -364,7 +368,9 @@ proptest! {
 
 fn holding() -> Vec<&'static str> {
     let modes = Mode::NAMES.iter().copied();
-    modes.filter(|mode| *mode != "off").collect()
+    modes
+        .filter(|mode| !matches!(*mode, "off" | "hover"))
+        .collect()
 }
 
 #[test]

@@ -10,7 +10,8 @@ use planesman_hydraulics::Group;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::loop_topics::Sink;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
+    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, ThrusterCommand,
+    VehicleState,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::JointState;
@@ -35,6 +36,8 @@ pub struct Tick {
     pub command: PlaneCommand,
     /// The state of the controller.
     pub control: ControlState,
+    /// What the controller asks of the thrusters, of a vehicle that has them.
+    pub thrusters: Option<ThrusterCommand>,
     /// The estimated motion, when the controller does not use the true state.
     pub estimate: Option<MotionEstimate>,
     /// The motion of the actuator until the next stamp.
@@ -92,6 +95,9 @@ impl Tick {
             instruments.put_into(t, sink)?;
         }
         sink.put("plane_command", t, &self.command)?;
+        if let Some(thrusters) = &self.thrusters {
+            sink.put("thruster_command", t, thrusters)?;
+        }
         sink.put("control_state", t, &self.control)?;
         if let Some(estimate) = &self.estimate {
             sink.put("estimate", t, estimate)?;
@@ -177,6 +183,7 @@ impl Loop {
             observation,
             command,
             control,
+            thrusters: self.law.thrusters().cloned(),
             estimate: self.law.estimate().cloned(),
             planes: actuator.planes(),
             groups: self.actuator.groups(),
@@ -239,6 +246,11 @@ impl Loop {
             .estimator
             .learn(state, actuator.motion())
             .map_err(in_place_of("sysid"))?;
+        if let Some(thrusters) = self.law.thrusters() {
+            self.plant
+                .set_thrusters(thrusters)
+                .map_err(in_place_of("plant_sim"))?;
+        }
         self.plant
             .advance(actuator.motion())
             .map_err(in_place_of("plant_sim"))?;

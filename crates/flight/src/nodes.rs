@@ -54,7 +54,7 @@ const TABLE: [Node; 5] = [
         name: "depth_controller",
         declarations: ControllerParameters::declarations,
         check: |values| check(values, Controller::new),
-        files: &["gains.file"],
+        files: &["gains.file", "hover.vehicle"],
     },
     Node {
         name: "plant_sim",

@@ -16,7 +16,8 @@ use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
 use planesman_identifier::{DueEstimate, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion, VehicleState,
+    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion,
+    ThrusterCommand, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_plant::{Instruments, Plant as Simulated, Pose, StaticMessages};
@@ -63,6 +64,14 @@ pub trait Plant: Send {
     fn static_messages(&self) -> Option<StaticMessages> {
         None
     }
+
+    /// Takes the thrusters' commands, from the present tick on.
+    ///
+    /// # Errors
+    /// Commands that it refuses.
+    fn set_thrusters(&mut self, _command: &ThrusterCommand) -> Result<(), PartError> {
+        Ok(())
+    }
 }
 
 /// A control law: the vehicle's state in, a plane command out.
@@ -92,6 +101,11 @@ pub trait Law: Send {
 
     /// The motion that it has estimated for its last answer.
     fn estimate(&self) -> Option<&MotionEstimate> {
+        None
+    }
+
+    /// What it asks of the thrusters with its last answer.
+    fn thrusters(&self) -> Option<&ThrusterCommand> {
         None
     }
 }
@@ -232,6 +246,10 @@ impl Plant for Simulated {
     fn static_messages(&self) -> Option<StaticMessages> {
         Some(Self::static_messages(self))
     }
+
+    fn set_thrusters(&mut self, command: &ThrusterCommand) -> Result<(), PartError> {
+        Ok(Self::set_thrusters(self, command)?)
+    }
 }
 
 impl Law for Controller {
@@ -262,6 +280,10 @@ impl Law for Controller {
 
     fn estimate(&self) -> Option<&MotionEstimate> {
         Self::estimate(self)
+    }
+
+    fn thrusters(&self) -> Option<&ThrusterCommand> {
+        Self::thrusters(self)
     }
 }
 

@@ -11,7 +11,7 @@ use planesman_msgs::{
     builtin_interfaces::msg::{Duration, Time},
     loop_topics::Sink,
     nav_msgs::msg::Odometry,
-    planesman_msgs::msg::{PlaneMotion, VehicleState},
+    planesman_msgs::msg::{PlaneMotion, ThrusterCommand, VehicleState},
     sensor_msgs::msg::JointState,
     std_msgs::msg::String as Text,
     tf2_msgs::msg::TFMessage,
@@ -28,6 +28,9 @@ use crate::{
     settings::{Settings, Supply},
 };
 use planesman_vehicle::{Body, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Waves};
+
+/// How long a thruster's command holds without another \[ns\].
+const COMMAND_LIFETIME: i64 = 1_000_000_000;
 
 /// Everything the plant publishes at one stamp.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +72,8 @@ pub struct Plant {
     next_settings: Option<Settings>,
     place: Place,
     acting: Acting,
+    /// What the thrusters are asked to do, and for how many ticks nobody has asked.
+    thrusters: (Vec<f64>, i64),
     planes_source: u8,
     /// The first contact of the tick that ended now, timed from its start.
     contact: Option<Contact>,
@@ -138,6 +143,7 @@ impl Plant {
         Ok(Self {
             place: settings.equations.place(settings.initial),
             acting: Acting::default(),
+            thrusters: (Vec::new(), 0),
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
             waves: Waves::new(settings.seed),
@@ -285,8 +291,13 @@ impl Plant {
             None => self.acting.held(),
         };
         let waves = self.waves_force(settings);
-        let (place, contact) =
-            (settings.equations).advance(&self.place, &inputs, &[], waves, settings.steps)?;
+        let (place, contact) = (settings.equations).advance(
+            &self.place,
+            &inputs,
+            self.commands(),
+            waves,
+            settings.steps,
+        )?;
         let (energy, supply) = self.energy_after(&place.body, settings, &inputs, waves)?;
         let acting = Acting::at_the_end_of(&inputs, waves);
 
@@ -297,6 +308,7 @@ impl Plant {
         self.energy = energy;
         self.supply = supply;
         self.acting = acting;
+        self.thrusters.1 += 1;
         self.contact = contact;
         self.planes_source = match motion {
             Some(_) => VehicleState::PLANES_ANSWERED,
@@ -305,6 +317,51 @@ impl Plant {
         self.take_next_settings();
         self.readings = None;
         Ok(())
+    }
+
+    /// The thrusters' names, in the order of their commands; none of a vehicle without.
+    #[must_use]
+    pub fn thrusters(&self) -> &[String] {
+        self.settings.equations.thrusters()
+    }
+
+    /// Takes the thrusters' commands, from the present tick on; one that is not named stands still.
+    ///
+    /// # Errors
+    /// [`Error::Commands`], [`Error::Thruster`], [`Error::Command`]; the commands before then hold.
+    pub fn set_thrusters(&mut self, command: &ThrusterCommand) -> Result<(), Error> {
+        let names = self.thrusters();
+        let mut commands = vec![0.0; names.len()];
+        if command.name.len() != command.command.len() {
+            return Err(Error::Commands {
+                names: command.name.len(),
+                commands: command.command.len(),
+            });
+        }
+        for (name, value) in command.name.iter().zip(&command.command) {
+            let Some(place) = names.iter().position(|it| it == name) else {
+                return Err(Error::Thruster {
+                    name: name.escape_debug().to_string(),
+                    names: names.join(", "),
+                });
+            };
+            // Written so that NaN is refused too.
+            if !(-1.0..=1.0).contains(value) {
+                return Err(Error::Command(*value));
+            }
+            commands[place] = *value;
+        }
+        self.thrusters = (commands, 0);
+        Ok(())
+    }
+
+    /// The commands in force: none once nobody has given any for a second.
+    fn commands(&self) -> &[f64] {
+        let (commands, ticks) = &self.thrusters;
+        match ticks * self.settings.tick_nanos > COMMAND_LIFETIME {
+            true => &[],
+            false => commands,
+        }
     }
 
     /// As [`Plant::advance`], along a motion that was to be an earlier tick's; the next state says so.
@@ -324,6 +381,7 @@ impl Plant {
         self.energy = 0.0;
         self.supply = None;
         self.acting = Acting::default();
+        self.thrusters = (Vec::new(), 0);
         self.planes_source = VehicleState::PLANES_RESET;
         self.contact = None;
         self.waves = Waves::new(self.settings.seed);
@@ -442,7 +500,6 @@ fn truth(settings: &Settings, place: &Place, acting: &Acting) -> Truth {
         specific_force: (settings.equations).specific_force(
             place,
             &acting.held(),
-            &[],
             acting.waves,
             gravity,
         ),

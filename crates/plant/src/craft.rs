@@ -1,6 +1,6 @@
 //! The vehicle that is flown: one of the vertical plane, or one of six degrees of freedom.
 
-use planesman_vehicle::six_dof::{self, Conditions, Sea, Tick};
+use planesman_vehicle::six_dof::{self, Commands, Conditions, Sea, Tick};
 use planesman_vehicle::{
     Acceleration, Body, BodyMotion, Boundary, Contact, Derivatives, GeneralisedForce, Inputs, Port,
     Vehicle, vehicle_file,
@@ -82,6 +82,8 @@ pub(crate) struct Place {
     pub(crate) body: Body,
     /// Of a vehicle of six degrees, whose attitude has no angles.
     state: Option<six_dof::State>,
+    /// Where its thrusters are, as shares of full command.
+    thrusters: Vec<f64>,
 }
 
 impl Equations {
@@ -93,6 +95,7 @@ impl Equations {
                 Self::Plane(_) => None,
                 Self::SixDof { sea, .. } => Some(six_dof::State::of_body(&body, sea.current)),
             },
+            thrusters: Vec::new(),
         }
     }
 
@@ -124,27 +127,39 @@ impl Equations {
         }
     }
 
-    /// As [`BodyMotion::advance`]; `commands` are the thrusters'.
+    /// As [`BodyMotion::advance`]; `wanted` of the thrusters.
     pub(crate) fn advance(
         &self,
         from: &Place,
         inputs: &Inputs<'_>,
-        commands: &[f64],
+        wanted: &[f64],
         load: GeneralisedForce,
         steps: u32,
     ) -> Result<(Place, Option<Contact>), Error> {
         match self {
             Self::Plane(motion) => {
                 let (body, contact) = motion.advance(&from.body, inputs, load, steps)?;
-                Ok((Place { body, state: None }, contact))
+                let place = Place {
+                    body,
+                    state: None,
+                    thrusters: Vec::new(),
+                };
+                Ok((place, contact))
             }
-            Self::SixDof { tick, sea, .. } => {
+            Self::SixDof {
+                tick, sea, step, ..
+            } => {
                 let state = from.state.unwrap_or_else(|| self.state_of(&from.body));
+                let commands = Commands {
+                    from: &from.thrusters,
+                    to: wanted,
+                };
                 let (after, contact) =
                     tick.advance(&self.conditions(load), &state, inputs, commands, steps)?;
                 let place = Place {
                     body: after.body(sea.current),
                     state: Some(after),
+                    thrusters: tick.thrusters_after(commands, f64::from(steps) * step),
                 };
                 Ok((place, contact))
             }
@@ -181,7 +196,6 @@ impl Equations {
         &self,
         place: &Place,
         inputs: &Inputs<'_>,
-        commands: &[f64],
         load: GeneralisedForce,
         gravity: f64,
     ) -> [f64; 3] {
@@ -192,6 +206,10 @@ impl Equations {
             }
             Self::SixDof { tick, .. } => {
                 let state = place.state.unwrap_or_else(|| self.state_of(&place.body));
+                let commands = Commands {
+                    from: &place.thrusters,
+                    to: &place.thrusters,
+                };
                 let [u, v, w, ..] =
                     tick.acceleration(&self.conditions(load), &state, inputs, commands);
                 sensors::specific_force_of(&state, [u, v, w], gravity)
@@ -212,6 +230,14 @@ impl Equations {
                 let state = place.state.unwrap_or_else(|| self.state_of(&place.body));
                 (rate, tick.touched(sea, &state))
             }
+        }
+    }
+
+    /// The thrusters' names.
+    pub(crate) fn thrusters(&self) -> &[String] {
+        match self {
+            Self::Plane(_) => &[],
+            Self::SixDof { tick, .. } => tick.thrusters(),
         }
     }
 

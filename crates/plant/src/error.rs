@@ -52,6 +52,25 @@ pub enum Error {
     /// A share of thrust beyond all of it.
     #[error("thrust {0} refused: a share of full thrust lies in [-1, 1]")]
     Thrust(f64),
+    /// Thrusters' names and commands that are not as many.
+    #[error("thruster_command refused: {names} names and {commands} commands")]
+    Commands {
+        /// Of `name`.
+        names: usize,
+        /// Of `command`.
+        commands: usize,
+    },
+    /// A thruster that the vehicle does not have.
+    #[error("thruster_command refused: '{name}' is none of the thrusters: {names}")]
+    Thruster {
+        /// Its name, escaped.
+        name: String,
+        /// The vehicle's.
+        names: String,
+    },
+    /// A command beyond all of it.
+    #[error("thruster_command refused: {0} is no share of full command, in [-1, 1]")]
+    Command(f64),
     /// The dive planes' motion.
     #[error(transparent)]
     DivePlanes(#[from] MotionError),

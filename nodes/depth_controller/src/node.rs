@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Result;
 use planesman_msgs::planesman_msgs::action::{Manoeuvre, ManoeuvreFeedback, ManoeuvreResult};
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
+    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, ThrusterCommand, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Float64;
@@ -56,6 +56,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     )?;
     let controller = Controller::new(&parameters)?;
     let on_instruments = controller.reads_instruments();
+    let thrusters = controller.has_thrusters();
     let mut node = Node {
         lifecycle: rt.lifecycle(parameters.managed, Event::Lifecycle)?,
         controller,
@@ -63,6 +64,10 @@ fn run(args: Vec<OsString>) -> Result<()> {
         waiting: Waiting::default(),
         estimate: match on_instruments {
             true => Some(rt.loop_publisher("estimate")?),
+            false => None,
+        },
+        thrusters: match thrusters {
+            true => Some(rt.loop_publisher("thruster_command")?.sole()),
             false => None,
         },
         command: rt.loop_publisher("plane_command")?.sole(),
@@ -119,6 +124,8 @@ struct Node {
     /// The parameters in force.
     parameters: Box<ControllerParameters>,
     command: Publisher<PlaneCommand>,
+    /// There when `hover.vehicle` names a vehicle.
+    thrusters: Option<Publisher<ThrusterCommand>>,
     inside: Publisher<ControlState>,
     /// There when the loops work on the instruments.
     estimate: Option<Publisher<MotionEstimate>>,
@@ -255,6 +262,9 @@ impl Node {
     }
 
     fn say(&self, (command, inside): &Answer) {
+        if let (Some(publisher), Some(thrusters)) = (&self.thrusters, self.controller.thrusters()) {
+            publisher.publish(thrusters);
+        }
         self.command.publish(command);
         self.inside.publish(inside);
     }

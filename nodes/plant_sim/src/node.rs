@@ -14,11 +14,11 @@ use anyhow::{Result, anyhow, bail};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::loop_topics::Sink;
-use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{PlaneMotion, ThrusterCommand, TickAnswer, VehicleState};
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_msgs::std_msgs::msg::String as Text;
+use planesman_msgs::std_msgs::msg::{Float64MultiArray, String as Text};
 use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
@@ -57,12 +57,18 @@ const WARNING_PERIOD: Duration = Duration::from_secs(5);
 const PLANE_MOTION: &str = "plane_motion";
 const PLANES: &str = "planes";
 
+/// The topics on which the thrusters are commanded: with names and stamp, or a row of numbers in the order of the vehicle's file, as Stonefish's users send it.
+const THRUSTER_COMMAND: &str = "thruster_command";
+const THRUSTER_SETPOINTS: &str = "thruster_setpoints";
+
 /// The message of the status `vehicle` once `duration` is flown.
 pub const DONE: &str = "done";
 
 enum Event {
     Motion(PlaneMotion),
     Planes(JointState),
+    Thrusters(ThrusterCommand),
+    ThrusterSetpoints(Float64MultiArray),
     Answer(TickAnswer),
     Gate(GateEvent),
     /// Time to ask whether the tick is over.
@@ -99,6 +105,14 @@ fn run(args: Vec<OsString>) -> Result<()> {
     let answers = Qos::reliable(100).of_one_publisher();
     rt.subscribe(PLANE_MOTION, answers, Event::Motion)?;
     rt.subscribe(PLANES, answers, Event::Planes)?;
+    if !node.plant.thrusters().is_empty() {
+        rt.subscribe(THRUSTER_COMMAND, answers, Event::Thrusters)?;
+        rt.subscribe(
+            THRUSTER_SETPOINTS,
+            Qos::reliable(10),
+            Event::ThrusterSetpoints,
+        )?;
+    }
     // A member is a node beside this one, and nobody else answers for it.
     let own = rt.full_name();
     let namespace = own.rsplit_once('/').unwrap_or_default().0.to_owned();
@@ -217,7 +231,8 @@ impl Node {
             false => &[],
         };
         let gates = Gates::new(rt, gates)?;
-        answers.set_gates(gates.topics());
+        let thrusters = (!plant.thrusters().is_empty()).then_some(THRUSTER_COMMAND);
+        answers.set_gates(gates.topics().chain(thrusters));
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -257,6 +272,17 @@ impl Node {
                 self.answers.on_motion(motion, self.stamp);
             }
             Event::Planes(planes) => self.on_planes(rt, &planes)?,
+            Event::Thrusters(command) => self.on_thrusters(&command),
+            Event::ThrusterSetpoints(setpoints) => {
+                // It has no stamp: that of the tick in which it comes.
+                let mut command = ThrusterCommand {
+                    name: self.plant.thrusters().to_vec(),
+                    command: setpoints.data,
+                    ..ThrusterCommand::default()
+                };
+                command.header.stamp = self.stamp();
+                self.on_thrusters(&command);
+            }
             Event::Answer(answer) => self.answers.on_answer(&answer, self.stamp),
             Event::Gate(event) => {
                 if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.sent)? {
@@ -316,6 +342,19 @@ impl Node {
             None => log::warn!("planes refused: no joint 'dive_planes' with a position"),
         }
         Ok(())
+    }
+
+    /// Takes the thrusters' commands; in lockstep only those for the present tick.
+    fn on_thrusters(&mut self, command: &ThrusterCommand) {
+        let is_lockstep = matches!(self.pace, Pace::Lockstep { .. });
+        if is_lockstep && (self.observation.is_none() || command.header.stamp.nanos() != self.stamp)
+        {
+            return;
+        }
+        match self.plant.set_thrusters(command) {
+            Ok(()) => self.answers.on_gate(THRUSTER_COMMAND),
+            Err(reason) => self.warnings.warn("thrusters", &reason.to_string()),
+        }
     }
 
     /// Says which topic the planes move by, who publishes it, and who publishes the other in vain.

@@ -258,6 +258,7 @@ enum PropulsionSection {
         curve: Vec<f64>,
         #[serde(default)]
         dead_zone: f64,
+        lag: Option<Quantity>,
     },
 }
 
@@ -537,6 +538,7 @@ impl PropulsionSection {
                 direction: push,
                 curve,
                 dead_zone,
+                lag,
             } => Propulsor::Thruster {
                 input: find(&format!("{entry}.input"), input)?,
                 thruster: Thruster {
@@ -544,6 +546,10 @@ impl PropulsionSection {
                     direction: direction(&format!("{entry}.direction"), *push)?,
                     curve: curve.clone(),
                     dead_zone: *dead_zone,
+                    lag: match lag {
+                        None => 0.0,
+                        Some(lag) => above_zero(&format!("{entry}.lag"), lag, Dimension::Time)?,
+                    },
                 },
             },
         })

@@ -35,6 +35,6 @@ pub use inertia::{Matrix6, RigidBody, about_origin, ellipsoid};
 pub use lanes::{Lanes, Real, Six, Three};
 pub use simulate::{Accurate, Diverged, Simulation, runge_kutta};
 pub use steady::{Turn, steady_turn};
-pub use tick::{Conditions, Tick, Unmoved};
+pub use tick::{Commands, Conditions, Tick, Unmoved};
 pub use vehicle::{Parts, Unphysical, Vehicle};
 pub use water::{GRAVITY, Sea, Water, Wave};

@@ -95,6 +95,9 @@ pub struct Thruster {
     pub curve: Vec<f64>,
     /// Commands up to this size give no thrust.
     pub dead_zone: f64,
+    /// Time constant with which it follows its command \[s\]; 0: at once. Ticks of the loop have it; a simulation with held inputs has the command that
+    /// is reached.
+    pub lag: f64,
 }
 
 impl Thruster {
@@ -151,16 +154,20 @@ impl Propulsor {
 
 /// Why thrusters cannot be allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the thrusters push in {rank} of six directions only")]
+#[error("the thrusters push in {rank} of {wanted} directions only")]
 pub struct Underactuated {
     /// The rank of the matrix of their forces and moments.
     pub rank: usize,
+    /// The rank that is wanted.
+    pub wanted: usize,
 }
 
 /// From a wanted force and moment to the thrusts that give it with the least sum of squares: `T = pinv(B) tau`.
 #[derive(Clone, Debug)]
 pub struct Allocation {
     inverse: DMatrix<f64>,
+    /// Which of the six are wanted.
+    rows: Vec<usize>,
 }
 
 impl Allocation {
@@ -169,22 +176,37 @@ impl Allocation {
     /// # Errors
     /// [`Underactuated`] when they have not.
     pub fn new(thrusters: &[&Thruster]) -> Result<Self, Underactuated> {
+        Self::of_rows(thrusters, &[0, 1, 2, 3, 4, 5])
+    }
+
+    /// The same of some of the six alone, the others as they come.
+    ///
+    /// # Errors
+    /// [`Underactuated`] when the rank is less than these.
+    pub fn of_rows(thrusters: &[&Thruster], rows: &[usize]) -> Result<Self, Underactuated> {
+        let wanted = rows.len();
         let columns: Vec<Six<f64>> = thrusters.iter().map(|t| t.wrench()).collect();
-        let b = DMatrix::from_fn(6, columns.len(), |i, j| columns[j][i]);
+        if columns.is_empty() {
+            return Err(Underactuated { rank: 0, wanted });
+        }
+        let b = DMatrix::from_fn(wanted, columns.len(), |i, j| columns[j][rows[i]]);
         let of = b.svd(true, true);
         let largest = of.singular_values.iter().copied().fold(0.0, f64::max);
         let tolerance = 1e-9 * largest;
         let rank = of.rank(tolerance);
-        let inverse = of.pseudo_inverse(tolerance).ok().filter(|_| rank == 6);
+        let inverse = of.pseudo_inverse(tolerance).ok().filter(|_| rank == wanted);
         inverse
-            .map(|inverse| Self { inverse })
-            .ok_or(Underactuated { rank })
+            .map(|inverse| Self {
+                inverse,
+                rows: rows.to_vec(),
+            })
+            .ok_or(Underactuated { rank, wanted })
     }
 
     /// The thrusts \[N\] for a wanted force and moment.
     #[must_use]
     pub fn thrusts(&self, wanted: &Six<f64>) -> Vec<f64> {
-        let wanted = DMatrix::from_column_slice(6, 1, wanted);
+        let wanted = DMatrix::from_fn(self.rows.len(), 1, |i, _| wanted[self.rows[i]]);
         (&self.inverse * wanted).iter().copied().collect()
     }
 

@@ -36,8 +36,32 @@ enum Actuator {
         ahead: f64,
         astern: f64,
     },
-    /// The thruster of this place in the row of commands.
-    Thruster(usize),
+    /// The thruster of this place in the row of commands, with its lag \[s\].
+    Thruster(usize, f64),
+}
+
+/// The thrusters' commands over a tick, in the order of [`Tick::thrusters`]; one that is missing is 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Commands<'a> {
+    /// Where the thrusters are at its start.
+    pub from: &'a [f64],
+    /// Where they go, each with its lag.
+    pub to: &'a [f64],
+}
+
+impl Commands<'_> {
+    /// Of a vehicle without thrusters, or whose thrusters stand still.
+    pub const NONE: Commands<'static> = Commands { from: &[], to: &[] };
+
+    /// Of a thruster at `t` \[s\] from the start.
+    fn at(&self, place: usize, lag: f64, t: f64) -> f64 {
+        let of = |row: &[f64]| row.get(place).copied().unwrap_or(0.0);
+        let (from, to) = (of(self.from), of(self.to));
+        match lag > 0.0 {
+            true => to + (from - to) * libm::exp(-t / lag),
+            false => to,
+        }
+    }
 }
 
 /// An input that nothing of the loop moves.
@@ -95,10 +119,10 @@ impl Tick {
                         astern: full,
                     })
                 }
-                Propulsor::Thruster { input, .. } if *input == place => {
+                Propulsor::Thruster { input, thruster } if *input == place => {
                     let known = thrusters.len();
                     thrusters.push(name.clone());
-                    Some(Actuator::Thruster(known))
+                    Some(Actuator::Thruster(known, thruster.lag))
                 }
                 _ => None,
             });
@@ -133,8 +157,18 @@ impl Tick {
         &self.thrusters
     }
 
-    /// The vehicle's inputs for the actuators' positions and the thrusters' commands; a command that is missing is 0.
-    fn inputs(&self, positions: &Positions, commands: &[f64]) -> Vec<f64> {
+    /// Where the thrusters are `t` \[s\] after the start of their commands.
+    #[must_use]
+    pub fn thrusters_after(&self, commands: Commands<'_>, t: f64) -> Vec<f64> {
+        let of = |actuator: &Actuator| match actuator {
+            Actuator::Thruster(place, lag) => Some(commands.at(*place, *lag, t)),
+            _ => None,
+        };
+        self.actuators.iter().filter_map(of).collect()
+    }
+
+    /// The vehicle's inputs for the actuators' positions, and the thrusters' commands `t` \[s\] after their start.
+    fn inputs(&self, positions: &Positions, commands: Commands<'_>, t: f64) -> Vec<f64> {
         let of = |actuator: &Actuator| match actuator {
             Actuator::BowPlanes => positions.dive_planes + positions.bow_stern_differential,
             Actuator::SternPlanes => positions.dive_planes - positions.bow_stern_differential,
@@ -143,7 +177,7 @@ impl Tick {
                 share if share < 0.0 => share * astern,
                 share => share * ahead,
             },
-            Actuator::Thruster(place) => commands.get(*place).copied().unwrap_or(0.0),
+            Actuator::Thruster(place, lag) => commands.at(*place, *lag, t),
         };
         self.actuators.iter().map(of).collect()
     }
@@ -154,7 +188,7 @@ impl Tick {
             match actuator {
                 Actuator::BowPlanes => *input = bow,
                 Actuator::SternPlanes => *input = stern,
-                Actuator::Rudder | Actuator::Thrust { .. } | Actuator::Thruster(_) => {}
+                Actuator::Rudder | Actuator::Thrust { .. } | Actuator::Thruster(..) => {}
             }
         }
     }
@@ -198,15 +232,15 @@ impl Tick {
         conditions: &Conditions<'_>,
         state: &State,
         inputs: &Inputs<'_>,
-        commands: &[f64],
+        commands: Commands<'_>,
     ) -> Six<f64> {
         let [positions] = inputs.over(0.0, 0.0, &[0.0]);
-        let inputs = self.inputs(&positions, commands);
+        let inputs = self.inputs(&positions, commands, 0.0);
         let rates = self.rates(conditions, state, &inputs, conditions.time);
         std::array::from_fn(|i| rates[7 + i])
     }
 
-    /// The state after so many of the longest steps along the actuators' paths, which start with the first, the thrusters' commands held; and the
+    /// The state after so many of the longest steps along the actuators' paths, which start with the first, and the thrusters' commands; and the
     /// first contact on the way, its time from the start.
     ///
     /// # Errors
@@ -216,7 +250,7 @@ impl Tick {
         conditions: &Conditions<'_>,
         from: &State,
         inputs: &Inputs<'_>,
-        commands: &[f64],
+        commands: Commands<'_>,
         steps: u32,
     ) -> Result<(State, Option<Contact>), Diverged> {
         let longest = conditions.step;
@@ -229,14 +263,11 @@ impl Tick {
             let left = duration - t;
             let parts = (left / wanted - 1e-9).ceil().max(1.0);
             let h = left / parts;
-            let at: [Vec<f64>; 12] = inputs
-                .over(t, h, &DORMAND_PRINCE_NODES)
-                .map(|positions| self.inputs(&positions, commands));
-            let mut k = 0;
-            let nodes: [(f64, Vec<f64>); 12] = at.map(|inputs| {
-                let time = conditions.time + t + DORMAND_PRINCE_NODES[k] * h;
-                k += 1;
-                (time, inputs)
+            let positions = inputs.over(t, h, &DORMAND_PRINCE_NODES);
+            let nodes: [(f64, Vec<f64>); 12] = std::array::from_fn(|k| {
+                let at = t + DORMAND_PRINCE_NODES[k] * h;
+                let inputs = self.inputs(&positions[k], commands, at);
+                (conditions.time + at, inputs)
             });
             let (row, error) =
                 dormand_prince_step(&state.row(), h, &nodes, |(time, inputs), row| {

@@ -1,7 +1,7 @@
 //! Surface, bottom, and the ticks of the loop.
 
 use planesman_vehicle::six_dof::{
-    Accurate, Conditions, Damping, Sea, Simulation, State, Three, Tick, Vehicle, rotation,
+    Accurate, Commands, Conditions, Damping, Sea, Simulation, State, Three, Tick, Vehicle, rotation,
 };
 use planesman_vehicle::{Body, Boundary, Inputs, PlanePath};
 
@@ -149,7 +149,9 @@ fn over(
             load: [0.0; 6],
             step: 0.05,
         };
-        (state, _) = tick.advance(&conditions, &state, &inputs, &[], 1).unwrap();
+        (state, _) = tick
+            .advance(&conditions, &state, &inputs, Commands::NONE, 1)
+            .unwrap();
     }
     state
 }
@@ -222,7 +224,7 @@ fn the_first_contact_is_told_with_its_time() {
             load: [0.0; 6],
             step: 0.05,
         };
-        tick.advance(&conditions, &state, &neutral, &[], 1)
+        tick.advance(&conditions, &state, &neutral, Commands::NONE, 1)
             .unwrap()
             .1
     };

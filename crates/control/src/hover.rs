@@ -1,0 +1,277 @@
+//! Station keeping and way-points with thrusters: along, across, depth and heading, and the hull held level where the thrusters can.
+//!
+//! ```text
+//! v_d = limit(Kp (x_d - x))     fixed frame, level and depth apart        r_d = limit(Kp_psi (psi_d - psi))
+//! a   = Kv R^T (v_d - v) + R^T I,   I' = Ki (v_d - v)                      likewise in yaw; roll and pitch to 0, without integral
+//! tau = M a     thrusts = pinv(B) tau, all made smaller alike where one would pass its most
+//! ```
+//! Cascaded, with the added mass in `M`, so that the gains are those of a vehicle without mass (Fossen 2011, sec. 12.2 and 12.3). The integral takes current, trim and
+//! the line's pull; it stands while a thruster is at its most. Velocities over ground are the differences of places.
+
+use planesman_vehicle::six_dof::propulsion::{Allocation, Propulsor, Thruster};
+use planesman_vehicle::six_dof::{self, Six, rotation};
+
+use crate::angle_loop::short_way;
+use crate::error::ParameterError;
+use crate::limits::bounded;
+
+/// The parameters `hover.*`.
+#[derive(Clone, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct HoverParameters {
+    /// Vehicle whose thrusters mode hover commands: 'bluerov2_heavy' or the path of a vehicle file with thrusters, the same as plant_sim's; empty: none.
+    #[parameter(default = "", read_only)]
+    pub vehicle: String,
+    /// Place to hold along the initial heading, without way-points.
+    #[parameter(default = 0.0, unit = "m", range = -1e6..=1e6)]
+    pub x: f64,
+    /// Place to hold to starboard of the initial heading, without way-points.
+    #[parameter(default = 0.0, unit = "m", range = -1e6..=1e6)]
+    pub y: f64,
+    /// Largest speed asked for, level and in depth apart.
+    #[parameter(default = 0.5, unit = "m/s", range = 0.001..=5.0)]
+    pub speed: f64,
+    /// Largest rate of turn asked for.
+    #[parameter(default = 0.5, unit = "rad/s", range = 0.001..=5.0)]
+    pub turn: f64,
+    /// Speed asked for per distance.
+    #[parameter(default = 0.6, unit = "1/s", range = 0.0..=100.0)]
+    pub position_p: f64,
+    /// Rate of turn asked for per heading error, and of roll and pitch per angle.
+    #[parameter(default = 1.0, unit = "1/s", range = 0.0..=100.0)]
+    pub heading_p: f64,
+    /// Acceleration per error of a velocity or rate of turn.
+    #[parameter(default = 2.5, unit = "1/s", range = 0.0..=100.0)]
+    pub velocity_p: f64,
+    /// The same of the integral.
+    #[parameter(default = 0.6, unit = "1/s^2", range = 0.0..=100.0)]
+    pub velocity_i: f64,
+}
+
+/// The thrusters of a vehicle, and what they push.
+#[derive(Clone, Debug)]
+pub(crate) struct Thrusters {
+    /// Their names.
+    pub names: Vec<String>,
+    thrusters: Vec<Thruster>,
+    /// The least of the most that each gives, N.
+    most: f64,
+    allocation: Allocation,
+    /// Masses and moments of inertia with the water's.
+    inertia: Six<f64>,
+}
+
+impl PartialEq for Thrusters {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.names, &self.thrusters, self.inertia)
+            == (&other.names, &other.thrusters, other.inertia)
+    }
+}
+
+/// Parts of a command over which a curve is searched.
+const PARTS: u32 = 256;
+
+impl Thrusters {
+    /// Of the vehicle of that name, or of the file at that path.
+    ///
+    /// # Errors
+    /// [`ParameterError::Hover`].
+    pub(crate) fn load(vehicle: &str) -> Result<Self, ParameterError> {
+        let refused = |reason: String| ParameterError::Hover(reason);
+        let loaded = six_dof::load(vehicle).map_err(|e| refused(e.to_string()))?;
+        let parts = loaded.parts();
+        let (names, thrusters): (Vec<String>, Vec<Thruster>) = (parts.propulsors.iter())
+            .filter_map(|one| match one {
+                Propulsor::Thruster { input, thruster } => {
+                    Some((parts.inputs[*input].clone(), thruster.clone()))
+                }
+                _ => None,
+            })
+            .unzip();
+        // Without a pair of verticals for roll or pitch those are left to the hull.
+        let all: Vec<&Thruster> = thrusters.iter().collect();
+        let allocation = Allocation::new(&all)
+            .or_else(|_| Allocation::of_rows(&all, &[0, 1, 2, 5]))
+            .map_err(|reason| refused(format!("vehicle '{vehicle}': {reason}")))?;
+        let most = thrusters.iter().map(most).fold(f64::INFINITY, f64::min);
+        let inertia = loaded.inertia();
+        Ok(Self {
+            names,
+            thrusters,
+            most,
+            allocation,
+            inertia: std::array::from_fn(|i| inertia[i][i]),
+        })
+    }
+
+    /// The commands for accelerations in the body's axes; and whether the thrusters give them.
+    fn commands(&self, wanted: Six<f64>) -> (Vec<f64>, bool) {
+        let wrench = std::array::from_fn(|i| bounded(self.inertia[i] * wanted[i]));
+        let given = self.allocation.within(&wrench, self.most);
+        let asked = self.allocation.thrusts(&wrench);
+        let within = asked.iter().all(|thrust| thrust.abs() <= self.most);
+        let commands = self.thrusters.iter().zip(given);
+        (
+            commands.map(|(one, thrust)| command(one, thrust)).collect(),
+            within,
+        )
+    }
+}
+
+/// The most thrust of either sign, N.
+fn most(thruster: &Thruster) -> f64 {
+    let commands = (0..=PARTS).map(|k| f64::from(k) / f64::from(PARTS));
+    commands.map(|c| thruster.thrust(c)).fold(0.0, f64::max)
+}
+
+/// The least command that gives a thrust, N, or full command where none does.
+fn command(thruster: &Thruster, thrust: f64) -> f64 {
+    let wanted = thrust.abs();
+    if wanted == 0.0 {
+        return 0.0;
+    }
+    let reached = (1..=PARTS).find(|k| thruster.thrust(f64::from(*k) / f64::from(PARTS)) >= wanted);
+    let Some(k) = reached else {
+        return thrust.signum();
+    };
+    let (mut low, mut high) = (
+        f64::from(k - 1) / f64::from(PARTS),
+        f64::from(k) / f64::from(PARTS),
+    );
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        match thruster.thrust(middle) >= wanted {
+            true => high = middle,
+            false => low = middle,
+        }
+    }
+    high * thrust.signum()
+}
+
+/// The vehicle as it is seen here.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    /// Along, to starboard, down in the fixed frame, m.
+    pub place: [f64; 3],
+    /// Roll, pitch, yaw, rad.
+    pub angles: [f64; 3],
+    /// Their rates, rad/s.
+    pub rates: [f64; 3],
+}
+
+/// Where to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    /// As of [`Seen`].
+    pub place: [f64; 3],
+    /// rad
+    pub heading: f64,
+}
+
+/// What the law remembers.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hover {
+    last: Option<[f64; 3]>,
+    /// In the fixed frame, m/s^2, and in yaw, rad/s^2.
+    integral: [f64; 4],
+}
+
+/// A vector made no longer than `most`.
+fn limited<const N: usize>(v: [f64; N], most: f64) -> [f64; N] {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    match length > most {
+        true => v.map(|x| x * most / length),
+        false => v,
+    }
+}
+
+impl Hover {
+    /// The commands `dt` seconds after the last.
+    pub(crate) fn step(
+        &mut self,
+        parameters: &HoverParameters,
+        thrusters: &Thrusters,
+        seen: &Seen,
+        target: &Target,
+        dt: f64,
+    ) -> Vec<f64> {
+        let error: [f64; 3] = std::array::from_fn(|i| bounded(target.place[i] - seen.place[i]));
+        let asked = error.map(|e| parameters.position_p * e);
+        let [x, y] = limited([asked[0], asked[1]], parameters.speed);
+        let [z] = limited([asked[2]], parameters.speed);
+        let velocity: [f64; 3] = match self.last.replace(seen.place) {
+            Some(last) if dt > 0.0 => {
+                std::array::from_fn(|i| bounded((seen.place[i] - last[i]) / dt))
+            }
+            _ => [0.0; 3],
+        };
+        let turn = parameters.heading_p * short_way(seen.angles[2], target.heading);
+        let [turn] = limited([turn], parameters.turn);
+        let lag = [
+            x - velocity[0],
+            y - velocity[1],
+            z - velocity[2],
+            turn - seen.rates[2],
+        ];
+        let wanted: [f64; 4] =
+            std::array::from_fn(|i| bounded(parameters.velocity_p * lag[i]) + self.integral[i]);
+        let r = rotation::matrix(rotation::from_euler(seen.angles));
+        let [a, b, c] = rotation::to_body(&r, [wanted[0], wanted[1], wanted[2]]);
+        let [k, m] = [0, 1].map(|i| {
+            let rate = bounded(-parameters.heading_p * seen.angles[i]);
+            bounded(parameters.velocity_p * (rate - seen.rates[i]))
+        });
+        let (commands, within) = thrusters.commands([a, b, c, k, m, wanted[3]]);
+        if within {
+            for (integral, lag) in self.integral.iter_mut().zip(lag) {
+                *integral = bounded(*integral + parameters.velocity_i * lag * dt);
+            }
+        }
+        commands
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rov() -> Thrusters {
+        Thrusters::load("bluerov2_heavy").unwrap()
+    }
+
+    #[test]
+    fn the_commands_give_the_force_that_is_asked_for() {
+        let rov = rov();
+        let wanted = [0.3, -0.2, 0.25, 0.1, -0.2, 0.5];
+        let (commands, within) = rov.commands(wanted);
+        assert!(within);
+        let mut force: Six<f64> = [0.0; 6];
+        for (one, command) in rov.thrusters.iter().zip(&commands) {
+            let thrust = one.thrust(*command);
+            for (sum, share) in force.iter_mut().zip(one.wrench()) {
+                *sum += share * thrust;
+            }
+        }
+        for (i, found) in force.iter().enumerate() {
+            let expected = rov.inertia[i] * wanted[i];
+            assert!((found - expected).abs() < 1e-6, "{force:?}");
+        }
+    }
+
+    #[test]
+    fn more_than_the_thrusters_give_keeps_its_direction() {
+        let (commands, within) = rov().commands([50.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!(!within);
+        assert!(commands.iter().all(|c| c.abs() <= 1.0));
+        let level: Vec<f64> = commands[..4].iter().map(|c| c.abs()).collect();
+        assert!(
+            level.iter().all(|c| (c - level[0]).abs() < 1e-9),
+            "{commands:?}"
+        );
+    }
+
+    #[test]
+    fn a_vehicle_without_thrusters_is_refused() {
+        let refusal = Thrusters::load("lauv").unwrap_err().to_string();
+        assert!(refusal.contains("hover.vehicle"), "{refusal}");
+    }
+}
