@@ -36,9 +36,12 @@ pub struct HoverParameters {
     /// Speed asked for per distance.
     #[parameter(default = 0.6, unit = "1/s", range = 0.0..=100.0)]
     pub position_p: f64,
-    /// Rate of turn asked for per heading error, and of roll and pitch per angle.
+    /// Rate of turn asked for per heading error.
     #[parameter(default = 1.0, unit = "1/s", range = 0.0..=100.0)]
     pub heading_p: f64,
+    /// Rate of turn asked for per angle of roll and pitch.
+    #[parameter(default = 4.0, unit = "1/s", range = 0.0..=100.0)]
+    pub level_p: f64,
     /// Acceleration per error of a velocity or rate of turn.
     #[parameter(default = 2.5, unit = "1/s", range = 0.0..=100.0)]
     pub velocity_p: f64,
@@ -217,7 +220,7 @@ impl Hover {
         let r = rotation::matrix(rotation::from_euler(seen.angles));
         let [a, b, c] = rotation::to_body(&r, [wanted[0], wanted[1], wanted[2]]);
         let [k, m] = [0, 1].map(|i| {
-            let rate = bounded(-parameters.heading_p * seen.angles[i]);
+            let rate = bounded(-parameters.level_p * seen.angles[i]);
             bounded(parameters.velocity_p * (rate - seen.rates[i]))
         });
         let (commands, within) = thrusters.commands([a, b, c, k, m, wanted[3]]);

@@ -18,8 +18,16 @@ use crate::nodes::{self, NODES};
 /// The scenarios that come with the program: name and text.
 pub const BUILTIN: &[(&str, &str)] = &[
     (
+        "bluerov2",
+        include_str!("../../../launch-scripts/scenarios/bluerov2.yaml"),
+    ),
+    (
         "dive",
         include_str!("../../../launch-scripts/scenarios/dive.yaml"),
+    ),
+    (
+        "lauv",
+        include_str!("../../../launch-scripts/scenarios/lauv.yaml"),
     ),
     (
         "open_loop",
@@ -30,8 +38,16 @@ pub const BUILTIN: &[(&str, &str)] = &[
         include_str!("../../../launch-scripts/scenarios/remus_100.yaml"),
     ),
     (
+        "turning_circle",
+        include_str!("../../../launch-scripts/scenarios/turning_circle.yaml"),
+    ),
+    (
         "way_depths",
         include_str!("../../../launch-scripts/scenarios/way_depths.yaml"),
+    ),
+    (
+        "zigzag",
+        include_str!("../../../launch-scripts/scenarios/zigzag.yaml"),
     ),
 ];
 
