@@ -190,3 +190,21 @@ fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
     let outcome = dive.finish_within(LONG_WORK).success();
     assert!(outcome.stdout.contains("Flew 420.0 s"), "{outcome:#?}");
 }
+
+/// The thrusters are commanded on a topic of their own, which a tick waits for too.
+#[test]
+fn with_thrusters_processes_and_composition_agree_bit_for_bit() {
+    let stage = Stage::new();
+    let text = include_str!("../../launch-scripts/scenarios/bluerov2.yaml");
+    let file = stage.file("short.yaml", text.replace("duration: 90.0", "duration: 6.0"));
+    let (out, mcap) = (stage.path("flown"), stage.path("composed.mcap"));
+    stage
+        .run(&["dive", &file, "--lockstep", "--out", &out])
+        .success();
+    stage.run(&["sim", &file, "--out", &mcap]).success();
+    let (flown, composed) = (course(&format!("{out}/bag")), course(&mcap));
+    assert_eq!(composed["/auv/thruster_command"].len(), 120);
+    for topic in composed.keys() {
+        assert_same(&composed, &flown, &[topic]);
+    }
+}

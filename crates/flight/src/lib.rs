@@ -21,6 +21,8 @@ pub mod parameter_file;
 pub mod parts;
 pub mod scenario;
 pub mod sink;
+#[cfg(test)]
+mod six_degrees;
 pub mod summary;
 pub mod sweep;
 pub mod titles;
