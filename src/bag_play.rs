@@ -87,7 +87,12 @@ impl Through {
                 ],
                 plays_all: false,
                 answer: "plane_command",
-                outputs: &["plane_command", "control_state", "estimate"],
+                outputs: &[
+                    "plane_command",
+                    "thruster_command",
+                    "control_state",
+                    "estimate",
+                ],
                 parameter: "lockstep:=true",
             },
             Self::Actuator => Role {

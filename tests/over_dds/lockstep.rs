@@ -196,7 +196,10 @@ fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
 fn with_thrusters_processes_and_composition_agree_bit_for_bit() {
     let stage = Stage::new();
     let text = include_str!("../../launch-scripts/scenarios/bluerov2.yaml");
-    let file = stage.file("short.yaml", text.replace("duration: 90.0", "duration: 6.0"));
+    let file = stage.file(
+        "short.yaml",
+        text.replace("duration: 90.0", "duration: 6.0"),
+    );
     let (out, mcap) = (stage.path("flown"), stage.path("composed.mcap"));
     stage
         .run(&["dive", &file, "--lockstep", "--out", &out])

@@ -12,7 +12,7 @@ use planesman_bag::reader::{BagReader, Messages, Order};
 use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_linear::{StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,
+    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
 };
 use planesman_msgs::{Message, cdr};
 use planesman_plot::TimeHistory;
@@ -87,6 +87,22 @@ pub struct TimeHistories {
     pub pitch: Points,
     /// The pitch command, rad.
     pub pitch_command: Points,
+    /// The place along and to starboard of the initial heading, m.
+    pub place: [Points; 2],
+    /// The true roll and yaw, rad.
+    pub roll: Points,
+    /// As of `roll`.
+    pub yaw: Points,
+    /// The speed through the water, m/s.
+    pub speed: Points,
+    /// The heading that is held, rad, while one is.
+    pub heading_setpoint: Points,
+    /// The rudder command, rad.
+    pub rudder: Points,
+    /// The thrust command, a share of full thrust.
+    pub thrust: Points,
+    /// The thrusters' commands, by their names.
+    pub thrusters: Vec<(String, Points)>,
     /// The plane angle as the actuator moved it, rad: of the whole flight and of its first seconds.
     pub planes: [Points; 2],
     /// The plane command, rad, likewise.
@@ -151,7 +167,8 @@ stamped!(
     PlaneCommand,
     PlaneMotion,
     DhaState,
-    ModelEstimate
+    ModelEstimate,
+    ThrusterCommand
 );
 
 /// Data collected from one topic's messages, in their order.
@@ -208,6 +225,10 @@ struct States {
     last_depth: f64,
     depth: TimeHistory,
     pitch: TimeHistory,
+    place: [TimeHistory; 2],
+    roll: TimeHistory,
+    yaw: TimeHistory,
+    speed: TimeHistory,
 }
 
 impl Collected for States {
@@ -222,6 +243,11 @@ impl Collected for States {
         self.last_depth = state.depth;
         self.depth.take(t, state.depth);
         self.pitch.take(t, state.pitch);
+        self.place[0].take(t, state.distance);
+        self.place[1].take(t, state.cross_track);
+        self.roll.take(t, state.roll);
+        self.yaw.take(t, state.yaw);
+        self.speed.take(t, state.surge);
     }
 }
 
@@ -235,7 +261,8 @@ pub(crate) fn depth_held<T>(
         return since;
     }
     let target = control.depth_target;
-    (control.mode == ControlState::MODE_DEPTH).then(|| {
+    let holds = [ControlState::MODE_DEPTH, ControlState::MODE_HOVER].contains(&control.mode);
+    holds.then(|| {
         since
             .filter(|(depth, _)| *depth == target)
             .unwrap_or((target, now))
@@ -261,6 +288,7 @@ struct Controls {
     depth_held: Option<(f64, i64)>,
     depth_setpoint: TimeHistory,
     pitch_command: TimeHistory,
+    heading_setpoint: TimeHistory,
 }
 
 impl Collected for Controls {
@@ -269,6 +297,9 @@ impl Collected for Controls {
     fn take(&mut self, t: f64, control: &ControlState) {
         self.depth_setpoint.take(t, control.depth_setpoint);
         self.pitch_command.take(t, control.pitch_command);
+        if control.heading_held {
+            self.heading_setpoint.take(t, control.heading_setpoint);
+        }
         self.depth_held = depth_held(self.depth_held, control, control.stamp());
     }
 }
@@ -297,13 +328,42 @@ impl Angle {
 }
 
 #[derive(Default)]
-struct Commands(Angle);
+struct Commands {
+    planes: Angle,
+    rudder: TimeHistory,
+    thrust: TimeHistory,
+}
 
 impl Collected for Commands {
     type Message = PlaneCommand;
 
     fn take(&mut self, t: f64, command: &PlaneCommand) {
-        self.0.take(t, command.dive_planes);
+        self.planes.take(t, command.dive_planes);
+        self.rudder.take(t, command.rudder);
+        self.thrust.take(t, command.thrust);
+    }
+}
+
+/// What the thrusters are asked to do, by their names.
+#[derive(Default)]
+struct Thrusters(Vec<(String, TimeHistory)>);
+
+impl Collected for Thrusters {
+    type Message = ThrusterCommand;
+
+    fn take(&mut self, t: f64, command: &ThrusterCommand) {
+        for (name, value) in command.name.iter().zip(&command.command) {
+            let known = self.0.iter().position(|(it, _)| it == name);
+            if known.is_none() && self.0.len() < ACTUATORS {
+                self.0.push((name.clone(), TimeHistory::default()));
+            }
+            let place = known.unwrap_or(self.0.len() - 1);
+            if let Some((of, history)) = self.0.get_mut(place)
+                && of == name
+            {
+                history.take(t, *value);
+            }
+        }
     }
 }
 
@@ -371,6 +431,7 @@ struct Account {
     states: Line<States>,
     controls: Line<Controls>,
     commands: Line<Commands>,
+    thrusters: Line<Thrusters>,
     motions: Line<Motions>,
     rams: BTreeMap<String, Line<Rams>>,
     /// The first pair's models, and those of the first other pair that spoke, with its name.
@@ -397,6 +458,7 @@ impl Account {
             states: Line::default(),
             controls: Line::default(),
             commands: Line::default(),
+            thrusters: Line::default(),
             motions: Line::default(),
             rams: BTreeMap::new(),
             models: Line::default(),
@@ -425,6 +487,7 @@ impl Account {
         self.states.finish(origin);
         self.controls.finish(origin);
         self.commands.finish(origin);
+        self.thrusters.finish(origin);
         self.motions.finish(origin);
         self.rams.values_mut().for_each(|ram| ram.finish(origin));
         self.models.finish(origin);
@@ -448,6 +511,10 @@ impl Account {
             "plane_command" => {
                 let command = decode(type_name, payload)?;
                 self.commands.push(begun(origin, &command), command);
+            }
+            "thruster_command" => {
+                let command = decode(type_name, payload)?;
+                self.thrusters.push(begun(origin, &command), command);
             }
             "plane_motion" => {
                 let motion = decode(type_name, payload)?;
@@ -550,8 +617,18 @@ impl Account {
                 depth_setpoint: points(&controls.depth_setpoint, shift),
                 pitch: points(&states.pitch, shift),
                 pitch_command: points(&controls.pitch_command, shift),
+                place: [0, 1].map(|i| points(&states.place[i], shift)),
+                roll: points(&states.roll, shift),
+                yaw: points(&states.yaw, shift),
+                speed: points(&states.speed, shift),
+                heading_setpoint: points(&controls.heading_setpoint, shift),
+                rudder: points(&self.commands.data.rudder, shift),
+                thrust: points(&self.commands.data.thrust, shift),
+                thrusters: (self.thrusters.data.0.iter())
+                    .map(|(name, it)| (name.clone(), points(it, shift)))
+                    .collect(),
                 planes: self.motions.data.0.points(shift),
-                plane_command: self.commands.data.0.points(shift),
+                plane_command: self.commands.data.planes.points(shift),
                 pole: [pole(0), pole(1)],
             },
             ..Flight::default()
@@ -569,6 +646,7 @@ impl Account {
             ("state", self.states.order.statistics),
             ("control_state", self.controls.order.statistics),
             ("plane_command", self.commands.order.statistics),
+            ("thruster_command", self.thrusters.order.statistics),
             ("plane_motion", self.motions.order.statistics),
             ("model", self.models.order.statistics),
         ];
@@ -684,6 +762,7 @@ fn concerns(namespace: &str, topic: &str) -> bool {
         "state",
         "control_state",
         "plane_command",
+        "thruster_command",
         "plane_motion",
         "model",
     ];

@@ -9,7 +9,7 @@ use planesman_linear::{Complex, pair_text};
 use planesman_plot::{Plot, Series, Style};
 use serde_json::json;
 
-use super::{document, figures, poles};
+use super::{document, figures, poles, space};
 use planesman_console::Table;
 use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
@@ -79,7 +79,12 @@ pub fn page(flights: &[Flown]) -> String {
         }
         div.columns {
             div { (response_table(flights)) (modes_table(flights)) }
-            div { @for flown in flights { (side_view(flown, alone)) } }
+            div {
+                @for flown in flights {
+                    (side_view(flown, alone))
+                    (space::view((!alone).then_some(&flown.name), &flown.flight.time_histories, &flown.scenario))
+                }
+            }
         }
         h2 { "Plots" }
         (figures(&plots(flights)))
@@ -90,7 +95,11 @@ pub fn page(flights: &[Flown]) -> String {
             details { summary { "Scenario" } pre { (flown.scenario.to_yaml()) } }
         }
     };
-    document(&format!("Planesman: {heading}"), STYLE, &body, SIDE_VIEW)
+    let (style, script) = (
+        [STYLE, space::STYLE].concat(),
+        [SIDE_VIEW, space::SCRIPT].join("\n"),
+    );
+    document(&format!("Planesman: {heading}"), &style, &body, &script)
 }
 
 const STYLE: &str = "
@@ -330,7 +339,7 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
 }
 
 /// The value at a time: that of the last point before; 0 without points.
-fn held(points: &Points, t: f64) -> f64 {
+pub(crate) fn held(points: &Points, t: f64) -> f64 {
     let behind = points.partition_point(|p| p.0 <= t);
     let at = points.get(behind.saturating_sub(1));
     at.map_or(0.0, |p| p.1)
@@ -394,8 +403,100 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
         ),
         pressure(flights),
     ];
-    plots.extend([dominant_pole(flights), pole_map(flights)]);
+    if (flights.iter()).any(|it| space::leaves_the_plane(&it.flight.time_histories)) {
+        plots.splice(1..1, out_of_the_plane(flights));
+    }
+    if flights.iter().any(|it| it.summary.identified.is_some()) {
+        plots.push(dominant_pole(flights));
+    }
+    plots.push(pole_map(flights));
     plots
+}
+
+/// The track from above, heading, roll, speed, rudder and thrusters.
+fn out_of_the_plane(flights: &[Flown]) -> Vec<Plot<'static>> {
+    let time = |title: &'static str, y: &'static str| Plot::new(title, [TIME, y]).linked(LINK);
+    let mut plots = vec![
+        over(
+            flights,
+            Plot::new(
+                "Track, from above",
+                ["to starboard of the initial heading [m]", "along it [m]"],
+            )
+            .plane()
+            .one_scale()
+            .note("The place of the body's origin."),
+            &[(Style::Line, "track", |it| {
+                let instants = space::instants(&it.flight.time_histories);
+                instants.iter().map(|[_, x, y, ..]| (*y, *x)).collect()
+            })],
+        ),
+        over(
+            flights,
+            time("Heading", "heading [deg]").note(
+                "From the initial heading, positive to starboard, in half a turn either way.",
+            ),
+            &[
+                (Style::Line, "heading", |it| {
+                    degrees(&it.flight.time_histories.yaw)
+                }),
+                (Style::Dashed, "setpoint", |it| {
+                    wrapped(&it.flight.time_histories.heading_setpoint)
+                }),
+            ],
+        ),
+        over(
+            flights,
+            time("Roll and rudder", "angle [deg]").note(
+                "Roll positive starboard side down, the rudder's command positive to starboard.",
+            ),
+            &[
+                (Style::Line, "roll", |it| {
+                    degrees(&it.flight.time_histories.roll)
+                }),
+                (Style::Dashed, "rudder", |it| {
+                    degrees(&it.flight.time_histories.rudder)
+                }),
+            ],
+        ),
+        over(
+            flights,
+            time("Speed", "speed [m/s]").note(
+                "Forward, through the water; beside it the share of full thrust that is commanded.",
+            ),
+            &[
+                (Style::Line, "speed", |it| {
+                    it.flight.time_histories.speed.clone()
+                }),
+                (Style::Dashed, "thrust [1]", |it| {
+                    it.flight.time_histories.thrust.clone()
+                }),
+            ],
+        ),
+    ];
+    if let [flown] = flights
+        && !flown.flight.time_histories.thrusters.is_empty()
+    {
+        let each = flown.flight.time_histories.thrusters.iter();
+        let lines = each
+            .map(|(name, points)| Series::new(Style::Line, name.replace('_', " "), points.clone()));
+        plots.push(
+            time("Thrusters", "command [1]")
+                .note("Shares of full command.")
+                .with_all(lines.collect::<Vec<_>>()),
+        );
+    }
+    plots
+}
+
+/// Angles in degrees, each the same in half a turn either way.
+fn wrapped(points: &[(f64, f64)]) -> Points {
+    use std::f64::consts::{PI, TAU};
+    let near = |v: f64| (v + PI).rem_euclid(TAU) - PI;
+    points
+        .iter()
+        .map(|(t, v)| (*t, near(*v).to_degrees()))
+        .collect()
 }
 
 fn degrees(points: &[(f64, f64)]) -> Points {

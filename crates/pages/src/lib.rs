@@ -29,6 +29,7 @@ pub mod flights;
 mod poles;
 pub mod review;
 pub mod several;
+mod space;
 pub mod sweep;
 pub mod tables;
 pub mod tuning;

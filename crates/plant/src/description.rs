@@ -190,6 +190,41 @@ fn parts_of_six_degrees(tick: &Tick) -> Vec<Part> {
     parts.inputs.iter().enumerate().filter_map(of).collect()
 }
 
+/// The hull's extent \[m\].
+pub(crate) struct Extent {
+    pub(crate) length: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    /// A body of revolution; else a frame.
+    pub(crate) is_round: bool,
+}
+
+impl Extent {
+    pub(crate) fn of(craft: &Craft) -> Self {
+        match craft {
+            Craft::Plane(vehicle) => {
+                let length = vehicle.reference_length;
+                let width = 2.0 * (vehicle.buoyancy / (WATER * length * PI)).sqrt();
+                Self {
+                    length,
+                    width,
+                    height: width,
+                    is_round: true,
+                }
+            }
+            Craft::SixDof(tick) => {
+                let hull = tick.vehicle().parts().hull;
+                Self {
+                    length: hull.length,
+                    width: hull.width,
+                    height: hull.height,
+                    is_round: hull.length > 3.0 * hull.width.max(hull.height),
+                }
+            }
+        }
+    }
+}
+
 /// A shape of the hull that every viewer has, and the one of the package.
 struct Shape {
     name: String,
@@ -201,29 +236,23 @@ struct Shape {
 
 impl Shape {
     fn new(craft: &Craft) -> Self {
-        match craft {
-            Craft::Plane(vehicle) => {
-                let length = vehicle.reference_length;
-                let radius = (vehicle.buoyancy / (WATER * length * PI)).sqrt();
-                Self::round(&vehicle.name, length, [radius, radius])
-            }
-            Craft::SixDof(tick) => {
-                let parts = tick.vehicle().parts();
-                let hull = parts.hull;
-                let (width, height) = (hull.width, hull.height);
-                if hull.length > 3.0 * width.max(height) {
-                    return Self::round(&parts.name, hull.length, [0.5 * width, 0.5 * height]);
-                }
-                let size = format!("{} {width} {height}", hull.length);
-                let shape = format!("<geometry><box size=\"{size}\"/></geometry>");
-                Self {
-                    name: no_xml(&parts.name),
-                    collision: shape.clone(),
-                    visual: shape,
-                    length: hull.length,
-                    radius: 0.5 * width.min(height),
-                }
-            }
+        let Extent {
+            length,
+            width,
+            height,
+            is_round,
+        } = Extent::of(craft);
+        if is_round {
+            return Self::round(craft.name(), length, [0.5 * width, 0.5 * height]);
+        }
+        let size = format!("{length} {width} {height}");
+        let shape = format!("<geometry><box size=\"{size}\"/></geometry>");
+        Self {
+            name: no_xml(craft.name()),
+            collision: shape.clone(),
+            visual: shape,
+            length,
+            radius: 0.5 * width.min(height),
         }
     }
 

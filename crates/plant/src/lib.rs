@@ -5,7 +5,7 @@
 //! - [`Answers`]: what a tick is flown on, and when it is over.
 //! - [`Craft`]: the vehicle, of the plane or of six degrees, and its equations.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
-//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
+//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF. [`Outline`]: the same as lines.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
 
@@ -16,6 +16,7 @@ mod description;
 mod error;
 mod messages;
 mod odometry;
+mod outline;
 mod parameters;
 mod sensors;
 mod settings;
@@ -26,6 +27,7 @@ pub use craft::Craft;
 pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;
+pub use outline::Outline;
 pub use parameters::{PlantParameters, TimeSource};
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
 pub use settings::derivatives;

@@ -624,7 +624,7 @@ impl Node {
 
 /// Whether no node publishes it in a usual loop in real time. The operator's setpoints do not count: the first one matters.
 fn is_on_request(topic: &LoopTopic) -> bool {
-    let on_request = ["/clock", "tick_answer", "estimate"];
+    let on_request = ["/clock", "tick_answer", "estimate", "thruster_command"];
     on_request.contains(&topic.name) || topic.name.starts_with("dha_state_")
 }
 

@@ -1,0 +1,70 @@
+//! The flight in space: the track from above, and the vehicle with its fins and thrusters as lines that the reader turns.
+
+use maud::{Markup, PreEscaped, html};
+use planesman_flight::flight::TimeHistories;
+use planesman_flight::scenario::Scenario;
+use planesman_plant::{Outline, PlantParameters};
+use serde_json::json;
+
+use super::flights::held;
+
+/// The script that draws the view.
+pub(crate) const SCRIPT: &str = include_str!("space_view.js");
+
+/// The style of the view.
+pub(crate) const STYLE: &str = "
+.space canvas { width: 100%; max-width: 60rem; aspect-ratio: 8 / 5; background: var(--surface); touch-action: none; cursor: grab; }
+.space .controls { display: flex; gap: .8rem; align-items: center; max-width: 60rem; margin: .3rem 0; }
+.space input { flex: 1; accent-color: var(--accent); }
+.space output { font-variant-numeric: tabular-nums; }
+";
+
+/// Instants of the view.
+const INSTANTS: u32 = 400;
+
+/// Where the vehicle was at evenly spaced instants: time \[s\], along, to starboard, down \[m\], roll, pitch, yaw \[rad\].
+pub(crate) fn instants(drawn: &TimeHistories) -> Vec<[f64; 7]> {
+    let (Some(first), Some(last)) = (drawn.depth.first(), drawn.depth.last()) else {
+        return Vec::new();
+    };
+    let at = |k: u32| {
+        let t = first.0 + (last.0 - first.0) * f64::from(k) / f64::from(INSTANTS);
+        let [x, y] = [&drawn.place[0], &drawn.place[1]].map(|it| held(it, t));
+        let [z, roll, pitch, yaw] =
+            [&drawn.depth, &drawn.roll, &drawn.pitch, &drawn.yaw].map(|it| held(it, t));
+        [t, x, y, z, roll, pitch, yaw]
+    };
+    (0..=INSTANTS).map(at).collect()
+}
+
+/// Whether the vehicle left its vertical plane.
+pub(crate) fn leaves_the_plane(drawn: &TimeHistories) -> bool {
+    [&drawn.roll, &drawn.yaw, &drawn.place[1]]
+        .iter()
+        .any(|points| points.iter().any(|(_, value)| value.abs() > 1e-9))
+}
+
+/// The view, of a flight that leaves the vertical plane; nothing where the scenario's vehicle cannot be had.
+pub(crate) fn view(name: Option<&str>, drawn: &TimeHistories, scenario: &Scenario) -> Markup {
+    let parameters = scenario.parameters_of::<PlantParameters>("plant_sim");
+    let outline = parameters.ok().and_then(|it| Outline::load(&it).ok());
+    let (Some(outline), true) = (outline, leaves_the_plane(drawn)) else {
+        return html! {};
+    };
+    let round = |x: f64| (1e4 * x).round() / 1e4;
+    let rows: Vec<_> = instants(drawn).iter().map(|row| row.map(round)).collect();
+    let data = json!({ "instants": rows, "lines": outline.lines });
+    html! {
+        figure.space {
+            h2 { "In space" @if let Some(name) = name { ": " (name) } }
+            canvas width="960" height="600" role="img" aria-label="the vehicle and its track in space; drag to turn" {}
+            div.controls {
+                button type="button" { "Closer" }
+                input type="range" min="0" max=(INSTANTS) value=(INSTANTS) aria-label="time";
+                output {}
+            }
+            p { "Drag to turn. North is the initial heading; the frame lies at the deepest point." }
+            script type="application/json" { (PreEscaped(data.to_string())) }
+        }
+    }
+}
