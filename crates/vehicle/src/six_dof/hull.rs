@@ -87,6 +87,13 @@ impl Vehicle {
         [lowest + 0.5 * hull.height, highest - 0.5 * hull.height]
     }
 
+    /// No part of the hull is farther from the origin, up or down \[m\].
+    #[inline(always)]
+    pub(super) fn reach(&self) -> f64 {
+        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
+        hull.reach() + b[0].abs() + b[1].abs() + b[2].abs()
+    }
+
     /// What surface and bottom do to the hull.
     #[inline(always)]
     pub(super) fn boundaries<T: Real>(
@@ -99,8 +106,7 @@ impl Vehicle {
         if !water.has_surface && water.bottom.is_none() {
             return none;
         }
-        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
-        let reach = hull.reach() + b[0].abs() + b[1].abs() + b[2].abs();
+        let reach = self.reach();
         let depth = state.position[2];
         let mut force = none;
         if water.has_surface && depth.least() < reach {

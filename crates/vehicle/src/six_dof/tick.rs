@@ -7,17 +7,20 @@
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
-use super::equations::State;
+use super::equations::{Held, State};
 use super::lanes::{Six, Three};
 use super::propulsion::Propulsor;
 use super::rotation::{self, normalised};
 use super::vehicle::Vehicle;
-use super::water::Sea;
+use super::water::{Sea, Water};
 use crate::attitude::Attitude;
 use crate::axis::AxisState;
 use crate::body::{Body, Inputs, Positions};
 use crate::depth_limits::{Boundary, Contact};
 use crate::motion::Diverged;
+
+/// Evaluations of a step.
+const NODES: usize = DORMAND_PRINCE_NODES.len();
 
 /// The largest error estimated of a step, the sum over the state's numbers in SI.
 const TOLERANCE: f64 = 1e-10;
@@ -167,8 +170,8 @@ impl Tick {
         self.actuators.iter().filter_map(of).collect()
     }
 
-    /// The vehicle's inputs for the actuators' positions, and the thrusters' commands `t` \[s\] after their start.
-    fn inputs(&self, positions: &Positions, commands: Commands<'_>, t: f64) -> Vec<f64> {
+    /// Puts the vehicle's inputs for the actuators' positions, and the thrusters' commands `t` \[s\] after their start, into a row.
+    fn put_inputs(&self, positions: &Positions, commands: Commands<'_>, t: f64, row: &mut [f64]) {
         let of = |actuator: &Actuator| match actuator {
             Actuator::BowPlanes => positions.dive_planes + positions.bow_stern_differential,
             Actuator::SternPlanes => positions.dive_planes - positions.bow_stern_differential,
@@ -179,7 +182,9 @@ impl Tick {
             },
             Actuator::Thruster(place, lag) => commands.at(*place, *lag, t),
         };
-        self.actuators.iter().map(of).collect()
+        for (input, actuator) in row.iter_mut().zip(&self.actuators) {
+            *input = of(actuator);
+        }
     }
 
     /// Sets bow and stern planes \[rad\] among the vehicle's inputs.
@@ -197,20 +202,28 @@ impl Tick {
     fn rates(
         &self,
         conditions: &Conditions<'_>,
+        steady: Option<&Water<f64>>,
         state: &State,
-        inputs: &[f64],
+        held: &Held<'_, f64>,
         time: f64,
     ) -> [f64; 13] {
-        let r = rotation::matrix(state.attitude);
-        let [u, v, w, ..] = state.velocity;
-        let over_ground = rotation::to_fixed(&r, [u, v, w]);
-        let water = conditions.sea.at(state.position, over_ground, time);
-        let mut rates = self.vehicle.derivative(state, inputs, &water);
-        let by_load = super::lanes::product(&self.vehicle.inverse_inertia, &conditions.load);
-        for (rate, by_load) in rates[7..].iter_mut().zip(by_load) {
-            *rate += by_load;
+        let water = match steady {
+            Some(water) => *water,
+            None => {
+                let [u, v, w, ..] = state.velocity;
+                let over_ground = rotation::to_fixed(&rotation::matrix(state.attitude), [u, v, w]);
+                conditions.sea.at(state.position, over_ground, time)
+            }
+        };
+        let mut rates = self.vehicle.derivative_under(state, held, &water);
+        if conditions.load != [0.0; 6] {
+            let by_load = super::lanes::product(&self.vehicle.inverse_inertia, &conditions.load);
+            for (rate, by_load) in rates[7..].iter_mut().zip(by_load) {
+                *rate += by_load;
+            }
         }
         if conditions.holds_speed {
+            let r = rotation::matrix(state.attitude);
             // The force along x under which surge through the water stays: each row moves by the inverse inertia's first column.
             let turning = [state.velocity[3], state.velocity[4], state.velocity[5]];
             let stream = rotation::to_body(&r, water.velocity);
@@ -235,8 +248,10 @@ impl Tick {
         commands: Commands<'_>,
     ) -> Six<f64> {
         let [positions] = inputs.over(0.0, 0.0, &[0.0]);
-        let inputs = self.inputs(&positions, commands, 0.0);
-        let rates = self.rates(conditions, state, &inputs, conditions.time);
+        let mut row = vec![0.0; self.actuators.len()];
+        self.put_inputs(&positions, commands, 0.0, &mut row);
+        let held = self.vehicle.held(&row);
+        let rates = self.rates(conditions, None, state, &held, conditions.time);
         std::array::from_fn(|i| rates[7 + i])
     }
 
@@ -258,21 +273,37 @@ impl Tick {
         let mut state = *from;
         let mut contact = None;
         let (mut t, mut wanted) = (0.0, longest);
+        let water = conditions.sea.at([0.0; 3], [0.0; 3], 0.0);
+        let steady = conditions.sea.is_steady().then_some(&water);
+        // A row of inputs for each node; of a vehicle without inputs one that is not used.
+        let count = self.actuators.len().max(1);
+        let mut rows = vec![0.0; NODES * count];
         while t < duration {
             // Equal parts of what is left.
             let left = duration - t;
             let parts = (left / wanted - 1e-9).ceil().max(1.0);
             let h = left / parts;
             let positions = inputs.over(t, h, &DORMAND_PRINCE_NODES);
-            let nodes: [(f64, Vec<f64>); 12] = std::array::from_fn(|k| {
-                let at = t + DORMAND_PRINCE_NODES[k] * h;
-                let inputs = self.inputs(&positions[k], commands, at);
-                (conditions.time + at, inputs)
+            for (k, row) in rows.chunks_mut(count).enumerate() {
+                self.put_inputs(
+                    &positions[k],
+                    commands,
+                    t + DORMAND_PRINCE_NODES[k] * h,
+                    row,
+                );
+            }
+            // What hangs on the inputs alone, once where they stand still.
+            let stand = rows.chunks(count).all(|row| *row == rows[..count]);
+            let held: Vec<Held<'_, f64>> = (rows.chunks(count).take(if stand { 1 } else { NODES }))
+                .map(|row| self.vehicle.held(&row[..self.actuators.len()]))
+                .collect();
+            let nodes: [(f64, &Held<'_, f64>); NODES] = std::array::from_fn(|k| {
+                let time = conditions.time + t + DORMAND_PRINCE_NODES[k] * h;
+                (time, &held[if stand { 0 } else { k }])
             });
-            let (row, error) =
-                dormand_prince_step(&state.row(), h, &nodes, |(time, inputs), row| {
-                    self.rates(conditions, &State::of_row(*row), inputs, *time)
-                });
+            let (row, error) = dormand_prince_step(&state.row(), h, &nodes, |(time, held), row| {
+                self.rates(conditions, steady, &State::of_row(*row), held, *time)
+            });
             let error: f64 = error.iter().map(|error| error.abs()).sum();
             // NaN is too much.
             let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
@@ -290,6 +321,12 @@ impl Tick {
             check(&next)?;
             next.attitude = normalised(next.attitude);
             contact = contact.or_else(|| {
+                if [&state, &next]
+                    .iter()
+                    .all(|it| self.is_far(conditions.sea, it))
+                {
+                    return None;
+                }
                 let [before, after] = [&state, &next].map(|it| self.clearances(conditions.sea, it));
                 first_contact(before, after, h).map(|(boundary, time)| Contact {
                     boundary,
@@ -312,9 +349,19 @@ impl Tick {
         ]
     }
 
+    /// Whether it touches neither, whichever way the hull is turned.
+    fn is_far(&self, sea: &Sea, state: &State) -> bool {
+        let (reach, depth) = (self.vehicle.reach(), state.position[2]);
+        (!sea.has_surface || depth > reach)
+            && sea.bottom.is_none_or(|bottom| bottom - depth > reach)
+    }
+
     /// What the hull touches.
     #[must_use]
     pub fn touched(&self, sea: &Sea, state: &State) -> Option<Boundary> {
+        if self.is_far(sea, state) {
+            return None;
+        }
         let [surface, bottom] = self.clearances(sea, state);
         let is_past = |clearance: Option<f64>| clearance.is_some_and(|it| it <= 0.0);
         match (is_past(surface), is_past(bottom)) {

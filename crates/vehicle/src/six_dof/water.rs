@@ -83,6 +83,12 @@ impl Sea {
         bottom: None,
     };
 
+    /// Whether the water moves alike everywhere and always.
+    #[must_use]
+    pub fn is_steady(&self) -> bool {
+        self.turning == 0.0 && self.shear == [0.0; 2] && self.waves.is_empty()
+    }
+
     /// The water at a place (north, east, down \[m\]) of a vehicle that moves over ground (\[m/s\]), at a time \[s\].
     #[must_use]
     pub fn at(&self, place: Three<f64>, over_ground: Three<f64>, time: f64) -> Water<f64> {
