@@ -24,7 +24,7 @@ YES_OR_NO = ['true', 'false']
 
 # name: default, choices, description.
 ARGUMENTS = {
-    'scenario': ('dive', None, 'Scenario: a name (dive, way_depths, open_loop, remus_100, too_fast, identified) or a file.'),
+    'scenario': ('dive', None, 'Scenario: a name (dive, way_depths, open_loop, remus_100, lauv, turning_circle, zigzag, bluerov2, too_fast, identified) or a file.'),
     'duration': ('', None,
                  "Simulated seconds after which the launch ends, 0: never; empty: the scenario's."),
     'params_file': ('', None, "Parameter file whose values replace the scenario's."),

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas
 
 Scenario = str | PathLike[str] | Mapping[str, Any]
-"""A built-in scenario by name (dive, open_loop, way_depths, remus_100), a scenario file by path, or its contents as a mapping."""
+"""A built-in scenario by name (dive, open_loop, way_depths, remus_100, lauv, turning_circle, zigzag, bluerov2), a scenario file by path, or its contents as a mapping."""
 
 
 def scenario_text(
