@@ -18,6 +18,8 @@ pub struct Answers {
     /// The oldest motion that is flown, in ticks before the present one.
     budget: i64,
     lockstep: bool,
+    /// Whether there is no actuator to wait for.
+    thrusters_alone: bool,
     /// Who answers in lockstep besides the actuator.
     members: BTreeSet<String>,
     /// Topics whose messages answer in lockstep too.
@@ -46,6 +48,7 @@ impl Answers {
             tick: tick.max(1),
             budget: 0,
             lockstep: parameters.time == TimeSource::Lockstep,
+            thrusters_alone: false,
             members: parameters.lockstep.members.iter().cloned().collect(),
             gates: BTreeSet::new(),
             answered: BTreeSet::new(),
@@ -74,6 +77,11 @@ impl Answers {
         if self.lockstep {
             self.gates = topics.map(str::to_owned).collect();
         }
+    }
+
+    /// Waits for no actuator: thrusters alone move the vehicle.
+    pub fn need_no_actuator(&mut self) {
+        self.thrusters_alone = true;
     }
 
     /// A tick begins: nobody has answered; where no tick waits, earlier motions may still be flown.
@@ -115,7 +123,8 @@ impl Answers {
     /// Who has not answered for the tick at `now`.
     #[must_use]
     pub fn missing(&self, now: i64) -> Vec<&str> {
-        let actuator = (!self.motions.contains_key(&now)).then_some("the actuator");
+        let has_answered = self.thrusters_alone || self.motions.contains_key(&now);
+        let actuator = (!has_answered).then_some("the actuator");
         let others = self.members.iter().chain(&self.gates);
         let silent = others.filter(|it| !self.answered.contains(*it));
         actuator
@@ -138,8 +147,9 @@ impl Answers {
             .as_ref()
             .map_or(0, |(stamp, _)| (now - stamp) / self.tick);
         self.delayed += u64::from(self.age > 0);
-        self.unanswered += u64::from(newest.is_none());
-        self.silent = if newest.is_none() { self.silent + 1 } else { 0 };
+        let is_missing = newest.is_none() && !self.thrusters_alone;
+        self.unanswered += u64::from(is_missing);
+        self.silent = if is_missing { self.silent + 1 } else { 0 };
         newest.map(|(_, motion)| motion)
     }
 }

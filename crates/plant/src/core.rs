@@ -285,6 +285,8 @@ impl Plant {
     /// A motion that does not fit the tick, or one under which the vehicle's numbers diverge.
     /// The plant is then as it was.
     pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), Error> {
+        // Planes that it does not have tell nothing, whether or not somebody speaks of them.
+        let motion = motion.filter(|_| !self.craft.is_of_thrusters_alone());
         let settings = self.next_settings.as_ref().unwrap_or(&self.settings);
         let inputs = match motion {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
@@ -312,6 +314,7 @@ impl Plant {
         self.contact = contact;
         self.planes_source = match motion {
             Some(_) => VehicleState::PLANES_ANSWERED,
+            None if self.craft.is_of_thrusters_alone() => VehicleState::PLANES_ANSWERED,
             None => VehicleState::PLANES_HELD,
         };
         self.take_next_settings();
@@ -1391,5 +1394,51 @@ mod tests {
             plant.advance(Some(&motion(0.05, 0.05))).expect("a tick");
         }
         assert!((plant.speed() - 1.8).abs() < 1e-9, "{}", plant.speed());
+    }
+
+    #[test]
+    fn a_thrusters_command_is_taken_by_names_and_holds_for_a_second() {
+        let mut plant = plant(&[
+            ("vehicle", Value::from("bluerov2_heavy")),
+            ("propulsion", Value::from("thrust")),
+            ("speed", Value::Double(0.0)),
+            ("initial_depth", Value::Double(5.0)),
+        ]);
+        let all = [
+            "vertical_front_starboard",
+            "vertical_front_port",
+            "vertical_rear_starboard",
+            "vertical_rear_port",
+        ];
+        let command = |name: &[&str], command: Vec<f64>| ThrusterCommand {
+            name: name.iter().map(|it| (*it).to_owned()).collect(),
+            command,
+            ..ThrusterCommand::default()
+        };
+        for (bad, reason) in [
+            (command(&["bow"], vec![0.1]), "'bow' is none"),
+            (command(&all, vec![0.1]), "4 names and 1 commands"),
+            (command(&all[..1], vec![1.5]), "no share"),
+            (command(&all[..1], vec![f64::NAN]), "no share"),
+        ] {
+            let refusal = plant.set_thrusters(&bad).expect_err("refused").to_string();
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+        // Straight down, by the file's signs; without a motion of planes, which it does not have.
+        plant
+            .set_thrusters(&command(&all, vec![-0.5; 4]))
+            .expect("taken");
+        let mut depths = Vec::new();
+        for _ in 0..100 {
+            plant.advance(None).expect("a tick");
+            depths.push(plant.observe(stamp(0)).state.depth_rate);
+        }
+        assert_eq!(
+            plant.observe(stamp(0)).state.planes_source,
+            VehicleState::PLANES_ANSWERED
+        );
+        let (at_one, at_five) = (depths[19].abs(), depths[99].abs());
+        // After a second nobody asks for anything: it slows down.
+        assert!(at_one > 0.2 && at_five < 0.5 * at_one, "{at_one} {at_five}");
     }
 }

@@ -45,6 +45,15 @@ impl Craft {
         }
     }
 
+    /// Whether thrusters alone move it.
+    #[must_use]
+    pub fn is_of_thrusters_alone(&self) -> bool {
+        match self {
+            Self::Plane(_) => false,
+            Self::SixDof(tick) => tick.is_of_thrusters_alone(),
+        }
+    }
+
     /// Where it senses depth: a vehicle of six degrees at its origin.
     pub(crate) fn depth_port(&self) -> Port {
         match self {

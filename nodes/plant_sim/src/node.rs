@@ -233,6 +233,9 @@ impl Node {
         let gates = Gates::new(rt, gates)?;
         let thrusters = (!plant.thrusters().is_empty()).then_some(THRUSTER_COMMAND);
         answers.set_gates(gates.topics().chain(thrusters));
+        if plant.craft().is_of_thrusters_alone() {
+            answers.need_no_actuator();
+        }
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -359,6 +362,15 @@ impl Node {
 
     /// Says which topic the planes move by, who publishes it, and who publishes the other in vain.
     fn tell_actuator(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        if self.plant.craft().is_of_thrusters_alone() {
+            rt.set_status(
+                "actuator",
+                Level::Ok,
+                "thrusters alone move the vehicle",
+                &[],
+            );
+            return Ok(());
+        }
         let motion = rt.publishing_nodes(PLANE_MOTION)?;
         let planes = rt.publishing_nodes(PLANES)?;
         self.has_motion = !motion.is_empty();

@@ -160,6 +160,12 @@ impl Tick {
         &self.thrusters
     }
 
+    /// Whether thrusters alone move it: no plane, no rudder, no propeller.
+    #[must_use]
+    pub fn is_of_thrusters_alone(&self) -> bool {
+        !self.thrusters.is_empty() && self.thrusters.len() == self.actuators.len()
+    }
+
     /// Where the thrusters are `t` \[s\] after the start of their commands.
     #[must_use]
     pub fn thrusters_after(&self, commands: Commands<'_>, t: f64) -> Vec<f64> {
