@@ -3,7 +3,7 @@
 //!
 //! Nothing of the product depends on this crate; only `planesman reproduce` and the report's own commands do.
 //!
-//! - [`programs`]: programs T2 to T5, as printed; [`program_figures`]: the lost figures B1 to B10.
+//! - [`programs`]: programs T2 to T5, as printed; [`program_figures`]: the lost figures B1 to B10; [`calibration_figures`]: the calibration curves.
 //! - [`predicted`]: the predicted transfer functions, as printed and corrected.
 //! - [`plane_forces`]: the report's estimate of the planes' size; [`track`]: a recorded manoeuvre.
 //! - [`vehicle`]: the book of the vehicle's numbers, recomputed.
@@ -11,6 +11,7 @@
 //! - [`identification`]: the procedure of ch. V, its numbers and figures.
 //! - [`REPORT`]: numbers and figures.
 
+pub mod calibration_figures;
 pub mod controllers;
 pub mod identification;
 pub mod plane_forces;

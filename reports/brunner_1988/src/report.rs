@@ -2,7 +2,7 @@
 
 use planesman_book::{Book, BookError, Chapter, Names, Recomputed, Report, ReportError};
 
-use crate::{controllers, identification, program_figures, vehicle};
+use crate::{calibration_figures, controllers, identification, program_figures, vehicle};
 
 /// The report.
 pub const REPORT: Report = Report {
@@ -49,6 +49,11 @@ fn figures() -> Result<Vec<Chapter>, ReportError> {
             title: "Time responses of the depth loop",
             note: "",
             figures: controllers::time_responses::figures()?,
+        },
+        Chapter {
+            title: "Calibrations: Figures 29 to 36, 38, 40 to 43",
+            note: "The measured points are lost; drawn are the lines that the figures print. Fig. 37, vessel speed over command voltage, prints none and cannot be drawn.",
+            figures: calibration_figures::figures(),
         },
         Chapter {
             title: "Identification: Figures 45 to 56",

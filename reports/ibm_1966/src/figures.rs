@@ -15,7 +15,7 @@ use crate::missile::Surrogate;
 use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use planesman_hydraulics::frequency_response::Periods;
 use planesman_hydraulics::linearised::Ram;
-use planesman_hydraulics::{Condition, PulseTrain};
+use planesman_hydraulics::{ActuatorSet, Condition, PulseTrain};
 use planesman_linear::ComplexFunctions as _;
 use planesman_units::{DEGREE, INCH};
 
@@ -65,6 +65,11 @@ const RAM: [&str; 2] = ["time [s]", "X_1 [in]"];
 pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
+            title: "Sections I and II: arrangement and logic",
+            note: "Fig. 1-1 is a block diagram of the arrangement: the flight control's equations on an IBM 709 and an analog computer, closed on the actuator's model or on the hardware. Figs. 2-8 (the converter's timing) and 2-12 (coulomb friction by a bang-bang amplifier) are of that computer; neither its times nor its amplifiers are printed, so they cannot be drawn. Fig. 2-2 has lost its curve; the text names its discontinuous point alone, where accurate positioning works.",
+            figures: section_2()?,
+        },
+        Chapter {
             title: "Section III: mathematical model and hardware",
             note: "The copy of the report has lost its records. These are flights of the surrogate missile PS-2 with the actuator of Table 3-1; the report's own missile is lost, and so is the hardware's behaviour. Figures 3-3 and 3-4 are block diagrams: the loop closed on the hardware or on the model, with the other flown along under the same commands; and the equations of the ram with its load.",
             figures: section_3()?,
@@ -76,10 +81,43 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
         },
         Chapter {
             title: "Section V: linear model",
-            note: "Of the surrogate missile PS-2.",
+            note: "Of the surrogate missile PS-2. Figs. 5-1 to 5-5 are block diagrams, one made from the other; the last is the linear model behind Figs. 5-6 and 5-7.",
             figures: section_5()?,
         },
     ])
+}
+
+/// The mean flow over the error that stays, for one volume and for two.
+///
+/// # Errors
+/// When a built-in actuator cannot be read.
+fn section_2() -> Result<Vec<Plot<'static>>, ReportError> {
+    let actuator =
+        planesman_hydraulics::actuator_file::load("table_4_1").map_err(ReportError::computed)?;
+    Ok(vec![flow_curve(&actuator)])
+}
+
+/// A volume a cycle with the error's sign, none within the threshold, where leakage and constant error alone flow.
+fn flow_curve(actuator: &ActuatorSet) -> Plot<'static> {
+    let cubic_inches = |volume: f64| volume / (INCH * INCH * INCH);
+    let widest = 4.0 * actuator.threshold;
+    let flow = |error: f64| {
+        let of_volume = match &actuator.small {
+            _ if error.abs() > actuator.threshold => actuator.volume,
+            Some(small) if error.abs() > small.threshold => small.volume,
+            _ => 0.0,
+        };
+        let drift = if error < 0.0 {
+            -actuator.rate_gain
+        } else {
+            actuator.rate_gain
+        };
+        cubic_inches(error.signum() * of_volume / actuator.cycle() + drift)
+    };
+    let points = (-200..=200).map(|k| widest * (f64::from(k) + 0.5) / 200.0);
+    Plot::new("Fig. 2-2: flow curve for digital unit", ["error [deg]", "flow [in^3/s]"])
+        .note("The lost curve as the logic makes it, Table 4-1: a volume in each cycle beyond the threshold, of an actuator with two the small one before. Between them only the drift flows, with the sign pulse: accurate positioning works where its sign changes.")
+        .line("one volume a cycle, drift with the error's sign", points.map(|error| (error / DEGREE, flow(error))))
 }
 
 /// The figures of Section III: the hardware's parameters.
