@@ -1,10 +1,10 @@
-// The vehicle from the side, and the poles of its identified model beside the true ones.
+// The vehicle from the side and from above, and the poles of its identified model beside the true ones.
 
 import { ink, latest, samples } from "./charts.js";
 import { byId, colour, fitted, shown } from "./dom.js";
 
 const DEGREES = 180 / Math.PI;
-const MODES = ["off", "pitch", "depth", "open_loop"];
+const MODES = ["off", "pitch", "depth", "open_loop", "hover"];
 
 /// Draws the vehicle at its depth and pitch, its planes, its ram, and where it came from, with the others in view.
 export function drawSide(place, vehicle, places) {
@@ -83,6 +83,7 @@ export function drawSide(place, vehicle, places) {
     if (places.length > 1) c.fillText(name || "/", left - 40 + 30 * places.indexOf(name), top - 16);
   }
   ram(c, height, of("dha_state:ram"), extreme(`${place}/dha_state:ram`));
+  above(c, width, places);
 
   const mode = MODES[of("control_state:mode")] ?? "–";
   const pulses = of("dha_state:pulses");
@@ -91,10 +92,44 @@ export function drawSide(place, vehicle, places) {
     (pulses === undefined ? "" : `, ${pulses} pulses`);
 }
 
-/// Where the vehicle came from: distance and depth, at most some hundred points of the last ten minutes.
-function past(place) {
+/// From above, in the corner, once a vehicle has left its vertical plane: the initial heading is up.
+function above(c, width, places) {
+  const tracks = places.map((name) => past(name, "state:cross_track"));
+  const all = tracks.flat();
+  if (!all.some(([, aside]) => Math.abs(aside) > 1e-6)) return;
+  const [side, left, top] = [120, width - 168, 8];
+  const [low, high] = [0, 1].map((i) => all.map((it) => it[i])).reduce(
+    ([least, most], values) => [[...least, Math.min(...values)], [...most, Math.max(...values)]], [[], []]);
+  const unit = (side - 24) / Math.max(high[0] - low[0], high[1] - low[1], 1);
+  const at = ([along, aside]) => [left + 12 + (aside - low[1]) * unit, top + side - 12 - (along - low[0]) * unit];
+  c.fillStyle = colour("--card");
+  c.strokeStyle = colour("--line");
+  c.fillRect(left, top, side, side);
+  c.strokeRect(left, top, side, side);
+  places.forEach((name, k) => {
+    c.strokeStyle = c.fillStyle = ink(k);
+    c.beginPath();
+    tracks[k].forEach((point) => c.lineTo(...at(point)));
+    c.stroke();
+    if (!tracks[k].length) return;
+    c.save();
+    c.translate(...at(tracks[k].at(-1)));
+    c.rotate(latest(`${name}/state:yaw`) ?? 0);
+    c.beginPath();
+    c.moveTo(0, -7);
+    c.lineTo(4, 5);
+    c.lineTo(-4, 5);
+    c.fill();
+    c.restore();
+  });
+  c.fillStyle = colour("--weak");
+  c.fillText(`from above, ${shown(side / unit)} m`, left + 4, top + 12);
+}
+
+/// Where the vehicle came from: distance and another of its numbers, at most some hundred points of the last ten minutes.
+function past(place, other = "state:depth") {
   const distance = samples(`${place}/state:distance`);
-  const depth = samples(`${place}/state:depth`);
+  const depth = samples(`${place}/${other}`);
   const count = Math.min(distance.values.length, depth.values.length);
   const first = Math.max(0, count - 12_000);
   const step = Math.max(1, Math.ceil((count - first) / 300));

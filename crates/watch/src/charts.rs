@@ -133,6 +133,8 @@ pub(crate) const SIDE_VIEW: &[&str] = &[
     "state:depth",
     "state:pitch",
     "state:distance",
+    "state:cross_track",
+    "state:yaw",
     "state:dive_planes",
     "dha_state:ram",
     "dha_state:pulses",
