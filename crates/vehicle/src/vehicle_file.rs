@@ -58,6 +58,12 @@ pub enum VehicleError {
         /// The system's error.
         reason: std::io::Error,
     },
+    /// It has six degrees of freedom.
+    #[error(
+        "vehicle '{0}' has six degrees of freedom, which plant_sim (dive, sim, sweep) and six-dof take; here one of the vertical plane is asked for: {names}",
+        names = plane_names()
+    )]
+    OfSixDegrees(String),
     /// The text is not YAML of the right form.
     #[error("vehicle file '{file}': {reason}")]
     Malformed {
@@ -141,12 +147,23 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
 /// The names of the built-in vehicles.
 /// The built-in vehicle that was probably meant, as a question.
 fn meant(name: &str) -> String {
-    planesman_text::did_you_mean(name, BUILT_IN.iter().map(|(name, _)| *name))
+    let plane = BUILT_IN.iter().map(|(name, _)| *name);
+    planesman_text::did_you_mean(name, plane.chain(crate::six_dof::built_in()))
 }
 
-fn names() -> String {
+fn plane_names() -> String {
     let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
     names.join(", ")
+}
+
+/// Those too that [`crate::six_dof`] has.
+fn names() -> String {
+    let six: Vec<&str> = crate::six_dof::built_in().collect();
+    format!(
+        "{}; with six degrees of freedom {}",
+        plane_names(),
+        six.join(", ")
+    )
 }
 
 /// The text of the built-in vehicle, or of the file at that path.
@@ -158,6 +175,9 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
         file: name_or_path.to_owned(),
         reason,
     };
+    if crate::six_dof::is_one(name_or_path) {
+        return Err(VehicleError::OfSixDegrees(name_or_path.to_owned()));
+    }
     planesman_text::read(Path::new(name_or_path)).map_err(unreadable)
 }
 
