@@ -20,7 +20,8 @@ use planesman_msgs::{
 use crate::{
     description::{self, Part},
     error::Error,
-    messages::{Frames, Instruments},
+    frames::Frames,
+    messages::Instruments,
     odometry::{self, wrapped},
     parameters::PlantParameters,
     sensors::{self, Memory, Readings, Truth},
@@ -70,6 +71,8 @@ pub struct Plant {
     /// Accepted, and in force from the next tick on.
     next_settings: Option<Settings>,
     body: Body,
+    /// Ticks since the start or a reset.
+    ticks: i64,
     acting: Acting,
     planes_source: u8,
     /// The first contact of the tick that ended now, timed from its start.
@@ -150,6 +153,7 @@ impl Plant {
         let settings = Settings::new(parameters, &vehicle)?;
         Ok(Self {
             body: settings.initial,
+            ticks: 0,
             acting: Acting::default(),
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
@@ -231,6 +235,12 @@ impl Plant {
         Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
+    /// One message of each topic of an instrument that is on, to open publishers by.
+    #[must_use]
+    pub fn instruments_that_are_on(&self) -> Instruments {
+        Instruments::of_all_that_are_on(&self.settings.sensors)
+    }
+
     fn frames(&self, stamp: Time) -> Frames<'_> {
         Frames {
             stamp,
@@ -243,7 +253,7 @@ impl Plant {
     pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
         StaticMessages {
-            transforms: frames.fixed_transforms(self.settings.map_to_odom),
+            transforms: frames.fixed_transforms(self.settings.map_to_odom, &self.settings.sensors),
             description: Text {
                 data: description::robot_description(&self.vehicle),
             },
@@ -298,6 +308,7 @@ impl Plant {
             self.waves.advance(filter);
         }
         self.body = body;
+        self.ticks += 1;
         self.energy = energy;
         self.supply = supply;
         self.acting = acting;
@@ -325,6 +336,7 @@ impl Plant {
     pub fn reset(&mut self) {
         self.take_next_settings();
         self.body = self.settings.initial;
+        self.ticks = 0;
         self.energy = 0.0;
         self.supply = None;
         self.acting = Acting::default();
@@ -339,9 +351,10 @@ impl Plant {
     /// in which nobody does, their noise stands still.
     fn readings(&mut self) -> Readings {
         let (settings, memory) = (&self.settings, &mut self.memory);
+        let time = self.ticks * settings.tick_nanos;
         *self.readings.get_or_insert_with(|| {
             settings.sensors.read(
-                &truth(settings, &self.body, &self.acting),
+                &truth(settings, &self.body, &self.acting, time),
                 &settings.motion.vertical.environment,
                 &self.vehicle.depth_port,
                 settings.tick_nanos as f64 * 1e-9,
@@ -443,8 +456,8 @@ impl Plant {
     }
 }
 
-/// The true quantities that the instruments measure.
-fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
+/// The true quantities that the instruments measure, at a time \[ns\] since the start or a reset.
+fn truth(settings: &Settings, body: &Body, acting: &Acting, time: i64) -> Truth {
     let motion = &settings.motion;
     let acceleration = motion.acceleration(body, &acting.held(), acting.waves);
     let gravity = motion.vertical.environment.gravity;
@@ -455,6 +468,9 @@ fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
         depth: body.plane.depth,
         speed: body.speed,
         planes: acting.dive_planes,
+        time,
+        odometry: odometry::Odometry::new(body, motion.current),
+        bottom: motion.depth_limits.bottom,
     }
 }
 

@@ -1,10 +1,10 @@
 //! The vehicle simulated tick by tick, its sensors, and their messages.
 //!
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
-//! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
+//! - [`PlantParameters`]: the declared parameters, `navigation_parameters` those of some sensors; `settings`: the same as the models' own types.
 //! - [`Answers`]: what a tick is flown on, and when it is over.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
-//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
+//! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
 
@@ -12,7 +12,10 @@ mod answers;
 mod core;
 mod description;
 mod error;
+mod frames;
 mod messages;
+mod navigation_messages;
+mod navigation_parameters;
 mod odometry;
 mod parameters;
 mod sensors;
@@ -23,6 +26,7 @@ pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
 pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;
+pub use navigation_messages::NavigationMessages;
 pub use parameters::{PlantParameters, TimeSource};
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
 pub use settings::derivatives;

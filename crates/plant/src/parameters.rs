@@ -4,6 +4,9 @@ use std::f64::consts::PI;
 
 use planesman_parameters::{Choice, Parameters};
 
+use crate::navigation_parameters::{
+    Attitude, Dvl, EarthField, Gps, Magnetometer, NavigationParameters, Origin, Usbl,
+};
 use crate::sensors::{
     Channel, Sensors,
     adc::Adc,
@@ -131,6 +134,10 @@ pub struct Environment {
     pub seaway: Seaway,
     /// `environment.tether.*`.
     pub tether: Tether,
+    /// `environment.origin.*`.
+    pub origin: Origin,
+    /// `environment.earth_field.*`.
+    pub earth_field: EarthField,
 }
 
 /// The parameters `environment.current.*`.
@@ -192,6 +199,16 @@ pub struct SensorParameters {
     pub depth: Depth,
     /// `sensors.speed.*`.
     pub speed: Speed,
+    /// `sensors.dvl.*`.
+    pub dvl: Dvl,
+    /// `sensors.magnetometer.*`.
+    pub magnetometer: Magnetometer,
+    /// `sensors.gps.*`.
+    pub gps: Gps,
+    /// `sensors.usbl.*`.
+    pub usbl: Usbl,
+    /// `sensors.attitude.*`.
+    pub attitude: Attitude,
 }
 
 /// The parameters `sensors.gyro.*`.
@@ -399,7 +416,12 @@ pub enum TimeSource {
 /// The instruments that the parameters describe.
 #[must_use]
 pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
-    let PlantParameters { sensors, daq, .. } = parameters;
+    let PlantParameters {
+        environment,
+        sensors,
+        daq,
+        ..
+    } = parameters;
     let gyros = match sensors.gyro.calibration {
         GyroCalibration::Preliminary => gyro::PRELIMINARY,
         GyroCalibration::PreliminaryLow => gyro::PRELIMINARY_LOW,
@@ -417,6 +439,17 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             Filter::DeadBand => Conditioning::DeadBand(daq.dead_band),
             Filter::None => Conditioning::None,
         },
+        navigation: NavigationParameters {
+            errors: sensors.errors,
+            origin: &environment.origin,
+            earth_field: &environment.earth_field,
+            dvl: &sensors.dvl,
+            magnetometer: &sensors.magnetometer,
+            gps: &sensors.gps,
+            usbl: &sensors.usbl,
+            attitude: &sensors.attitude,
+        }
+        .instruments(),
         ..Sensors::default()
     };
     if !sensors.errors {
