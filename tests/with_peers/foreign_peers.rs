@@ -15,7 +15,6 @@ use planesman_msgs::loop_topics::{self, Delivery, OPTIONAL_SENSORS};
 use planesman_msgs::{
     Message,
     diagnostic_msgs::msg::DiagnosticArray,
-    geometry_msgs::msg::{PoseWithCovarianceStamped, TwistWithCovarianceStamped},
     nav_msgs,
     planesman_msgs::msg::{PlaneMotion, VehicleState},
     rcl_interfaces::msg::Log,
@@ -231,7 +230,7 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
     let with_sensors = "  plant_sim:
     initial_depth: 1.0
     environment: {bottom: 10.0}
-    sensors: {dvl.rate: 5.0, gps.rate: 5.0, usbl: {rate: 5.0, delay: 0.2}}
+    sensors: {dvl.rate: 5.0, gps.rate: 5.0}
   depth_controller: {depth_setpoint: 1.0}
 ";
     let _loop = keep_flying(stage, with_sensors, &["--factor", "4"]);
@@ -272,23 +271,12 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
         assert_eq!(imu["orientation_covariance"][0], -1.0, "no orientation");
     }
 
-    for dvl in echo("/auv/dvl", TwistWithCovarianceStamped::TYPE_NAME) {
-        assert_eq!(dvl["header"]["frame_id"], "base_link");
-        let forward = number(&dvl["twist"]["twist"]["linear"]["x"]);
-        assert!((forward - 0.3048).abs() < 0.05, "{dvl}");
-        assert!((number(&dvl["twist"]["covariance"][0]) - 5e-5).abs() < 1e-12);
-    }
     for altitude in echo("/auv/altitude", sensor_msgs::msg::Range::TYPE_NAME) {
         assert_eq!(altitude["header"]["frame_id"], "altimeter");
         assert!((number(&altitude["range"]) - 9.0).abs() < 0.3, "{altitude}");
     }
     for gps in echo("/auv/gps", sensor_msgs::msg::NavSatFix::TYPE_NAME) {
         assert_eq!(gps["status"]["status"], -1, "under water");
-    }
-    for usbl in echo("/auv/usbl", PoseWithCovarianceStamped::TYPE_NAME) {
-        assert_eq!(usbl["header"]["frame_id"], "map");
-        let up = number(&usbl["pose"]["pose"]["position"]["z"]);
-        assert!((up + 1.0).abs() < 1.5, "{usbl}");
     }
 
     for planes in echo("/auv/planes", sensor_msgs::msg::JointState::TYPE_NAME) {

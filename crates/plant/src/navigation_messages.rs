@@ -207,6 +207,7 @@ fn of_the_first_three(deviations: [f64; 3]) -> [f64; 36] {
 mod tests {
     use super::*;
     use crate::{Plant, PlantParameters};
+    use planesman_msgs::Message;
     use planesman_parameters::{Parameters as _, Value};
 
     const ALL_ON: [(&str, f64); 6] = [
@@ -320,5 +321,36 @@ mod tests {
         let again = told(fly(&mut plant, 30));
         assert_eq!(first, again);
         assert_eq!(first[0].usbl, None);
+    }
+
+    #[test]
+    fn all_is_finite_through_loops_at_the_pole_with_every_error_at_its_largest() {
+        let extreme = [
+            ("speed", 5.0),
+            ("initial_pitch", 3.0),
+            ("environment.origin.latitude", 90.0),
+            ("environment.origin.longitude", 180.0),
+            ("environment.bottom", 0.5),
+            ("sensors.dvl.noise", 10.0),
+            ("sensors.dvl.altitude_noise", 10.0),
+            ("sensors.gps.noise", 1000.0),
+            ("sensors.gps.bias", -1000.0),
+            ("sensors.usbl.outlier", 1.0),
+            ("sensors.usbl.outlier_size", 10_000.0),
+            ("sensors.attitude.heading_noise", 1.0),
+        ];
+        let extreme = extreme.map(|(name, value)| (name, Value::Double(value)));
+        let mut plant = plant(&extreme);
+        for observation in fly(&mut plant, 400) {
+            let told = &observation.instruments;
+            assert_eq!(told.imu.first_non_finite(), None);
+            let told = &told.navigation;
+            let finite = |it: Option<String>| assert_eq!(it, None);
+            finite(told.dvl.as_ref().and_then(Message::first_non_finite));
+            finite(told.dvl_water.as_ref().and_then(Message::first_non_finite));
+            finite(told.altitude.as_ref().and_then(Message::first_non_finite));
+            finite(told.gps.as_ref().and_then(Message::first_non_finite));
+            finite(told.usbl.as_ref().and_then(Message::first_non_finite));
+        }
     }
 }

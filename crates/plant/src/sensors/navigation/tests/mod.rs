@@ -322,9 +322,9 @@ fn the_acoustic_position_scatters_by_its_slant_range() {
         .collect();
     // 130 m away: sqrt(0.3^2 + 1.3^2).
     let deviation = 1.78_f64.sqrt();
-    for axis in 0..3 {
+    for (axis, place) in position.into_iter().enumerate() {
         let values: Vec<f64> = readings.iter().map(|it| it.position[axis]).collect();
-        assert_normal(&values, position[axis] + 0.5, deviation);
+        assert_normal(&values, place + 0.5, deviation);
     }
     assert!((readings[0].deviation - deviation).abs() < 1e-14);
 }
