@@ -1,7 +1,7 @@
 //! The vehicle simulated tick by tick, its sensors, and their messages.
 //!
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
-//! - [`PlantParameters`]: the declared parameters, `navigation_parameters` those of some sensors; `settings`: the same as the models' own types.
+//! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
 //! - [`Answers`]: what a tick is flown on, and when it is over.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
 //! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
@@ -15,7 +15,6 @@ mod error;
 mod frames;
 mod messages;
 mod navigation_messages;
-mod navigation_parameters;
 mod odometry;
 mod parameters;
 mod sensors;

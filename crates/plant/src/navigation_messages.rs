@@ -165,7 +165,7 @@ impl Frames<'_> {
             latitude: place.latitude,
             longitude: place.longitude,
             altitude: place.altitude,
-            position_covariance: diagonal(gps.noise.map(known)),
+            position_covariance: diagonal(gps.deviation().map(known)),
             position_covariance_type: NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN,
         }
     }

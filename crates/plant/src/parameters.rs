@@ -4,14 +4,12 @@ use std::f64::consts::PI;
 
 use planesman_parameters::{Choice, Parameters};
 
-use crate::navigation_parameters::{
-    Attitude, Dvl, EarthField, Gps, Magnetometer, NavigationParameters, Origin, Usbl,
-};
 use crate::sensors::{
     Channel, Sensors,
     adc::Adc,
     conditioning::Conditioning,
     gyro,
+    navigation::{AttitudeReference, Dvl, EarthField, Gps, Magnetometer, Navigation, Origin, Usbl},
     plane_signal::{self, PlaneSignal},
     pressure_cell::{self, DepthPort, PressureCell},
 };
@@ -208,7 +206,7 @@ pub struct SensorParameters {
     /// `sensors.usbl.*`.
     pub usbl: Usbl,
     /// `sensors.attitude.*`.
-    pub attitude: Attitude,
+    pub attitude: AttitudeReference,
 }
 
 /// The parameters `sensors.gyro.*`.
@@ -422,6 +420,15 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
         daq,
         ..
     } = parameters;
+    let navigation = Navigation {
+        origin: environment.origin,
+        earth_field: environment.earth_field,
+        dvl: sensors.dvl,
+        magnetometer: sensors.magnetometer,
+        gps: sensors.gps,
+        usbl: sensors.usbl,
+        attitude: sensors.attitude,
+    };
     let gyros = match sensors.gyro.calibration {
         GyroCalibration::Preliminary => gyro::PRELIMINARY,
         GyroCalibration::PreliminaryLow => gyro::PRELIMINARY_LOW,
@@ -439,17 +446,7 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             Filter::DeadBand => Conditioning::DeadBand(daq.dead_band),
             Filter::None => Conditioning::None,
         },
-        navigation: NavigationParameters {
-            errors: sensors.errors,
-            origin: &environment.origin,
-            earth_field: &environment.earth_field,
-            dvl: &sensors.dvl,
-            magnetometer: &sensors.magnetometer,
-            gps: &sensors.gps,
-            usbl: &sensors.usbl,
-            attitude: &sensors.attitude,
-        }
-        .instruments(),
+        navigation: navigation.without_errors(),
         ..Sensors::default()
     };
     if !sensors.errors {
@@ -500,6 +497,7 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             bits: daq.adc.bits,
             range: daq.adc.range,
         },
+        navigation,
         ..perfect
     }
 }

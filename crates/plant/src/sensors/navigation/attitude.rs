@@ -2,18 +2,29 @@
 //!
 //! Its error is a small turn about the axes east, north and up. The heading is true, not magnetic.
 
+use std::f64::consts::PI;
+
+use planesman_parameters::Parameters;
+
 use super::geodesy::Origin;
 use crate::sensors::noise::{Source, Stream};
 
 /// An attitude and heading reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct AttitudeReference {
+///
+/// Its parameters are `sensors.attitude.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct AttitudeReference {
+    /// Whether an attitude and heading reference fills the orientation of imu, from the body to east, north, up.
+    #[parameter(default = false)]
     pub enabled: bool,
-    /// Standard deviation about a level axis \[rad\].
+    /// Standard deviation about a level axis; assumed.
+    #[parameter(default = 0.002, unit = "rad", range = 0.0..=1.0)]
     pub noise: f64,
-    /// The same about the vertical: of the heading.
+    /// Standard deviation of the heading; assumed.
+    #[parameter(default = 0.01, unit = "rad", range = 0.0..=1.0)]
     pub heading_noise: f64,
-    /// Constant error of the heading, to starboard \[rad\].
+    /// Constant error of the heading, to starboard.
+    #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
     pub heading_bias: f64,
 }
 

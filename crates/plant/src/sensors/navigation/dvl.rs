@@ -13,6 +13,8 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_6};
 
+use planesman_parameters::Parameters;
+
 use crate::{
     odometry::Odometry,
     sensors::noise::{Source, Stream},
@@ -25,21 +27,30 @@ pub(crate) const BEAM_ANGLE: f64 = FRAC_PI_6;
 const AZIMUTHS: [[f64; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
 
 /// A Doppler velocity log at the body's origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Dvl {
-    /// \[Hz\]; 0: off.
+///
+/// Its parameters are `sensors.dvl.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct Dvl {
+    /// Measurements of the Doppler velocity log (dvl, dvl_water, altitude), at most one a tick; 0: off.
+    #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// Standard deviation along a beam, of bottom lock \[m/s\].
+    /// Standard deviation of the velocity along each of the four beams, with bottom lock; assumed, as all of this sensor.
+    #[parameter(default = 0.005, unit = "m/s", range = 0.0..=10.0)]
     pub noise: f64,
-    /// The same of water lock.
+    /// Standard deviation of the velocity along each of the four beams, with water lock.
+    #[parameter(default = 0.02, unit = "m/s", range = 0.0..=10.0)]
     pub water_noise: f64,
-    /// Relative error of every velocity.
+    /// Relative error of all velocities, as of a wrong speed of sound.
+    #[parameter(default = 0.0, range = -0.5..=0.5)]
     pub scale: f64,
-    /// Standard deviation of the altitude \[m\].
+    /// Standard deviation of the altitude.
+    #[parameter(default = 0.01, unit = "m", range = 0.0..=10.0)]
     pub altitude_noise: f64,
-    /// Largest distance along a beam for bottom lock \[m\].
+    /// Largest distance to the bottom along a beam, for bottom lock.
+    #[parameter(default = 50.0, unit = "m", range = 0.0..=11_000.0)]
     pub range: f64,
     /// Probability that a measurement gives nothing.
+    #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub dropout: f64,
 }
 

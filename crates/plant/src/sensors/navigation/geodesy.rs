@@ -8,19 +8,27 @@
 //! (e, n, u: east, north, up; X towards the origin's meridian). Back by Bowring's formula (Survey Review 23, 1976), whose error within
 //! 10 km of the ellipsoid is below 1e-9 m.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use planesman_parameters::Parameters;
 
 /// Semi-major axis \[m\] and flattening of WGS 84.
 const WGS_84: (f64, f64) = (6_378_137.0, 1.0 / 298.257_223_563);
 
 /// Where `odom` lies on the earth.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Origin {
-    /// \[deg\], positive north.
+///
+/// Its parameters are `environment.origin.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct Origin {
+    /// Latitude of the frame odom's origin, positive north; Monterey Bay.
+    #[parameter(default = 36.7, unit = "deg", range = -90.0..=90.0)]
     pub latitude: f64,
-    /// \[deg\], positive east.
+    /// Longitude of the frame odom's origin, positive east; Monterey Bay.
+    #[parameter(default = -122.0, unit = "deg", range = -180.0..=180.0)]
     pub longitude: f64,
-    /// Azimuth of the x axis, the initial heading, from true north to the east \[rad\].
+    /// True azimuth of the initial heading, odom's x axis, from north to the east. At its default, east, odom and map have the axes east,
+    /// north, up.
+    #[parameter(default = FRAC_PI_2, unit = "rad", range = -PI..=2.0 * PI)]
     pub heading: f64,
 }
 

@@ -1,5 +1,7 @@
 //! The satellite receiver: a position while its antenna is out of the water.
 
+use planesman_parameters::Parameters;
+
 use super::geodesy::{Geodetic, Origin};
 use crate::{
     odometry::Odometry,
@@ -7,15 +9,24 @@ use crate::{
 };
 
 /// A receiver with its antenna above the body's origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Gps {
-    /// \[Hz\]; 0: off.
+///
+/// Its parameters are `sensors.gps.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct Gps {
+    /// Measurements of the satellite receiver (gps), at most one a tick; 0: off.
+    #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// Standard deviations east, north, up \[m\].
-    pub noise: [f64; 3],
-    /// Constant error, east, north, up \[m\].
-    pub bias: [f64; 3],
-    /// The antenna's height above the body's origin \[m\].
+    /// Standard deviation to the east and to the north; assumed.
+    #[parameter(default = 1.0, unit = "m", range = 0.0..=1000.0)]
+    pub noise: f64,
+    /// Standard deviation of the altitude; assumed.
+    #[parameter(default = 2.0, unit = "m", range = 0.0..=1000.0)]
+    pub vertical_noise: f64,
+    /// Constant error to the east and to the north.
+    #[parameter(default = 0.0, unit = "m", range = -1000.0..=1000.0)]
+    pub bias: f64,
+    /// Height of the antenna above the body's origin. There is a fix while it is out of the water.
+    #[parameter(default = 0.1, unit = "m", range = 0.0..=100.0, read_only)]
     pub antenna: f64,
 }
 
@@ -32,6 +43,11 @@ impl Memory {
 }
 
 impl Gps {
+    /// Standard deviations east, north, up \[m\].
+    pub(crate) fn deviation(&self) -> [f64; 3] {
+        [self.noise, self.noise, self.vertical_noise]
+    }
+
     pub(super) fn read(
         &self,
         odometry: &Odometry,
@@ -45,8 +61,9 @@ impl Gps {
             return None;
         }
         let place = origin.east_north_up(antenna);
+        let (bias, deviation) = ([self.bias, self.bias, 0.0], self.deviation());
         Some(origin.geodetic(std::array::from_fn(|i| {
-            place[i] + self.bias[i] + self.noise[i] * normal[i]
+            place[i] + bias[i] + deviation[i] * normal[i]
         })))
     }
 }

@@ -7,16 +7,25 @@
 //! x = B cos I cos(D - psi)     y = -B cos I sin(D - psi)     z = -B sin I
 //! ```
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use planesman_parameters::Parameters;
+
 use crate::sensors::noise::{Source, Stream};
 
 /// The earth's field.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct EarthField {
-    /// \[T\]
+///
+/// Its parameters are `environment.earth_field.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct EarthField {
+    /// Strength of the earth's magnetic field; it, declination and inclination are those of Monterey Bay in 2025 (World Magnetic Model).
+    #[parameter(default = 46.9e-6, unit = "T", range = 0.0..=1e-3)]
     pub strength: f64,
-    /// East of true north \[rad\].
+    /// Declination: magnetic north is so far east of true north.
+    #[parameter(default = 0.221, unit = "rad", range = -PI..=PI)]
     pub declination: f64,
-    /// Below the horizon \[rad\].
+    /// Inclination of the magnetic field below the horizon.
+    #[parameter(default = 1.052, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub inclination: f64,
 }
 
@@ -30,14 +39,32 @@ impl EarthField {
 }
 
 /// A magnetometer of three axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Magnetometer {
-    /// \[Hz\]; 0: off.
+///
+/// Its parameters are `sensors.magnetometer.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct Magnetometer {
+    /// Measurements of the magnetometer (magnetic_field), at most one a tick; 0: off.
+    #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// Standard deviation of each axis \[T\].
+    /// Standard deviation of each axis; assumed.
+    #[parameter(default = 2e-7, unit = "T", range = 0.0..=1e-3)]
     pub noise: f64,
-    /// The field of the vehicle's own iron \[T\], forward, left, up.
-    pub hard_iron: [f64; 3],
+    /// `sensors.magnetometer.hard_iron.*`.
+    pub hard_iron: HardIron,
+}
+
+/// The parameters `sensors.magnetometer.hard_iron.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct HardIron {
+    /// Field of the vehicle's own iron, forward.
+    #[parameter(default = 0.0, unit = "T", range = -1e-3..=1e-3)]
+    pub x: f64,
+    /// Field of the vehicle's own iron, to the left.
+    #[parameter(default = 0.0, unit = "T", range = -1e-3..=1e-3)]
+    pub y: f64,
+    /// Field of the vehicle's own iron, upwards.
+    #[parameter(default = 0.0, unit = "T", range = -1e-3..=1e-3)]
+    pub z: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -52,6 +79,8 @@ impl Memory {
 impl Magnetometer {
     /// The measurement of a field \[T\]; both forward, left, up.
     pub(super) fn read(&self, field: [f64; 3], memory: &mut Memory) -> [f64; 3] {
-        std::array::from_fn(|i| field[i] + self.hard_iron[i] + self.noise * memory.0[i].draw())
+        let HardIron { x, y, z } = self.hard_iron;
+        let iron = [x, y, z];
+        std::array::from_fn(|i| field[i] + iron[i] + self.noise * memory.0[i].draw())
     }
 }

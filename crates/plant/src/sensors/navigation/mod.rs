@@ -6,7 +6,7 @@
 //! - `usbl`: the position from the surface, late.
 //! - `attitude`: an attitude and heading reference, in `imu`.
 //!
-//! All vectors are in ROS frames (REP 103): forward, left, up in the body, and `odom`'s axes, which are turned from east and
+//! Their parameters are declared beside their equations. All vectors are in ROS frames (REP 103): forward, left, up in the body, and `odom`'s axes, which are turned from east and
 //! north by [`Origin::heading`].
 
 mod attitude;
@@ -22,6 +22,7 @@ pub(crate) use attitude::AttitudeReference;
 pub(crate) use dvl::{BEAM_ANGLE, Dvl, Lock, Reading as DvlReading};
 pub(crate) use geodesy::Origin;
 pub(crate) use gps::{Gps, Reading as GpsReading};
+use magnetometer::HardIron;
 pub(crate) use magnetometer::{EarthField, Magnetometer};
 pub(crate) use usbl::{Reading as UsblReading, Usbl};
 
@@ -74,6 +75,46 @@ pub(crate) struct Readings {
 }
 
 impl Navigation {
+    /// The same without errors; ranges, delay and mounting stay.
+    pub(crate) fn without_errors(self) -> Self {
+        Self {
+            dvl: Dvl {
+                noise: 0.0,
+                water_noise: 0.0,
+                scale: 0.0,
+                altitude_noise: 0.0,
+                dropout: 0.0,
+                ..self.dvl
+            },
+            magnetometer: Magnetometer {
+                noise: 0.0,
+                hard_iron: HardIron::default(),
+                ..self.magnetometer
+            },
+            gps: Gps {
+                noise: 0.0,
+                vertical_noise: 0.0,
+                bias: 0.0,
+                ..self.gps
+            },
+            usbl: Usbl {
+                noise: 0.0,
+                relative_noise: 0.0,
+                bias: 0.0,
+                dropout: 0.0,
+                outlier: 0.0,
+                ..self.usbl
+            },
+            attitude: AttitudeReference {
+                noise: 0.0,
+                heading_noise: 0.0,
+                heading_bias: 0.0,
+                ..self.attitude
+            },
+            ..self
+        }
+    }
+
     /// The readings at the tick of length `tick` \[ns\] that begins at `time` \[ns\], over a bottom at a depth \[m\].
     pub(super) fn read(
         &self,

@@ -5,26 +5,38 @@
 
 use std::collections::VecDeque;
 
+use planesman_parameters::Parameters;
+
 use crate::sensors::noise::{Source, Stream};
 
 /// An ultra-short baseline.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Usbl {
-    /// \[Hz\]; 0: off.
+///
+/// Its parameters are `sensors.usbl.*`.
+#[derive(Clone, Copy, Debug, PartialEq, Parameters)]
+pub struct Usbl {
+    /// Measurements of the ultra-short baseline (usbl), whose transceiver is at the origin of map; at most one a tick; 0: off.
+    #[parameter(default = 0.0, unit = "Hz", range = 0.0..=1000.0, read_only)]
     pub rate: f64,
-    /// `sigma_0` \[m\].
+    /// Standard deviation along each axis, close by; assumed.
+    #[parameter(default = 0.2, unit = "m", range = 0.0..=1000.0)]
     pub noise: f64,
-    /// `c`
+    /// Further standard deviation along each axis, as a share of the slant range; assumed.
+    #[parameter(default = 0.01, range = 0.0..=1.0)]
     pub relative_noise: f64,
-    /// Constant error along each axis \[m\].
+    /// Constant error along each axis of map.
+    #[parameter(default = 0.0, unit = "m", range = -1000.0..=1000.0)]
     pub bias: f64,
-    /// From the measurement until the vehicle has it \[ns\].
-    pub delay: i64,
+    /// Time from a measurement, its stamp, until the vehicle has it.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=60.0)]
+    pub delay: f64,
     /// Probability that a measurement is lost.
+    #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub dropout: f64,
-    /// Probability that it is an outlier.
+    /// Probability that a measurement is an outlier.
+    #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub outlier: f64,
-    /// Standard deviation of an outlier's further error along each axis \[m\].
+    /// Standard deviation of an outlier's further error along each axis.
+    #[parameter(default = 20.0, unit = "m", range = 0.0..=10_000.0)]
     pub outlier_size: f64,
 }
 
@@ -73,7 +85,7 @@ impl Usbl {
         }
         let (made, _) = *memory.pending.front()?;
         let age = time - made;
-        if age < self.delay {
+        if age < (self.delay * 1e9).round() as i64 {
             return None;
         }
         let (_, reading) = memory.pending.pop_front()?;

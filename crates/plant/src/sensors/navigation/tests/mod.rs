@@ -184,7 +184,11 @@ fn the_magnetometer_adds_hard_iron_and_noise() {
     let magnetometer = Magnetometer {
         rate: 1.0,
         noise: 2e-7,
-        hard_iron: [1e-6, -2e-6, 3e-6],
+        hard_iron: HardIron {
+            x: 1e-6,
+            y: -2e-6,
+            z: 3e-6,
+        },
     };
     let mut memory = memory();
     let readings: Vec<_> = (0..5000)
@@ -277,13 +281,18 @@ fn there_is_a_fix_while_the_antenna_is_out_of_the_water() {
 fn fixes_scatter_by_the_deviations_about_the_biased_place() {
     let gps = Gps {
         rate: 1.0,
-        noise: [1.0, 1.0, 2.0],
-        bias: [3.0, 3.0, 0.0],
+        noise: 1.0,
+        vertical_noise: 2.0,
+        bias: 3.0,
         antenna: 0.0,
     };
     let mut memory = memory();
     let surfaced = at([0.0; 3], 0.0, [0.0; 3]);
-    let origin = Origin::default();
+    let origin = Origin {
+        latitude: 0.0,
+        longitude: 0.0,
+        heading: 0.0,
+    };
     let fixes: Vec<_> = (0..5000)
         .filter_map(|_| gps.read(&surfaced, &origin, &mut memory.gps))
         .collect();
@@ -304,7 +313,7 @@ const USBL: Usbl = Usbl {
     noise: 0.3,
     relative_noise: 0.01,
     bias: 0.5,
-    delay: 0,
+    delay: 0.0,
     dropout: 0.0,
     outlier: 0.0,
     outlier_size: 20.0,
@@ -335,7 +344,7 @@ fn an_acoustic_position_comes_late_and_is_of_its_own_time() {
         noise: 0.0,
         relative_noise: 0.0,
         bias: 0.0,
-        delay: 1_230_000_000,
+        delay: 1.23,
         ..USBL
     };
     let mut memory = memory();
@@ -400,7 +409,9 @@ fn the_attitude_reference_counts_from_east_with_its_errors() {
     };
     let exact = AttitudeReference {
         enabled: true,
-        ..AttitudeReference::default()
+        noise: 0.0,
+        heading_noise: 0.0,
+        heading_bias: 0.0,
     };
     let mut memory = memory();
     let [roll, pitch, yaw] = [0.2, -0.3, 0.4];
