@@ -8,6 +8,7 @@ use crate::{
     Message, TypeInfo,
     builtin_interfaces::msg::Time,
     diagnostic_msgs::msg::DiagnosticArray,
+    geometry_msgs::msg::{PoseWithCovarianceStamped, TwistWithCovarianceStamped},
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{
         ControlState, DaqSample, DhaState, ModelEstimate, MotionEstimate, PlaneCommand,
@@ -15,7 +16,7 @@ use crate::{
     },
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
-    sensor_msgs::msg::{FluidPressure, Imu, JointState},
+    sensor_msgs::msg::{FluidPressure, Imu, JointState, MagneticField, NavSatFix, Range},
     std_msgs::msg::{Float64, String as Text},
     tf2_msgs::msg::TFMessage,
 };
@@ -82,6 +83,16 @@ impl LoopTopic {
     }
 }
 
+/// The sensors of `plant_sim` that are off unless their parameters ask for them: only then are their topics published.
+pub const OPTIONAL_SENSORS: [&str; 6] = [
+    "dvl",
+    "dvl_water",
+    "altitude",
+    "magnetic_field",
+    "gps",
+    "usbl",
+];
+
 /// Every topic of the loop, publisher by publisher.
 pub const ALL: &[LoopTopic] = {
     use Delivery::{BestEffort, Latched, Reliable};
@@ -97,6 +108,12 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<FluidPressure>("depth_pressure", BestEffort, 5),
         LoopTopic::of::<FluidPressure>("speed_pressure", BestEffort, 5),
         LoopTopic::of::<DaqSample>("daq", BestEffort, 5),
+        LoopTopic::of::<TwistWithCovarianceStamped>("dvl", BestEffort, 5),
+        LoopTopic::of::<TwistWithCovarianceStamped>("dvl_water", BestEffort, 5),
+        LoopTopic::of::<Range>("altitude", BestEffort, 5),
+        LoopTopic::of::<MagneticField>("magnetic_field", BestEffort, 5),
+        LoopTopic::of::<NavSatFix>("gps", BestEffort, 5),
+        LoopTopic::of::<PoseWithCovarianceStamped>("usbl", BestEffort, 5),
         // the operator
         LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),

@@ -54,6 +54,10 @@ const MESSAGES: &[(&str, &str)] = &[
         "9a7c0fd234b7f45c6098745ecccd773ca1085670e64107135397aee31c02e1bb",
     ),
     (
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e",
+    ),
+    (
         "geometry_msgs/msg/Quaternion",
         "8a765f66778c8ff7c8ab94afcc590a2ed5325a1d9a076ffff38fbce36f458684",
     ),
@@ -72,6 +76,10 @@ const MESSAGES: &[(&str, &str)] = &[
     (
         "geometry_msgs/msg/TwistWithCovariance",
         "49f574f033f095d8b6cd1beaca5ca7925e296e84af1716d16c89d38b059c8c18",
+    ),
+    (
+        "geometry_msgs/msg/TwistWithCovarianceStamped",
+        "77b67434531e6529b7a0091357b186b6ebdb17fd9ffd3e0c7ce9d3fb11a44563",
     ),
     (
         "geometry_msgs/msg/Vector3",
@@ -172,6 +180,22 @@ const MESSAGES: &[(&str, &str)] = &[
     (
         "sensor_msgs/msg/JointState",
         "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+    ),
+    (
+        "sensor_msgs/msg/MagneticField",
+        "e80f32f56a20486c9923008fc1a1db07bbb273cbbf6a5b3bfa00835ee00e4dff",
+    ),
+    (
+        "sensor_msgs/msg/NavSatFix",
+        "62223ab3fe210a15976021da7afddc9e200dc9ec75231c1b6a557fc598a65404",
+    ),
+    (
+        "sensor_msgs/msg/NavSatStatus",
+        "d1ed3befa628e09571bd273b888ba1c1fd187c9a5e0006b385d7e5e9095a3204",
+    ),
+    (
+        "sensor_msgs/msg/Range",
+        "b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",
     ),
     (
         "service_msgs/msg/ServiceEventInfo",

@@ -135,7 +135,15 @@ fn plays_its_part(stage: &Stage, bag: &str) {
 #[test]
 fn on_the_instruments_with_adaptive_gains_processes_and_composition_agree_bit_for_bit() {
     let stage = Stage::new();
-    let dive = "  plant_sim: {speed: 0.6096}
+    let dive = "  plant_sim:
+    speed: 0.6096
+    environment: {bottom: 1.0}
+    sensors:
+      dvl: {rate: 5.0, range: 0.8, dropout: 0.1}
+      magnetometer: {rate: 10.0}
+      gps: {rate: 1.0}
+      usbl: {rate: 0.5, delay: 1.3, outlier: 0.2}
+      attitude: {enabled: true}
   depth_controller:
     depth_setpoint: 0.5
     feedback: {source: kalman, speed: 0.6096}
@@ -159,6 +167,14 @@ fn on_the_instruments_with_adaptive_gains_processes_and_composition_agree_bit_fo
             "/auv/control_state",
             "/auv/plane_command",
             "/auv/state",
+            "/auv/imu",
+            "/auv/dvl",
+            "/auv/dvl_water",
+            "/auv/altitude",
+            "/auv/magnetic_field",
+            "/auv/gps",
+            "/auv/usbl",
+            "/tf_static",
         ],
     );
 }

@@ -27,6 +27,7 @@ mod reports;
 mod reproduce;
 mod review;
 mod same_bits;
+mod sensors;
 mod six_dof;
 #[path = "../stage/mod.rs"]
 mod stage;

@@ -11,7 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman_control::ControllerParameters;
 use planesman_flight::nodes::NODES;
-use planesman_msgs::loop_topics::{self, Delivery};
+use planesman_msgs::loop_topics::{self, Delivery, OPTIONAL_SENSORS};
 use planesman_msgs::{
     Message,
     diagnostic_msgs::msg::DiagnosticArray,
@@ -160,7 +160,9 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
     let from_the_operator =
         ["depth", "pitch", "heading", "speed"].map(|of| format!("{of}_setpoint"));
     let is_published = |topic: &str| {
-        !from_the_operator.iter().any(|name| name == topic) && !UNSAID.contains(&topic)
+        !from_the_operator.iter().any(|name| name == topic)
+            && !UNSAID.contains(&topic)
+            && !OPTIONAL_SENSORS.contains(&topic)
     };
     // Every topic is recorded.
     let ends = loop_topics::ALL
@@ -225,7 +227,13 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
 }
 
 fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python, stage: &Stage) {
-    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "4"]);
+    let with_sensors = "  plant_sim:
+    initial_depth: 1.0
+    environment: {bottom: 10.0}
+    sensors: {dvl.rate: 5.0, gps.rate: 5.0}
+  depth_controller: {depth_setpoint: 1.0}
+";
+    let _loop = keep_flying(stage, with_sensors, &["--factor", "4"]);
     let echo = |topic: &str, type_name| python.echo(stage.domain(), topic, type_name, 5);
 
     let states = echo("/auv/state", VehicleState::TYPE_NAME);
@@ -261,6 +269,14 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
             "{imu}"
         );
         assert_eq!(imu["orientation_covariance"][0], -1.0, "no orientation");
+    }
+
+    for altitude in echo("/auv/altitude", sensor_msgs::msg::Range::TYPE_NAME) {
+        assert_eq!(altitude["header"]["frame_id"], "altimeter");
+        assert!((number(&altitude["range"]) - 9.0).abs() < 0.3, "{altitude}");
+    }
+    for gps in echo("/auv/gps", sensor_msgs::msg::NavSatFix::TYPE_NAME) {
+        assert_eq!(gps["status"]["status"], -1, "under water");
     }
 
     for planes in echo("/auv/planes", sensor_msgs::msg::JointState::TYPE_NAME) {
@@ -358,7 +374,7 @@ fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
         if !stamped_by_frame || name.starts_with('/') || ["model", "tick_answer"].contains(&name) {
             continue;
         }
-        if UNSAID.contains(&name) && name != "estimate" {
+        if UNSAID.contains(&name) && name != "estimate" || OPTIONAL_SENSORS.contains(&name) {
             continue;
         }
         let message = echo(&full_name(name), topic.info.type_name, &[]);

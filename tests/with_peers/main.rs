@@ -14,6 +14,7 @@ mod own_nodes;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 mod regulator;
+mod sensors;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_foreign_bags;

@@ -21,7 +21,8 @@ use crate::{
     craft::{Craft, Place},
     description::{self, Driver, Part},
     error::Error,
-    messages::{Frames, Instruments},
+    frames::Frames,
+    messages::Instruments,
     odometry::{self, wrapped},
     parameters::PlantParameters,
     sensors::{Memory, Readings, Truth},
@@ -71,6 +72,8 @@ pub struct Plant {
     /// Accepted, and in force from the next tick on.
     next_settings: Option<Settings>,
     place: Place,
+    /// Ticks since the start or a reset.
+    ticks: i64,
     acting: Acting,
     /// What the thrusters are asked to do, and for how many ticks nobody has asked.
     thrusters: (Vec<f64>, i64),
@@ -142,6 +145,7 @@ impl Plant {
         let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
             place: settings.equations.place(settings.initial),
+            ticks: 0,
             acting: Acting::default(),
             thrusters: (Vec::new(), 0),
             planes_source: VehicleState::PLANES_ANSWERED,
@@ -224,6 +228,12 @@ impl Plant {
         Instruments::new(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
+    /// One message of each topic of an instrument that is on, to open publishers by.
+    #[must_use]
+    pub fn instruments_that_are_on(&self) -> Instruments {
+        Instruments::of_all_that_are_on(&self.settings.sensors)
+    }
+
     fn frames(&self, stamp: Time) -> Frames<'_> {
         Frames {
             stamp,
@@ -239,6 +249,7 @@ impl Plant {
             transforms: frames.fixed_transforms(
                 self.settings.map_to_odom,
                 &description::thrusters(&self.craft),
+                &self.settings.sensors,
             ),
             description: Text {
                 data: description::robot_description(&self.craft),
@@ -307,6 +318,7 @@ impl Plant {
             self.waves.advance(filter);
         }
         self.place = place;
+        self.ticks += 1;
         self.energy = energy;
         self.supply = supply;
         self.acting = acting;
@@ -381,6 +393,7 @@ impl Plant {
     pub fn reset(&mut self) {
         self.take_next_settings();
         self.place = self.settings.equations.place(self.settings.initial);
+        self.ticks = 0;
         self.energy = 0.0;
         self.supply = None;
         self.acting = Acting::default();
@@ -396,9 +409,10 @@ impl Plant {
     /// in which nobody does, their noise stands still.
     fn readings(&mut self) -> Readings {
         let (settings, memory) = (&self.settings, &mut self.memory);
+        let time = self.ticks * settings.tick_nanos;
         *self.readings.get_or_insert_with(|| {
             settings.sensors.read(
-                &truth(settings, &self.place, &self.acting),
+                &truth(settings, &self.place, &self.acting, time),
                 &settings.environment,
                 &self.craft.depth_port(),
                 settings.tick_nanos as f64 * 1e-9,
@@ -495,8 +509,8 @@ impl Plant {
     }
 }
 
-/// The true quantities that the instruments measure.
-fn truth(settings: &Settings, place: &Place, acting: &Acting) -> Truth {
+/// The true quantities that the instruments measure, at a time \[ns\] since the start or a reset.
+fn truth(settings: &Settings, place: &Place, acting: &Acting, time: i64) -> Truth {
     let (body, gravity) = (&place.body, settings.environment.gravity);
     Truth {
         rates: body.rates(),
@@ -510,6 +524,9 @@ fn truth(settings: &Settings, place: &Place, acting: &Acting) -> Truth {
         depth: body.plane.depth,
         speed: body.speed,
         planes: acting.dive_planes,
+        time,
+        odometry: odometry::Odometry::new(body, settings.equations.current()),
+        bottom: settings.equations.bottom(),
     }
 }
 

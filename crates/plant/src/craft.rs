@@ -116,6 +116,14 @@ impl Equations {
         }
     }
 
+    /// Depth of the bottom \[m\]; `None`: there is none.
+    pub(crate) fn bottom(&self) -> Option<f64> {
+        match self {
+            Self::Plane(motion) => motion.depth_limits.bottom,
+            Self::SixDof { sea, .. } => sea.bottom,
+        }
+    }
+
     /// Gives the body the speed that is held, if one is.
     pub(crate) fn hold_speed(&self, place: &mut Place) {
         match self {

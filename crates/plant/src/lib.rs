@@ -5,7 +5,7 @@
 //! - [`Answers`]: what a tick is flown on, and when it is over.
 //! - [`Craft`]: the vehicle, of the plane or of six degrees, and its equations.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
-//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF. [`Outline`]: the same as lines.
+//! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF. [`Outline`]: the same as lines.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
 
@@ -14,7 +14,9 @@ mod core;
 mod craft;
 mod description;
 mod error;
+mod frames;
 mod messages;
+mod navigation_messages;
 mod odometry;
 mod outline;
 mod parameters;
@@ -27,6 +29,7 @@ pub use craft::Craft;
 pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;
+pub use navigation_messages::NavigationMessages;
 pub use outline::Outline;
 pub use parameters::{PlantParameters, TimeSource};
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};

@@ -4,54 +4,24 @@ use planesman_msgs::{
     builtin_interfaces::msg::Time,
     geometry_msgs::msg::{
         Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
-        TwistWithCovariance, Vector3,
+        TwistWithCovariance,
     },
     loop_topics::Sink,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::DaqSample,
     sensor_msgs::msg::{FluidPressure, Imu},
-    std_msgs::msg::Header,
     tf2_msgs::msg::TFMessage,
 };
 
 use crate::{
     description::{self, Motion, Part, Thruster},
+    frames::{Frames, diagonal, quaternion, truth, vector},
+    navigation_messages::{NavigationMessages, known, mounts},
     odometry,
     sensors::{Readings, Sensors},
 };
 
-/// Stamp and frames common to the messages of one tick.
-pub(crate) struct Frames<'a> {
-    pub(crate) stamp: Time,
-    pub(crate) prefix: &'a str,
-}
-
 impl Frames<'_> {
-    pub(crate) fn header(&self, frame_id: String) -> Header {
-        Header {
-            stamp: self.stamp.clone(),
-            frame_id,
-        }
-    }
-
-    fn named(&self, frame: &str) -> String {
-        [self.prefix, frame].concat()
-    }
-
-    fn odom(&self) -> String {
-        self.named("odom")
-    }
-
-    fn base_link(&self) -> String {
-        self.named(description::BODY)
-    }
-
-    /// The fixed frame of `VehicleState`: x along the initial heading, y to starboard, z down from the
-    /// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
-    pub(crate) fn map_ned(&self) -> String {
-        self.named("map_ned")
-    }
-
     pub(crate) fn odometry(&self, odometry: &odometry::Odometry) -> Odometry {
         let [x, y, z] = odometry.position;
         Odometry {
@@ -110,9 +80,14 @@ impl Frames<'_> {
     }
 
     /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn. With `map_to_odom`
-    /// also REP 105's `map`, where `odom` is.
-    pub(crate) fn fixed_transforms(&self, map_to_odom: bool, thrusters: &[Thruster]) -> TFMessage {
-        let placed = |parent, child, place, rotation| TransformStamped {
+    /// also REP 105's `map`, where `odom` is. And the frames of the thrusters, and of the instruments that have one.
+    pub(crate) fn fixed_transforms(
+        &self,
+        map_to_odom: bool,
+        thrusters: &[Thruster],
+        sensors: &Sensors,
+    ) -> TFMessage {
+        let at = |parent, child, place, rotation| TransformStamped {
             header: self.header(parent),
             child_frame_id: child,
             transform: Transform {
@@ -120,31 +95,44 @@ impl Frames<'_> {
                 rotation: quaternion(rotation),
             },
         };
-        let fixed = |parent, child, rotation| placed(parent, child, [0.0; 3], rotation);
+        let fixed = |parent, child, rotation| at(parent, child, [0.0; 3], rotation);
         let half_a_turn = [1.0, 0.0, 0.0, 0.0];
         let (map, body_down) = (self.named("map"), self.named(description::BODY_DOWN));
         let odom = map_to_odom.then(|| fixed(map.clone(), self.odom(), [0.0, 0.0, 0.0, 1.0]));
         let thrusters = thrusters.iter().map(|it| {
             let link = self.named(&it.link);
-            placed(self.base_link(), link, it.origin, it.orientation())
+            at(self.base_link(), link, it.origin, it.orientation())
         });
         let down = [
             fixed(map, self.map_ned(), half_a_turn),
             fixed(self.base_link(), body_down, half_a_turn),
         ];
+        let mounts = mounts(&sensors.navigation).into_iter();
+        let mounts = mounts
+            .map(|(name, place, rotation)| at(self.base_link(), self.named(name), place, rotation));
         TFMessage {
-            transforms: odom.into_iter().chain(down).chain(thrusters).collect(),
+            transforms: odom
+                .into_iter()
+                .chain(down)
+                .chain(thrusters)
+                .chain(mounts)
+                .collect(),
         }
     }
 
-    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says.
+    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says. An attitude reference does.
     pub(crate) fn imu(&self, readings: &Readings, sensors: &Sensors) -> Imu {
         let mut no_orientation = [0.0; 9];
         no_orientation[0] = -1.0;
+        let attitude = sensors.navigation.attitude;
+        let (orientation, orientation_covariance) = match readings.navigation.orientation {
+            Some(orientation) => (orientation, diagonal(attitude.deviation().map(known))),
+            None => ([0.0, 0.0, 0.0, 1.0], no_orientation),
+        };
         Imu {
             header: self.header(self.base_link()),
-            orientation: quaternion([0.0, 0.0, 0.0, 1.0]),
-            orientation_covariance: no_orientation,
+            orientation: quaternion(orientation),
+            orientation_covariance,
             angular_velocity: vector(readings.angular_velocity),
             angular_velocity_covariance: diagonal(sensors.rate_noise()),
             linear_acceleration: vector(readings.specific_force),
@@ -194,32 +182,6 @@ fn about_z(angle: f64) -> Quaternion {
     quaternion([0.0, 0.0, sin, cos])
 }
 
-fn vector([x, y, z]: [f64; 3]) -> Vector3 {
-    Vector3 { x, y, z }
-}
-
-fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
-    Quaternion { x, y, z, w }
-}
-
-/// The variance of each number of the true state: the least that `robot_localization` takes as it is. Of variances of 0 its filter
-/// would have no inverse.
-const TRUTH: f64 = 1e-9;
-
-/// The 6 x 6 covariance of the true state.
-fn truth() -> [f64; 36] {
-    std::array::from_fn(|i| if i % 7 == 0 { TRUTH } else { 0.0 })
-}
-
-/// The 3 x 3 covariance of three channels with these deviations and nothing in common.
-fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
-    let mut covariance = [0.0; 9];
-    for (i, deviation) in deviations.iter().enumerate() {
-        covariance[4 * i] = deviation * deviation;
-    }
-    covariance
-}
-
 /// What the instruments read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Instruments {
@@ -232,6 +194,8 @@ pub struct Instruments {
     pub speed_pressure: FluidPressure,
     /// The volts on the report's wires.
     pub daq: DaqSample,
+    /// Of those that are off by default.
+    pub navigation: NavigationMessages,
 }
 
 impl Instruments {
@@ -243,7 +207,16 @@ impl Instruments {
         sink.put("imu", stamp, &self.imu)?;
         sink.put("depth_pressure", stamp, &self.depth_pressure)?;
         sink.put("speed_pressure", stamp, &self.speed_pressure)?;
-        sink.put("daq", stamp, &self.daq)
+        sink.put("daq", stamp, &self.daq)?;
+        self.navigation.put_into(stamp, sink)
+    }
+
+    /// One message of each topic that is published at some time, to open their publishers by.
+    pub(crate) fn of_all_that_are_on(sensors: &Sensors) -> Self {
+        Self {
+            navigation: NavigationMessages::of_all_that_are_on(&sensors.navigation),
+            ..Self::default()
+        }
     }
 
     /// The readings as messages.
@@ -255,6 +228,7 @@ impl Instruments {
             speed_pressure: frames
                 .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
             daq: frames.daq(readings),
+            navigation: NavigationMessages::new(frames, &readings.navigation, &sensors.navigation),
         }
     }
 }

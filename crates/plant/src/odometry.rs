@@ -13,7 +13,7 @@
 //! The velocity is over ground, the current's with it; without roll, turn and current it is
 //! `(U, 0, -w)` and the angular velocity `(0, -q, 0)`.
 
-use planesman_vehicle::Body;
+use planesman_vehicle::{Body, six_dof::rotation};
 
 /// Where `base_link` is in `odom`, and its velocity in `base_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,13 +22,44 @@ pub(crate) struct Odometry {
     pub position: [f64; 3],
     /// The quaternion (x, y, z, w) that turns `base_link` vectors into `odom`.
     pub orientation: [f64; 4],
-    /// In `base_link` \[m/s\].
+    /// Over ground, in `base_link` \[m/s\].
     pub velocity: [f64; 3],
+    /// Through the water, in `base_link` \[m/s\].
+    pub through_water: [f64; 3],
     /// In `base_link` \[rad/s\].
     pub angular_velocity: [f64; 3],
 }
 
+impl Default for Odometry {
+    fn default() -> Self {
+        Self::AT_REST
+    }
+}
+
 impl Odometry {
+    /// At the origin of `odom`, in its axes.
+    pub(crate) const AT_REST: Self = Self {
+        position: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        velocity: [0.0; 3],
+        through_water: [0.0; 3],
+        angular_velocity: [0.0; 3],
+    };
+
+    /// A vector of `base_link` in `odom`.
+    #[must_use]
+    pub(crate) fn to_odom(self, v: [f64; 3]) -> [f64; 3] {
+        let [x, y, z, w] = self.orientation;
+        rotation::to_fixed(&rotation::matrix([w, x, y, z]), v)
+    }
+
+    /// A vector of `odom` in `base_link`.
+    #[must_use]
+    pub(crate) fn to_body(self, v: [f64; 3]) -> [f64; 3] {
+        let [x, y, z, w] = self.orientation;
+        rotation::to_body(&rotation::matrix([w, x, y, z]), v)
+    }
+
     /// The state in ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in
     /// the fixed frame.
     #[must_use]
@@ -41,6 +72,7 @@ impl Odometry {
             position: up([body.plane.distance, body.across, body.plane.depth]),
             orientation: [qx, -qy, 0.0 - qz, qw],
             velocity: up(std::array::from_fn(|i| through[i] + drift[i])),
+            through_water: up(through),
             angular_velocity: up_rates(attitude.body_rates(&body.attitude_rates())),
         }
     }

@@ -9,6 +9,7 @@ use crate::sensors::{
     adc::Adc,
     conditioning::Conditioning,
     gyro,
+    navigation::{AttitudeReference, Dvl, EarthField, Gps, Magnetometer, Navigation, Origin, Usbl},
     plane_signal::{self, PlaneSignal},
     pressure_cell::{self, DepthPort, PressureCell},
 };
@@ -131,6 +132,10 @@ pub struct Environment {
     pub seaway: Seaway,
     /// `environment.tether.*`.
     pub tether: Tether,
+    /// `environment.origin.*`.
+    pub origin: Origin,
+    /// `environment.earth_field.*`.
+    pub earth_field: EarthField,
 }
 
 /// The parameters `environment.current.*`.
@@ -192,6 +197,16 @@ pub struct SensorParameters {
     pub depth: Depth,
     /// `sensors.speed.*`.
     pub speed: Speed,
+    /// `sensors.dvl.*`.
+    pub dvl: Dvl,
+    /// `sensors.magnetometer.*`.
+    pub magnetometer: Magnetometer,
+    /// `sensors.gps.*`.
+    pub gps: Gps,
+    /// `sensors.usbl.*`.
+    pub usbl: Usbl,
+    /// `sensors.attitude.*`.
+    pub attitude: AttitudeReference,
 }
 
 /// The parameters `sensors.gyro.*`.
@@ -399,7 +414,21 @@ pub enum TimeSource {
 /// The instruments that the parameters describe.
 #[must_use]
 pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
-    let PlantParameters { sensors, daq, .. } = parameters;
+    let PlantParameters {
+        environment,
+        sensors,
+        daq,
+        ..
+    } = parameters;
+    let navigation = Navigation {
+        origin: environment.origin,
+        earth_field: environment.earth_field,
+        dvl: sensors.dvl,
+        magnetometer: sensors.magnetometer,
+        gps: sensors.gps,
+        usbl: sensors.usbl,
+        attitude: sensors.attitude,
+    };
     let gyros = match sensors.gyro.calibration {
         GyroCalibration::Preliminary => gyro::PRELIMINARY,
         GyroCalibration::PreliminaryLow => gyro::PRELIMINARY_LOW,
@@ -417,6 +446,7 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             Filter::DeadBand => Conditioning::DeadBand(daq.dead_band),
             Filter::None => Conditioning::None,
         },
+        navigation: navigation.without_errors(),
         ..Sensors::default()
     };
     if !sensors.errors {
@@ -467,6 +497,7 @@ pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
             bits: daq.adc.bits,
             range: daq.adc.range,
         },
+        navigation,
         ..perfect
     }
 }

@@ -224,7 +224,13 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, &plant.static_messages(), owns_time, reliable)?;
+        let publishers = Publishers::new(
+            rt,
+            &plant.static_messages(),
+            &plant.instruments_that_are_on(),
+            owns_time,
+            reliable,
+        )?;
         let mut answers = Answers::new(parameters, plant.tick_nanos());
         let gates: &[String] = match lockstep {
             true => &parameters.lockstep.gates,
@@ -728,6 +734,7 @@ impl Publishers {
     fn new(
         rt: &Runtime<Event>,
         static_messages: &StaticMessages,
+        instruments: &Instruments,
         owns_time: bool,
         lossless: bool,
     ) -> Result<Self> {
@@ -742,7 +749,7 @@ impl Publishers {
         };
         let any = Time::default();
         Pose::default().put_into(&any, &mut opened)?;
-        Instruments::default().put_into(&any, &mut opened)?;
+        instruments.put_into(&any, &mut opened)?;
         Ok(Self {
             _static_messages: (transforms, description),
             clock: owns_time

@@ -23,7 +23,7 @@ use planesman_node::{
 };
 
 use crate::ring::{Kept, Ring};
-use planesman_msgs::loop_topics::{self, Delivery, LoopTopic};
+use planesman_msgs::loop_topics::{self, Delivery, LoopTopic, OPTIONAL_SENSORS};
 use planesman_recording::in_bag;
 use planesman_recording::names;
 use planesman_recording::parameters::{RecorderParameters, writer_options};
@@ -625,7 +625,9 @@ impl Node {
 /// Whether no node publishes it in a usual loop in real time. The operator's setpoints do not count: the first one matters.
 fn is_on_request(topic: &LoopTopic) -> bool {
     let on_request = ["/clock", "tick_answer", "estimate", "thruster_command"];
-    on_request.contains(&topic.name) || topic.name.starts_with("dha_state_")
+    on_request.contains(&topic.name)
+        || topic.name.starts_with("dha_state_")
+        || OPTIONAL_SENSORS.contains(&topic.name)
 }
 
 /// A publisher's offer as the bag has it: discovery tells no history.

@@ -15,6 +15,7 @@
 //! - `plane_signal`: the dive-plane signal.
 //! - `conditioning`: high-pass filters and the relay comparator.
 //! - `adc`: the converter.
+//! - [`navigation`]: Doppler log, magnetometer, satellites, ultra-short baseline, attitude reference: off by default.
 //! - `noise`: a stream of random numbers per source of error.
 //!
 //! The dive-plane channel was the *command* from the radio control box, calibrated in degrees of
@@ -27,6 +28,7 @@
 pub(crate) mod adc;
 pub(crate) mod conditioning;
 pub mod gyro;
+pub(crate) mod navigation;
 mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
@@ -34,10 +36,13 @@ pub mod pressure_cell;
 use adc::Adc;
 use conditioning::Conditioning;
 use gyro::Calibrations;
+use navigation::Navigation;
 use noise::{Source, Stream};
 use plane_signal::PlaneSignal;
 use planesman_vehicle::{Acceleration, Body, Environment, Port, six_dof};
 use pressure_cell::{DepthPort, PressureCell};
+
+use crate::odometry::Odometry;
 
 /// A channel's imperfections, in the unit of what it measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,6 +76,8 @@ pub(crate) struct Sensors {
     pub conditioning: Conditioning,
     /// Of all `daq` channels.
     pub adc: Adc,
+    /// Those that a vehicle finds its way by.
+    pub navigation: Navigation,
 }
 
 impl Default for Sensors {
@@ -87,6 +94,7 @@ impl Default for Sensors {
             dive_planes: plane_signal::DIVE,
             conditioning: Conditioning::None,
             adc: adc::NONE,
+            navigation: Navigation::default(),
         }
     }
 }
@@ -106,6 +114,12 @@ pub(crate) struct Truth {
     pub speed: f64,
     /// The dive planes' angle \[rad\].
     pub planes: f64,
+    /// Since the start or a reset \[ns\].
+    pub time: i64,
+    /// Position, attitude and velocities in ROS frames.
+    pub odometry: Odometry,
+    /// Depth of the bottom \[m\], where there is one.
+    pub bottom: Option<f64>,
 }
 
 /// The instruments' state from tick to tick.
@@ -120,6 +134,7 @@ pub(crate) struct Memory {
     /// The gyros' zeros now \[V\].
     drift: [f64; 3],
     filter: conditioning::Memory,
+    navigation: navigation::Memory,
 }
 
 impl Memory {
@@ -136,6 +151,7 @@ impl Memory {
             planes: Stream::new(seed, Source::Planes),
             drift: [0.0; 3],
             filter: conditioning::Memory::default(),
+            navigation: navigation::Memory::new(seed),
         }
     }
 }
@@ -168,12 +184,14 @@ pub(crate) struct Readings {
     pub volts: Channels<f64>,
     /// Which channel is at an end of its instrument's or the converter's range.
     pub saturated: Channels<bool>,
+    /// Of the instruments that a vehicle finds its way by.
+    pub navigation: navigation::Readings,
 }
 
 impl Sensors {
     /// The readings now; `memory` moves on by a tick of `dt` \[s\].
     ///
-    /// Every stream gives a number in every tick, whether or not it is used.
+    /// Every stream gives a number in every tick, whether or not it is used; of `navigation`, in every measurement.
     pub(crate) fn read(
         &self,
         truth: &Truth,
@@ -218,6 +236,11 @@ impl Sensors {
                 depth: at_end.depth || self.depth.saturated(depth),
                 speed: at_end.speed || self.speed.saturated(speed),
                 ..at_end
+            },
+            navigation: {
+                let tick = (dt * 1e9).round() as i64;
+                let times = [truth.time, tick];
+                (self.navigation).read(&truth.odometry, truth.bottom, times, &mut memory.navigation)
             },
         }
     }
@@ -370,6 +393,9 @@ mod tests {
         depth: 0.3,
         speed: FOOT,
         planes: 0.2,
+        time: 0,
+        odometry: Odometry::AT_REST,
+        bottom: None,
     };
 
     fn run(sensors: &Sensors, ticks: usize) -> Vec<Readings> {

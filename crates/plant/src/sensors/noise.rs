@@ -4,11 +4,14 @@
 //! on nothing else: a source that is switched off changes no other.
 
 use planesman_vehicle::standard_normal;
-use rand_pcg::{Pcg64, rand_core::SeedableRng};
+use rand_pcg::{
+    Pcg64,
+    rand_core::{Rng, SeedableRng},
+};
 
 /// The sources of random errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Source {
+pub(crate) enum Source {
     /// White noise of the rate gyro about an axis, 0 to 2: roll, pitch, yaw.
     GyroNoise(u8),
     /// The drift of that gyro's zero.
@@ -21,6 +24,24 @@ pub(super) enum Source {
     Speed,
     /// White noise of the plane signal.
     Planes,
+    /// White noise of the Doppler log along a beam, 0 to 3.
+    DvlBeam(u8),
+    /// White noise of its altitude.
+    DvlAltitude,
+    /// Its dropouts.
+    DvlDropout,
+    /// White noise of the magnetometer along an axis, 0 to 2.
+    Magnetometer(u8),
+    /// White noise of the satellite receiver: east, north, up.
+    Gps(u8),
+    /// White noise of the ultra-short baseline along an axis, 0 to 2.
+    Usbl(u8),
+    /// Its outliers' errors along an axis.
+    UsblOutlier(u8),
+    /// Which of its measurements are lost or outliers.
+    UsblEvents,
+    /// White noise of the attitude reference about east, north, up.
+    Attitude(u8),
 }
 
 impl Source {
@@ -33,6 +54,15 @@ impl Source {
             Self::Depth => 48,
             Self::Speed => 49,
             Self::Planes => 50,
+            Self::DvlBeam(beam) => 64 + u64::from(beam),
+            Self::DvlAltitude => 72,
+            Self::DvlDropout => 73,
+            Self::Magnetometer(axis) => 80 + u64::from(axis),
+            Self::Gps(axis) => 96 + u64::from(axis),
+            Self::Usbl(axis) => 112 + u64::from(axis),
+            Self::UsblOutlier(axis) => 116 + u64::from(axis),
+            Self::UsblEvents => 120,
+            Self::Attitude(axis) => 128 + u64::from(axis),
         }
     }
 }
@@ -40,20 +70,27 @@ impl Source {
 /// Normal numbers with mean 0 and variance 1: PCG XSL RR 128/64 (O'Neill 2014), the same on every
 /// machine.
 #[derive(Clone, Debug)]
-pub(super) struct Stream(Pcg64);
+pub(crate) struct Stream(Pcg64);
 
 impl Stream {
     /// A source's stream under a seed.
     #[must_use]
-    pub(super) fn new(seed: u64, source: Source) -> Self {
+    pub(crate) fn new(seed: u64, source: Source) -> Self {
         // Steps of 2^64 over the golden ratio keep neighbouring seeds' streams apart.
         let step = source.number().wrapping_mul(0x9E37_79B9_7F4A_7C15);
         Self(Pcg64::seed_from_u64(seed.wrapping_add(step)))
     }
 
     /// The next number.
-    pub(super) fn draw(&mut self) -> f64 {
+    pub(crate) fn draw(&mut self) -> f64 {
         standard_normal(&mut self.0)
+    }
+
+    /// Whether an event of this probability happens.
+    pub(crate) fn happens(&mut self, probability: f64) -> bool {
+        // 53 bits, from 0 to below 1.
+        let share = (self.0.next_u64() >> 11) as f64 * (0.5_f64).powi(53);
+        share < probability
     }
 }
 
@@ -79,7 +116,14 @@ mod tests {
         let sources: Vec<Source> = axes(Source::GyroNoise)
             .chain(axes(Source::GyroDrift))
             .chain(axes(Source::Accelerometer))
+            .chain((0..4).map(Source::DvlBeam))
+            .chain(axes(Source::Magnetometer))
+            .chain(axes(Source::Gps))
+            .chain(axes(Source::Usbl))
+            .chain(axes(Source::UsblOutlier))
+            .chain(axes(Source::Attitude))
             .chain([Source::Depth, Source::Speed, Source::Planes])
+            .chain([Source::DvlAltitude, Source::DvlDropout, Source::UsblEvents])
             .collect();
         for (i, a) in sources.iter().enumerate() {
             for b in &sources[..i] {
