@@ -218,16 +218,16 @@ const MESSAGES: &[(&str, &str)] = &[
         "1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f",
     ),
     (
+        "std_msgs/msg/Header",
+        "f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
+    ),
+    (
         "std_msgs/msg/MultiArrayDimension",
         "5e773a60a4c7fc8a54985f307c7837aa2994252a126c301957a24e31282c9cbe",
     ),
     (
         "std_msgs/msg/MultiArrayLayout",
         "4c66e6f78e740ac103a94cf63259f968e48c617e7699e829b63c21a5cb50dac6",
-    ),
-    (
-        "std_msgs/msg/Header",
-        "f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01",
     ),
     (
         "std_msgs/msg/String",
