@@ -20,6 +20,11 @@ pub enum SixDofCommand {
         after_help = "Examples:\n  planesman six-dof fly lauv --input thrust=9 --input rudder=10deg@5 --out turn.csv\n  planesman six-dof fly bluerov2_heavy --input front_port=0.2 --current 0,0.3,0 --forces --out rov.csv"
     )]
     Fly(Box<FlyArgs>),
+    /// Make a torpedo's file from its shape: hull, fins, trim and top speed
+    #[command(
+        after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6 --input rudder=5deg"
+    )]
+    Torpedo(Box<TorpedoArgs>),
     /// Find the steady turn at one depth that an input holds
     #[command(
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
@@ -84,6 +89,76 @@ pub struct FlyArgs {
     out: Option<PathBuf>,
 }
 
+/// Options of `torpedo`.
+#[derive(Clone, Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub struct TorpedoArgs {
+    /// The vehicle's name
+    #[arg(long, default_value = "torpedo")]
+    name: String,
+    /// Length of the hull (m, or with its unit)
+    #[arg(long, value_parser = length(0.2, 20.0))]
+    length: f64,
+    /// Its diameter
+    #[arg(long, value_parser = length(0.02, 5.0))]
+    diameter: f64,
+    /// The hull's volume over that of its cylinder
+    #[arg(long, default_value_t = 0.85, value_parser = within(0.5, 1.0))]
+    prismatic: f64,
+    /// Density of the water \[kg/m^3\]
+    #[arg(long, default_value_t = 1025.0, value_parser = within(900.0, 1200.0))]
+    density: f64,
+    /// Buoyancy less weight, over buoyancy
+    #[arg(long, default_value_t = 0.01, value_parser = within(-0.05, 0.1))]
+    reserve: f64,
+    /// The centre of gravity below that of buoyancy; else a tenth of the diameter
+    #[arg(long, value_parser = length(0.0, 2.5))]
+    gravity_below: Option<f64>,
+    /// Span of a fin from hull to tip; else half the diameter
+    #[arg(long, value_parser = length(0.001, 10.0))]
+    fin_span: Option<f64>,
+    /// Chord of a fin; else 0.4 diameters
+    #[arg(long, value_parser = length(0.001, 10.0))]
+    fin_chord: Option<f64>,
+    /// The fins' centre of pressure aft of the middle; else 0.43 lengths
+    #[arg(long, value_parser = length(0.0, 12.0))]
+    fin_aft: Option<f64>,
+    /// The speed that full thrust holds (m/s, or with its unit)
+    #[arg(long, default_value_t = 2.5, value_parser = speed(0.1, 15.0))]
+    top_speed: f64,
+    /// The vehicle file; must not exist. Without it the text is printed
+    #[arg(long, value_parser = output_file)]
+    out: Option<PathBuf>,
+}
+
+fn torpedo(args: &TorpedoArgs) -> Result<()> {
+    let shape = six_dof::Torpedo {
+        name: args.name.clone(),
+        length: args.length,
+        diameter: args.diameter,
+        prismatic: args.prismatic,
+        density: args.density,
+        reserve: args.reserve,
+        gravity_below: args.gravity_below.unwrap_or(0.1 * args.diameter),
+        fin_span: args.fin_span.unwrap_or(0.5 * args.diameter),
+        fin_chord: args.fin_chord.unwrap_or(0.4 * args.diameter),
+        fin_aft: args.fin_aft.unwrap_or(0.43 * args.length),
+        top_speed: args.top_speed,
+    };
+    let text = shape.file()?;
+    // What is written is taken.
+    six_dof::parse(&args.name, &text)?;
+    match &args.out {
+        None => planesman_console::print(&text)?,
+        Some(path) => {
+            planesman_text::write_text(path, text)
+                .with_context(|| format!("{}", path.display()))?;
+            out!("{}: the vehicle's file", path.display())?;
+        }
+    }
+    Ok(())
+}
+
 /// Options of `turn`.
 #[derive(Clone, Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
@@ -125,6 +200,7 @@ fn three(text: &str) -> Result<Three, String> {
 pub fn run(command: &SixDofCommand) -> Result<()> {
     match command {
         SixDofCommand::Fly(args) => fly(args),
+        SixDofCommand::Torpedo(args) => torpedo(args),
         SixDofCommand::Turn(args) => turn(args),
     }
 }

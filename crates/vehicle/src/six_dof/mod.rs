@@ -22,6 +22,7 @@ pub mod rotation;
 mod simulate;
 mod steady;
 mod tick;
+mod torpedo;
 mod vehicle;
 mod water;
 
@@ -36,5 +37,6 @@ pub use lanes::{Lanes, Real, Six, Three};
 pub use simulate::{Accurate, Diverged, Simulation, runge_kutta};
 pub use steady::{Turn, steady_turn};
 pub use tick::{Commands, Conditions, Tick, Unmoved};
+pub use torpedo::{NoTorpedo, Torpedo};
 pub use vehicle::{Parts, Unphysical, Vehicle};
 pub use water::{GRAVITY, Sea, Water, Wave};

@@ -268,3 +268,104 @@ fn the_derivatives_of_the_plane_are_those_of_the_vehicle_of_the_plane() {
         assert!((x - y).abs() < 2e-3 * y.abs().max(0.1), "{name}: {x} {y}");
     }
 }
+
+fn torpedo() -> planesman_vehicle::six_dof::Torpedo {
+    planesman_vehicle::six_dof::Torpedo {
+        name: "mine".to_owned(),
+        length: 1.33,
+        diameter: 0.191,
+        prismatic: 0.82,
+        density: 1030.0,
+        reserve: 0.01,
+        gravity_below: 0.0196,
+        fin_span: 0.0857,
+        fin_chord: 0.0757,
+        fin_aft: 0.638,
+        top_speed: 2.5,
+    }
+}
+
+/// The shape of REMUS gives what Prestero 2001 derives for it, within what ellipsoid and strips differ by.
+#[test]
+fn a_torpedo_of_the_shape_of_remus_has_its_derivatives() {
+    let text = torpedo().file().unwrap();
+    let of = planesman_vehicle::six_dof::parse("mine", &text).unwrap();
+    let parts = of.parts();
+    let printed = vehicle("remus_100");
+    // Table 2.3: 31.8 kg of water; B.1: X_udot -0.93, Y_vdot -35.5 with fins, I_y 3.45.
+    assert!(
+        (parts.buoyancy / 306.0 - 1.0).abs() < 0.05,
+        "{}",
+        parts.buoyancy
+    );
+    assert!(
+        (parts.added_mass[0][0] / 0.93 - 1.0).abs() < 0.25,
+        "{:?}",
+        parts.added_mass
+    );
+    assert!((parts.added_mass[1][1] / 35.5 - 1.0).abs() < 0.25);
+    assert!((parts.body.inertia[1][1] / printed.parts().body.inertia[1][1] - 1.0).abs() < 0.35);
+    // Hoerner's c_L of the fins: 3.12 (p. 32).
+    assert!(
+        (parts.fins[0].section.slope - 3.12).abs() < 0.15,
+        "{}",
+        parts.fins[0].section.slope
+    );
+}
+
+/// It runs straight, reaches its speed, and turns to the side of its rudder.
+#[test]
+fn a_torpedo_flies() {
+    let text = torpedo().file().unwrap();
+    let of = planesman_vehicle::six_dof::parse("mine", &text).unwrap();
+    let full = text
+        .split_once("limits: [")
+        .and_then(|(_, rest)| {
+            rest.split(", ")
+                .nth(1)?
+                .split(' ')
+                .next()?
+                .parse::<f64>()
+                .ok()
+        })
+        .unwrap();
+    let fly = |rudder: f64, seconds: f64| {
+        let mut start = at(30.0, [0.0; 3], [2.0, 0.02, 0.0, 0.0, 0.0, 0.02]);
+        start.velocity[3] = 0.01;
+        let sea = Sea::default();
+        let mut simulation = Simulation::new(&of, &sea, start, ACCURATE);
+        simulation.advance(seconds, &[rudder, 0.0, full]).unwrap();
+        simulation.state
+    };
+    let straight = fly(0.0, 60.0);
+    assert!((straight.velocity[0] - 2.5).abs() < 0.15, "{straight:?}");
+    assert!(straight.velocity[5].abs() < 1e-3, "{straight:?}");
+    assert!(fly(0.1, 20.0).velocity[5] > 0.02);
+}
+
+#[test]
+fn a_shape_outside_the_formulas_is_refused_with_its_number() {
+    for (change, what) in [
+        (
+            (|it: &mut planesman_vehicle::six_dof::Torpedo| it.length = f64::NAN) as fn(&mut _),
+            "length",
+        ),
+        (
+            |it: &mut planesman_vehicle::six_dof::Torpedo| it.diameter = 1.0,
+            "length over diameter",
+        ),
+        (
+            |it: &mut planesman_vehicle::six_dof::Torpedo| it.fin_span = 5.0,
+            "fin span",
+        ),
+        (
+            |it: &mut planesman_vehicle::six_dof::Torpedo| it.name = "a: b".to_owned(),
+            "name",
+        ),
+    ] {
+        let mut shape = torpedo();
+        change(&mut shape);
+        let refusal = shape.file().unwrap_err().to_string();
+        assert!(refusal.contains(what), "{refusal}");
+    }
+}
