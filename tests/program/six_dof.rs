@@ -120,3 +120,30 @@ fn what_cannot_be_flown_is_refused_in_one_line() {
         assert_eq!(said.trim_end().lines().count(), 1, "{said}");
     }
 }
+
+#[test]
+fn a_torpedo_of_a_shape_is_flown_in_the_loop_and_a_shape_that_is_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.yaml");
+    let out = folder.path().join("mine.csv");
+    let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let made = six_dof(&[
+        "torpedo",
+        "--length",
+        "1.6m",
+        "--diameter",
+        "0.2m",
+        "--out",
+        file,
+    ]);
+    assert!(made.status.success(), "{made:?}");
+    let vehicle = format!("plant_sim.vehicle={file}");
+    let flown = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(["sim", "lauv", "--set", &vehicle, "--out", out])
+        .output()
+        .unwrap();
+    assert!(flown.status.success(), "{flown:?}");
+    let refused = six_dof(&["torpedo", "--length", "1m", "--diameter", "0.5m"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(said.contains("length over diameter: 2 refused"), "{said}");
+}
