@@ -17,6 +17,7 @@ mod inertia;
 mod lanes;
 pub mod propulsion;
 pub mod rotation;
+mod scaled;
 mod simulate;
 mod steady;
 mod vehicle;

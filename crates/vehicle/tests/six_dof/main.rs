@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod invariants;
+mod scaled;
 mod values;
 
 use planesman_vehicle::six_dof::{self, Parts, Vehicle};
