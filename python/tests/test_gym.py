@@ -1,0 +1,189 @@
+"""Environments of Gymnasium."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import planesman
+import planesman.gym
+from planesman.gym import AuvEnv, AuvVectorEnv
+
+KINDS = [
+    ("depth", "lauv"),
+    ("depth", "remus_100_6dof"),
+    ("heading", "bluerov2_heavy"),
+    ("docking", "lauv"),
+    ("docking", "bluerov2_heavy"),
+    ("station", "lauv"),
+    ("station", "bluerov2_heavy"),
+]
+
+
+@pytest.mark.parametrize(("task", "vehicle"), KINDS)
+def test_gymnasiums_checker_has_nothing_to_say(task: str, vehicle: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gymnasium.make(f"planesman/{task.capitalize()}-v0", vehicle=vehicle, observe="sensors").unwrapped
+        check_env(env, skip_render_check=True)
+
+
+@pytest.mark.parametrize("options", [{}, {"observe": "sensors", "randomise": {"mass": 0.1, "N_uu_rudder": (0.7, 1.2)}}])
+def test_an_environment_among_many_is_the_one_alone_over_the_ends_of_episodes(options: dict) -> None:
+    many = gymnasium.make_vec("planesman/Docking-v0", num_envs=70, duration=1.0, **options)
+    ones = {k: AuvEnv("docking", duration=1.0, **options) for k in (0, 69)}
+    seen, _ = many.reset(seed=5)
+    for k, one in ones.items():
+        assert np.array_equal(seen[k], one.reset(seed=5 + k)[0])
+    many.action_space.seed(1)
+    for _ in range(10):
+        actions = many.action_space.sample()
+        seen, rewards, terminated, truncated, _ = many.step(actions)
+        for k, one in ones.items():
+            alone = one.step(actions[k])
+            assert np.array_equal(seen[k], alone[0]) and alone[1:4] == (rewards[k], terminated[k], truncated[k])
+            assert np.array_equal(many.unwrapped.states[k], one.state)
+            assert one.factors == {name: of[k] for name, of in many.unwrapped.factors.items()}
+    assert truncated.all()
+    # The next step begins the next episode: its action does nothing.
+    before = many.unwrapped.factors
+    _, rewards, terminated, truncated, info = many.step(actions)
+    assert not rewards.any() and not terminated.any() and not truncated.any() and info == {}
+    assert all((before[name] != of).all() for name, of in many.unwrapped.factors.items())
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        ones[0].step(actions[0])
+
+
+def test_results_are_arrays_of_their_own_that_stay() -> None:
+    many = AuvVectorEnv("station", 3, "bluerov2_heavy")
+    first, _ = many.reset(seed=1)
+    assert first.shape == (3, 12) and first.dtype == np.float32 and first.base is not None
+    kept = first.copy()
+    second = many.step(np.zeros((3, 4)))[0]
+    assert np.array_equal(first, kept) and not np.array_equal(first, second)
+    assert np.array_equal(many.reset(seed=1)[0], first) and not np.array_equal(many.reset()[0], first)
+    assert np.array_equal(many.reset(seed=[1, 2, 3])[0], first)
+
+
+def test_the_observation_is_what_the_state_says() -> None:
+    env = AuvEnv("station", "bluerov2_heavy")
+    env.reset(seed=3)
+    for _ in range(20):
+        seen, reward, *_ = env.step(np.array([0.5, -0.2, 0.1, 0.6]))
+    x, y, z, a, b, c, d, *velocity = env.state
+    yaw = np.arctan2(2 * (a * d + b * c), 1 - 2 * (c * c + d * d))
+    pitch = np.arcsin(2 * (a * c - b * d))
+    roll = np.arctan2(2 * (a * b + c * d), 1 - 2 * (b * b + c * c))
+    ahead, starboard = -x * np.cos(yaw) - y * np.sin(yaw), x * np.sin(yaw) - y * np.cos(yaw)
+    assert [it.name for it in env.quantities][:6] == ["ahead", "starboard", "below", "heading_error", "roll", "pitch"]
+    assert seen == pytest.approx([ahead, starboard, 20.0 - z, -yaw, roll, pitch, *velocity], abs=1e-6)
+    effort = np.mean(np.square([0.5, -0.2, 0.1, 0.6]))
+    off = (x * x + y * y + (20.0 - z) ** 2) / 0.5**2
+    assert reward == pytest.approx(0.1 / (1.0 + off + (yaw / 0.3) ** 2 + 0.1 * effort), rel=1e-6)
+
+
+def test_sensors_differ_from_the_truth_by_what_their_quantities_say() -> None:
+    options = {"actions": {"rudder": 0.3}, "duration": 1000.0}
+    many = AuvVectorEnv("heading", 2000, observe="sensors", **options)
+    told = np.array([many.reset(seed=1)[0], many.step(np.zeros((2000, 1)))[0]])
+    truth = AuvVectorEnv("heading", 2000, **options)
+    exact = np.array([truth.reset(seed=1)[0], truth.step(np.zeros((2000, 1)))[0]])
+    # Drawn after the episode, so that the vehicles are the same.
+    off = told - exact
+    off = off[:, np.abs(exact[0, :, 0]) < 1.0]
+    deviation = np.array([it.deviation for it in many.quantities])
+    assert np.std(off[0], axis=0) == pytest.approx(np.sqrt(2.0) * deviation, rel=0.1)
+    # What two have in common is the bias.
+    assert np.std(off[1] - off[0], axis=0) == pytest.approx(np.sqrt(2.0) * deviation, rel=0.1)
+
+
+def test_factors_are_drawn_evenly_from_their_spans() -> None:
+    many = AuvVectorEnv("depth", 2000, randomise={"mass": (0.9, 1.3), "linear_damping": 0.2})
+    many.reset(seed=2)
+    for name, (least, most) in {"mass": (0.9, 1.3), "linear_damping": (0.8, 1.2)}.items():
+        drawn = many.factors[name]
+        assert drawn.min() >= least and drawn.max() <= most
+        quarters, _ = np.histogram(drawn, 4, (least, most))
+        assert np.abs(quarters - 500).max() < 80
+
+
+def test_laws_of_a_control_engineer_do_the_tasks() -> None:
+    """The signs are those of the page: a law in physical units comes to its depth, its heading, and into the dock."""
+    depth = AuvVectorEnv("depth", 50, "lauv")
+    seen, _ = depth.reset(seed=1)
+    for _ in range(399):
+        error, rate, pitch, pitch_rate = seen.T
+        dive = np.clip(-0.3 * error + 0.6 * rate, -0.5, 0.5)
+        seen, *_ = depth.step(np.clip((1.5 * (pitch - dive) + 0.5 * pitch_rate) / 0.3, -1.0, 1.0)[:, np.newaxis])
+    assert np.abs(seen[:, 0]).max() < 0.3
+
+    heading = AuvVectorEnv("heading", 50, "remus_100_6dof")
+    seen, _ = heading.reset(seed=1)
+    for _ in range(199):
+        seen, *_ = heading.step(((seen[:, 0] - seen[:, 1]) / 0.237)[:, np.newaxis])
+    assert np.abs(seen[:, 0]).max() < 0.05
+
+    dock = AuvVectorEnv("docking", 200, "bluerov2_heavy")
+    seen, _ = dock.reset(seed=1)
+    over, success = np.zeros(200, bool), np.zeros(200, bool)
+    while not over.all():
+        wanted = seen[:, :3] * [0.3, 0.6, 0.6]
+        wanted[:, 0] = np.clip(wanted[:, 0], 0.1, 0.3)
+        force = (wanted - seen[:, 6:9]) * [8.0, 8.0, 8.0]
+        seen, _, terminated, truncated, info = dock.step(np.c_[force, seen[:, 3] - seen[:, 11]])
+        now = (terminated | truncated) & ~over
+        success |= now & info.get("success", np.zeros(200, bool))
+        over |= now
+    assert success.mean() > 0.9
+
+
+def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path) -> None:
+    text = (planesman_root() / "crates/vehicle/vehicles/six_dof/lauv.yaml").read_text()
+    file = tmp_path / "own.yaml"
+    file.write_text(text.replace("name: lauv", "name: own"))
+    own = AuvEnv("depth", file, actions={"stern_planes": 0.3}, held={"thrust": 9.0}, speed=1.5)
+    built_in = AuvEnv("depth", "lauv")
+    assert np.array_equal(own.reset(seed=4)[0], built_in.reset(seed=4)[0])
+    assert np.array_equal(own.step(np.array([0.3]))[0], built_in.step(np.array([0.3]))[0])
+    assert own.moved == {"stern_planes": (-0.3, 0.3)}
+
+
+def planesman_root() -> Path:
+    return Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"task": "station", "vehicle": "remus_100_6dof"}, "actions: none given; remus_100_6dof has rudder, stern_planes"),
+        ({"task": "depth", "actions": {"heave": 1.0}}, "'heave' is none; lauv has rudder, stern_planes, thrust"),
+        ({"task": "depth", "actions": {"rudder": (0.2, 0.1)}}, "rudder"),
+        ({"task": "depth", "held": {"thrust": float("nan")}}, r"held: \[\['thrust', nan\]\] refused: finite"),
+        ({"task": "depth", "randomise": {"thrust": 0.1}}, "randomise: thrust: lauv has none"),
+        ({"task": "depth", "randomise": {"mass": 1.5}}, r"randomise: mass \[-0.5, 2.5\]"),
+        ({"task": "depth", "vehicle": "luav"}, "vehicle file 'luav'.*lauv"),
+        ({"task": "depth", "step": 0.0}, "step: 0 refused"),
+        ({"task": "depth", "substeps": 0}, "substeps: 0 refused"),
+        ({"task": "dept"}, "unknown variant `dept`"),
+        ({"task": "depth", "observe": "all"}, "'state' or 'sensors'"),
+        ({"task": "depth", "current": 1e3}, "current"),
+    ],
+)
+def test_what_is_refused_is_refused_by_name(options: dict, sentence: str) -> None:
+    with pytest.raises(planesman.PlanesmanError, match=sentence):
+        AuvEnv(**options)
+
+
+def test_actions_of_another_shape_or_no_numbers_are_refused() -> None:
+    many = AuvVectorEnv("depth", 3)
+    many.reset(seed=1)
+    with pytest.raises(planesman.PlanesmanError, match=r"shape \(3,\) refused: \(3, 1\)"):
+        many.step(np.zeros(3))
+    with pytest.raises(planesman.PlanesmanError, match="environment 1 is no number"):
+        many.step(np.array([[0.0], [np.nan], [0.0]]))
+    assert np.isfinite(many.step(np.array([[np.inf], [-np.inf], [1e30]]))[0]).all()
