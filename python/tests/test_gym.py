@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
 import warnings
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,6 +16,8 @@ from gymnasium.utils.env_checker import check_env
 import planesman
 import planesman.gym
 from planesman.gym import AuvEnv, AuvVectorEnv
+
+ROOT = Path(__file__).resolve().parents[2]
 
 KINDS = [
     ("depth", "lauv"),
@@ -143,7 +148,7 @@ def test_laws_of_a_control_engineer_do_the_tasks() -> None:
 
 
 def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path) -> None:
-    text = (planesman_root() / "crates/vehicle/vehicles/six_dof/lauv.yaml").read_text()
+    text = (ROOT / "crates/vehicle/vehicles/six_dof/lauv.yaml").read_text()
     file = tmp_path / "own.yaml"
     file.write_text(text.replace("name: lauv", "name: own"))
     own = AuvEnv("depth", file, actions={"stern_planes": 0.3}, held={"thrust": 9.0}, speed=1.5)
@@ -151,10 +156,6 @@ def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path)
     assert np.array_equal(own.reset(seed=4)[0], built_in.reset(seed=4)[0])
     assert np.array_equal(own.step(np.array([0.3]))[0], built_in.step(np.array([0.3]))[0])
     assert own.moved == {"stern_planes": (-0.3, 0.3)}
-
-
-def planesman_root() -> Path:
-    return Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize(
@@ -187,3 +188,34 @@ def test_actions_of_another_shape_or_no_numbers_are_refused() -> None:
     with pytest.raises(planesman.PlanesmanError, match="environment 1 is no number"):
         many.step(np.array([[0.0], [np.nan], [0.0]]))
     assert np.isfinite(many.step(np.array([[np.inf], [-np.inf], [1e30]]))[0]).all()
+
+
+def example(name: str) -> Any:
+    """A file of launch-scripts/examples as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "launch-scripts" / "examples" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_policy_of_the_examples_dives_and_is_what_its_file_says(tmp_path: Path) -> None:
+    """The law of launch-scripts/examples/policy_controller.py, without ROS."""
+    module, file = example("policy"), ROOT / "launch-scripts" / "examples" / "lauv_depth_policy.json"
+    policy, written = module.Policy(file), json.loads(file.read_text())
+    env = AuvEnv("depth", "lauv", duration=60.0)
+    assert policy.actions == env.moved and policy.observations == [it.name for it in env.quantities]
+    for seed in range(5):
+        seen, _ = env.reset(seed=seed)
+        for _ in range(600):
+            [planes] = policy(dict(zip(policy.observations, seen.tolist()))).values()
+            numbers = seen / written["scale"]
+            for layer in written["layers"]:
+                numbers = np.tanh(numbers @ layer["weights"] + layer["biases"])
+            assert planes == pytest.approx(0.3 * numbers[0], abs=1e-12)
+            seen, *_ = env.step(np.array([planes / 0.3]))
+        assert abs(seen[0]) < 0.15
+    for change in ({"scale": [1.0]}, {"layers": written["layers"][:1]}, {"actions": {}}, {"layers": None}):
+        broken = tmp_path / "broken.json"
+        broken.write_text(json.dumps(written | change))
+        with pytest.raises(ValueError, match="is no policy"):
+            module.Policy(broken)
