@@ -82,6 +82,8 @@ class _Environments:
         substeps: int,
         duration: float | None,
     ) -> None:
+        if count < 1:
+            raise _native.PlanesmanError(f"num_envs: {count} refused: 1 or more are expected")
         if observe not in ("state", "sensors"):
             raise _native.PlanesmanError(f"observe: {observe!r} refused: 'state' or 'sensors' is expected")
         options = {
@@ -235,16 +237,14 @@ class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
         self.action_space = batch_space(self.single_action_space, num_envs)
 
     def reset(
-        self, *, seed: int | Sequence[int] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[_Numbers, dict[str, Any]]:
         """Begin an episode in each: with the seeds, or from a seed on. Observations have the shape (num_envs, numbers)."""
-        if isinstance(seed, Sequence):
-            seeds = list(seed)
-        else:
+        each: list[int | None] = list(seed) if isinstance(seed, Sequence) else [None] * self.num_envs
+        if isinstance(seed, int):
             super().reset(seed=seed)
-            first = int(self.np_random.integers(2**63)) if seed is None else seed
-            seeds = list(range(first, first + self.num_envs))
-        return self._all.reset(seeds), {}
+            each = list(range(seed, seed + self.num_envs))
+        return self._all.reset([int(self.np_random.integers(2**63)) if it is None else it for it in each]), {}
 
     def step(
         self, actions: _Numbers

@@ -73,6 +73,11 @@ def test_results_are_arrays_of_their_own_that_stay() -> None:
     assert np.array_equal(first, kept) and not np.array_equal(first, second)
     assert np.array_equal(many.reset(seed=1)[0], first) and not np.array_equal(many.reset()[0], first)
     assert np.array_equal(many.reset(seed=[1, 2, 3])[0], first)
+    assert np.array_equal(many.reset(seed=[None, 2, None])[0] == first, np.array([[False], [True], [False]]) | (first == 0.0))
+    with pytest.raises(planesman.PlanesmanError, match="seeds: 2 given; 3 are expected"):
+        many.reset(seed=[1, 2])
+    with pytest.raises(planesman.PlanesmanError, match="num_envs: 0 refused"):
+        AuvVectorEnv("depth", 0)
 
 
 def test_the_observation_is_what_the_state_says() -> None:
