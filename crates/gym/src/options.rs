@@ -88,77 +88,69 @@ impl Setting {
     pub(crate) fn new(options: &Options) -> Result<Self, Refused> {
         let (task, name) = (options.task, options.vehicle.as_str());
         let vehicle = load(name)?;
-        let known = Known::of(name);
-        let moved = match &options.actions {
-            Some(moved) => moved.clone(),
-            None => known.actions(task),
+        let own = || {
+            defaults(name, task)
+                .iter()
+                .map(|(name, range)| ((*name).to_owned(), *range))
         };
+        let moved = options.actions.clone().unwrap_or_else(|| own().collect());
         let mut held = options.held.clone();
-        let is_given = |name: &str| {
-            moved.iter().any(|(other, _)| other == name)
-                || options.held.iter().any(|(other, _)| other == name)
-        };
-        let own = known.held.iter().filter(|(name, _)| !is_given(name));
-        held.extend(own.map(|(name, value)| ((*name).to_owned(), *value)));
+        let names = moved
+            .iter()
+            .map(|it| &it.0)
+            .chain(held.iter().map(|it| &it.0));
+        if name == "lauv" && !names.into_iter().any(|name| name == "thrust") {
+            held.push(("thrust".to_owned(), LAUV_THRUST));
+        }
         let actions = Actions::new(&vehicle, &moved, &held)?;
-        let speed = options.speed.unwrap_or(known.speed);
+        let cruises = matches!(name, "lauv" | "remus_100_6dof" | "remus_100_printed");
+        let speed = options.speed.unwrap_or(if cruises { CRUISE } else { 0.0 });
         let current = options.current.unwrap_or(task.current(speed));
         let duration = options.duration.unwrap_or(task.duration());
-        for (entry, value, expected) in [
-            ("step", options.step, "above 0 s"),
-            ("duration", duration, "above 0 s"),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Refused::option(
-                    entry,
-                    format!("{value} refused: {expected} is expected"),
-                ));
-            }
-        }
-        for (entry, [least, most]) in [("speed", [0.0, speed]), ("current", current)] {
-            if !(0.0 <= least && least <= most && most <= FASTEST) {
-                return Err(Refused::option(
-                    entry,
-                    format!("[{least}, {most}] refused: 0 to {FASTEST} m/s is expected"),
-                ));
-            }
-        }
-        let steps = duration / options.step;
-        if !(0.5..=MOST_STEPS).contains(&steps) {
-            return Err(Refused::option(
-                "duration",
-                format!(
-                    "{steps} steps of {} s refused: 1 to {MOST_STEPS} are expected",
-                    options.step
-                ),
-            ));
-        }
-        if !(1..=MOST_SUBSTEPS).contains(&options.substeps) {
-            return Err(Refused::option(
+        let (step, substeps, steps) = (options.step, options.substeps, duration / options.step);
+        let speeds = |[least, most]: [f64; 2]| 0.0 <= least && least <= most && most <= FASTEST;
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let rules = [
+            ("step", step, positive(step), "a time above 0 s"),
+            ("duration", duration, positive(duration), "a time above 0 s"),
+            (
+                "duration / step",
+                steps,
+                (0.5..=MOST_STEPS).contains(&steps),
+                "1 to 1e6 steps",
+            ),
+            (
                 "substeps",
-                format!(
-                    "{} refused: 1 to {MOST_SUBSTEPS} are expected",
-                    options.substeps
-                ),
+                f64::from(substeps),
+                (1..=MOST_SUBSTEPS).contains(&substeps),
+                "1 to 1000",
+            ),
+            ("speed", speed, speeds([0.0, speed]), "0 to 10 m/s"),
+            (
+                "current",
+                current[1],
+                speeds(current),
+                "least and most, of 0 to 10 m/s",
+            ),
+        ];
+        if let Some((entry, value, _, expected)) = rules.into_iter().find(|(_, _, holds, _)| !holds)
+        {
+            return Err(Refused::option(
+                entry,
+                format!("{value} refused: {expected} is expected"),
             ));
         }
         for (name, [least, most]) in &options.randomise {
             if !(0.0 < *least && least <= most && most.is_finite()) {
-                return Err(Refused::option(
-                    "randomise",
-                    format!(
-                        "{name} [{least}, {most}] refused: factors above 0 are expected, least and most"
-                    ),
-                ));
+                let reason = format!(
+                    "{name} [{least}, {most}] refused: least and most factor are expected, above 0"
+                );
+                return Err(Refused::option("randomise", reason));
             }
         }
         for end in [0, 1] {
-            vehicle.scaled(
-                options
-                    .randomise
-                    .iter()
-                    .map(|(name, range)| (name.as_str(), range[end])),
-            )?;
+            let factors = options.randomise.iter();
+            vehicle.scaled(factors.map(|(name, range)| (name.as_str(), range[end])))?;
         }
         Ok(Self {
             task,
@@ -169,92 +161,52 @@ impl Setting {
             speed,
             current,
             randomise: options.randomise.clone(),
-            step: options.step,
-            substeps: options.substeps,
+            step,
+            substeps,
             steps: steps.round() as u32,
         })
     }
 }
 
-/// What a built-in vehicle is flown with.
-struct Known {
-    /// Size of the angles of rudder and planes \[rad\], and of thrust \[N\], where it has it.
-    fins: Option<f64>,
-    thrust: Option<f64>,
-    /// Forces \[N\] and moments \[N m\] of its axes.
-    axes: &'static [(&'static str, f64)],
-    held: &'static [(&'static str, f64)],
-    /// \[m/s\]
-    speed: f64,
-}
+/// Begins at \[m/s\], of the vehicles with fins.
+const CRUISE: f64 = 1.5;
+/// Balances the drag of `lauv` at that speed \[N\].
+const LAUV_THRUST: f64 = 9.0;
 
-impl Known {
-    fn of(vehicle: &str) -> Self {
-        let none = Self {
-            fins: None,
-            thrust: None,
-            axes: &[],
-            held: &[],
-            speed: 0.0,
-        };
-        match vehicle {
-            // 9 N balances its drag at 1.5 m/s.
-            "lauv" => Self {
-                fins: Some(0.3),
-                thrust: Some(14.0),
-                held: &[("thrust", 9.0)],
-                speed: 1.5,
-                ..none
-            },
-            // 13.6 degrees: Prestero 2001, Table A.5; its propeller always turns alike.
-            "remus_100_6dof" | "remus_100_printed" => Self {
-                fins: Some(0.237),
-                speed: 1.5,
-                ..none
-            },
-            // Beyond 15.5 N of surge the model tumbles (its file).
-            "bluerov2_heavy" => Self {
-                axes: &[
-                    ("surge", 12.0),
-                    ("sway", 12.0),
-                    ("heave", 20.0),
-                    ("yaw", 3.0),
-                ],
-                ..none
-            },
-            _ => none,
-        }
-    }
+/// An input or axis that is moved, with the value at -1 and at 1: rad, N, N m.
+type Moved = (&'static str, [f64; 2]);
 
-    /// What is moved in a task; nothing where the vehicle has no means for it.
-    fn actions(&self, task: Task) -> Vec<(String, [f64; 2])> {
-        let symmetric = |name: &str, size: f64| (name.to_owned(), [-size, size]);
-        let axes = |names: &[&str]| -> Vec<_> {
-            let chosen = self.axes.iter().filter(|(name, _)| names.contains(name));
-            chosen.map(|(name, size)| symmetric(name, *size)).collect()
-        };
-        let fins = |names: &[&str]| -> Vec<_> {
-            let size = self.fins.iter();
-            size.flat_map(|size| names.iter().map(|name| symmetric(name, *size)))
-                .collect()
-        };
-        let mut moved = match task {
-            Task::Depth => axes(&["heave"]),
-            Task::Heading => axes(&["yaw"]),
-            Task::Docking | Task::Station => axes(&["surge", "sway", "heave", "yaw"]),
-        };
-        moved.extend(match (task, self.thrust) {
-            (Task::Depth, _) => fins(&["stern_planes"]),
-            (Task::Heading, _) => fins(&["rudder"]),
-            (Task::Docking, _) => fins(&["rudder", "stern_planes"]),
-            (Task::Station, Some(thrust)) => {
-                let mut all = fins(&["rudder", "stern_planes"]);
-                all.push(("thrust".to_owned(), [0.0, thrust]));
-                all
-            }
-            // It cannot choose its speed.
-            (Task::Station, None) => Vec::new(),
-        });
-        moved
+const LAUV: [Moved; 3] = [
+    ("rudder", [-0.3, 0.3]),
+    ("stern_planes", [-0.3, 0.3]),
+    ("thrust", [0.0, 14.0]),
+];
+/// 13.6 degrees: Prestero 2001.
+const REMUS: [Moved; 2] = [
+    ("rudder", [-0.237, 0.237]),
+    ("stern_planes", [-0.237, 0.237]),
+];
+/// Beyond 15.5 N of surge the model tumbles (its file).
+const BLUEROV: [Moved; 4] = [
+    ("surge", [-12.0, 12.0]),
+    ("sway", [-12.0, 12.0]),
+    ("heave", [-20.0, 20.0]),
+    ("yaw", [-3.0, 3.0]),
+];
+
+/// What is moved in a task; nothing where a vehicle is not known, or has no means for it.
+fn defaults(vehicle: &str, task: Task) -> &'static [Moved] {
+    match (vehicle, task) {
+        ("lauv", Task::Depth) => &LAUV[1..2],
+        ("lauv", Task::Heading) => &LAUV[..1],
+        ("lauv", Task::Docking) => &LAUV[..2],
+        ("lauv", Task::Station) => &LAUV,
+        ("remus_100_6dof" | "remus_100_printed", Task::Depth) => &REMUS[1..],
+        ("remus_100_6dof" | "remus_100_printed", Task::Heading) => &REMUS[..1],
+        ("remus_100_6dof" | "remus_100_printed", Task::Docking) => &REMUS,
+        ("bluerov2_heavy", Task::Depth) => &BLUEROV[2..3],
+        ("bluerov2_heavy", Task::Heading) => &BLUEROV[3..],
+        ("bluerov2_heavy", Task::Docking | Task::Station) => &BLUEROV,
+        _ => &[],
     }
 }
