@@ -49,19 +49,28 @@ class Quantity(NamedTuple):
     deviation: float
 
 
-def _span(value: Span, low: float, about: float = 0.0) -> list[float]:
+def _number(entry: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise _native.PlanesmanError(f"{entry}: {value!r} refused: a finite number is expected")
+    return number
+
+
+def _span(entry: str, value: Any, low: float, about: float = 0.0) -> list[float]:
     """A span as least and most: a size about a number, from `low` times the size."""
-    if isinstance(value, Sequence):
-        least, most = value
-        return [float(least), float(most)]
-    return [about + low * float(value), about + float(value)]
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        size = _number(entry, value)
+        return [about + low * size, about + size]
+    if len(value) != 2:
+        raise _native.PlanesmanError(f"{entry}: {value!r} refused: least and most are expected")
+    return [_number(entry, edge) for edge in value]
 
 
-def _numbers_in(value: Any) -> list[float]:
-    """The numbers in an option."""
-    if isinstance(value, list):
-        return [number for item in value for number in _numbers_in(item)]
-    return [float(value)] if isinstance(value, (int, float)) else []
+def _spans(entry: str, spans: Mapping[str, Any] | None, about: float = 0.0) -> list[tuple[str, list[float]]]:
+    return [(text(name), _span(f"{entry}: {name}", span, -1.0, about)) for name, span in (spans or {}).items()]
 
 
 class _Environments:
@@ -90,18 +99,17 @@ class _Environments:
             "task": task,
             "vehicle": text(path_text(vehicle)),
             "sensors": observe == "sensors",
-            "actions": None if actions is None else [[name, _span(span, -1.0)] for name, span in actions.items()],
-            "held": [[name, float(value)] for name, value in (held or {}).items()],
-            "randomise": [[name, _span(span, -1.0, 1.0)] for name, span in (randomise or {}).items()],
-            "current": None if current is None else _span(current, 0.0),
-            "speed": speed,
-            "step": step,
-            "substeps": substeps,
-            "duration": duration,
+            "actions": None if actions is None else _spans("actions", actions),
+            "held": [(text(name), _number(f"held: {name}", value)) for name, value in (held or {}).items()],
+            "randomise": _spans("randomise", randomise, 1.0),
+            "current": None if current is None else _span("current", current, 0.0),
+            "speed": None if speed is None else _number("speed", speed),
+            "step": _number("step", step),
+            "substeps": int(substeps),
+            "duration": None if duration is None else _number("duration", duration),
         }
-        for entry, value in options.items():
-            if not np.isfinite(_numbers_in(value)).all():
-                raise _native.PlanesmanError(f"{entry}: {value} refused: finite numbers are expected")
+        if substeps != int(substeps) or not 0 <= substeps < 2**32:
+            raise _native.PlanesmanError(f"substeps: {substeps} refused: a whole number is expected, from 1 on")
         self.native = _native.Environments(json.dumps(options), count, 0)
         self.count = count
         self.factor_names = list(randomise or {})
