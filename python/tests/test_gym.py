@@ -228,3 +228,21 @@ def test_the_policy_of_the_examples_dives_and_is_what_its_file_says(tmp_path: Pa
         broken.write_text(json.dumps(written | change))
         with pytest.raises(ValueError, match="is no policy"):
             module.Policy(broken)
+
+
+def test_the_policy_flies_the_loop_in_this_process() -> None:
+    """Vehicle, actuator and messages of the ROS loop; a tick is half a step of the training."""
+    policy = example("policy").Policy(ROOT / "launch-scripts" / "examples" / "lauv_depth_policy.json")
+
+    def law(time: float, state: np.ndarray) -> float:
+        named = dict(zip(planesman.STATES, state))
+        named["depth_error"] = 8.0 - named["depth"]
+        return policy(named)["stern_planes"]
+
+    plant = {"vehicle": "lauv", "speed": 1.5, "initial_depth": 4.0}
+    try:
+        loop = planesman.Loop("dive", controller=law, duration=40.0, plant_sim=plant)
+    except planesman.PlanesmanError as refusal:
+        pytest.skip(str(refusal))
+    *_, last = loop
+    assert last[0] == pytest.approx(8.0, abs=0.1)

@@ -3,7 +3,7 @@
 use planesman_vehicle::six_dof::propulsion::{Allocation, Propulsor, Thruster};
 use planesman_vehicle::six_dof::{Parts, Vehicle};
 
-use crate::options::Refused;
+use crate::refused::Refused;
 
 /// The axes of a vehicle that thrusters alone drive, in the order of forces and moments.
 const AXES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];

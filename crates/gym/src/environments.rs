@@ -8,8 +8,9 @@ use planesman_vehicle::standard_normal;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::SeedableRng as _;
 
-use crate::options::{Options, Refused, Setting};
-use crate::task::{MOST, Target, Task, uniform};
+use crate::options::{Options, Setting};
+use crate::refused::Refused;
+use crate::task::{MOST, Outcome, Target, Task, uniform};
 
 /// Environments of a part, which one core steps.
 const PART: usize = 64;
@@ -17,20 +18,6 @@ const PART: usize = 64;
 const DRAWS: usize = 100;
 /// A motion beyond is none \[m, m/s, rad/s\].
 const LARGEST: f64 = 1e4;
-
-/// How an environment's step ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outcome {
-    /// The episode goes on.
-    #[default]
-    Running,
-    /// Its goal is reached.
-    Succeeded,
-    /// It cannot be reached any more.
-    Failed,
-    /// Its time is up.
-    TimeUp,
-}
 
 /// What a step of all environments gave.
 #[derive(Clone, Debug, Default)]
@@ -86,7 +73,7 @@ impl Environments {
         let seeds = (0..count as u64).map(|k| seed.wrapping_add(k));
         let start = setting
             .task
-            .begin(&setting, &mut Pcg64::seed_from_u64(seed));
+            .begin(&setting.conditions, &mut Pcg64::seed_from_u64(seed));
         let one = |seed| One {
             random: Pcg64::seed_from_u64(seed),
             own: None,
@@ -236,7 +223,7 @@ fn rows<'a>(observations: &'a mut [f32], setting: &Setting) -> std::slice::Chunk
 /// A step of a part.
 fn advance(setting: &Setting, part: &mut Part<'_>) -> Result<(), Refused> {
     let width = setting.moved.len();
-    let dt = setting.step / f64::from(setting.substeps);
+    let dt = setting.conditions.step / f64::from(setting.substeps);
     let (mut inputs, mut thrusts) = (Vec::new(), Vec::new());
     let actions = part.actions.chunks(width);
     let states: Vec<State> = match setting.randomise.is_empty() {
@@ -287,7 +274,7 @@ impl One {
         if !setting.randomise.is_empty() {
             self.draw_vehicle(setting)?;
         }
-        let start = setting.task.begin(setting, &mut self.random);
+        let start = setting.task.begin(&setting.conditions, &mut self.random);
         self.state = start.state;
         self.water = Water::steady(start.current);
         self.target = start.target;
@@ -336,7 +323,10 @@ impl One {
             self.state = state;
             self.seen = setting.task.numbers(&state, self.target);
         }
-        let (reward, outcome) = setting.task.judge(setting, &before, &self.seen, effort);
+        let (reward, outcome) =
+            setting
+                .task
+                .judge(&setting.conditions, &before, &self.seen, effort);
         let outcome = match outcome {
             _ if !is_motion => Outcome::Failed,
             Outcome::Running if self.steps >= setting.steps => Outcome::TimeUp,

@@ -11,8 +11,10 @@
 mod actions;
 mod environments;
 mod options;
+mod refused;
 mod task;
 
-pub use environments::{Environments, Outcome, Stepped};
-pub use options::{Options, Refused};
-pub use task::{Quantity, Task};
+pub use environments::{Environments, Stepped};
+pub use options::Options;
+pub use refused::Refused;
+pub use task::{Outcome, Quantity, Task};

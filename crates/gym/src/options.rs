@@ -1,10 +1,11 @@
 //! What environments are made of, checked.
 
-use planesman_vehicle::six_dof::{FileError, Unphysical, Vehicle, load};
+use planesman_vehicle::six_dof::{Vehicle, load};
 use serde::Deserialize;
 
 use crate::actions::Actions;
-use crate::task::Task;
+use crate::refused::Refused;
+use crate::task::{Conditions, Task};
 
 /// What environments are made of.
 #[derive(Clone, Debug, Deserialize)]
@@ -34,32 +35,6 @@ pub struct Options {
     pub duration: Option<f64>,
 }
 
-/// Why environments were not made.
-#[derive(Debug, thiserror::Error)]
-pub enum Refused {
-    /// The vehicle was not taken.
-    #[error(transparent)]
-    Vehicle(#[from] FileError),
-    /// No vehicle has such factors.
-    #[error("randomise: {0}")]
-    Randomise(#[from] Unphysical),
-    /// An option breaks a rule.
-    #[error("{entry}: {reason}")]
-    Option {
-        /// The option.
-        entry: String,
-        /// What was wrong, and what is expected.
-        reason: String,
-    },
-}
-
-impl Refused {
-    pub(crate) fn option(entry: &str, reason: String) -> Self {
-        let entry = entry.to_owned();
-        Self::Option { entry, reason }
-    }
-}
-
 /// Most environment steps of an episode, and Runge-Kutta steps of an environment step.
 const MOST_STEPS: f64 = 1e6;
 const MOST_SUBSTEPS: u32 = 1000;
@@ -75,10 +50,8 @@ pub(crate) struct Setting {
     pub(crate) actions: Actions,
     /// The name of each action, with the value at -1 and at 1.
     pub(crate) moved: Vec<(String, [f64; 2])>,
-    pub(crate) speed: f64,
-    pub(crate) current: [f64; 2],
+    pub(crate) conditions: Conditions,
     pub(crate) randomise: Vec<(String, [f64; 2])>,
-    pub(crate) step: f64,
     pub(crate) substeps: u32,
     /// Steps of an episode.
     pub(crate) steps: u32,
@@ -158,10 +131,12 @@ impl Setting {
             sensors: options.sensors,
             actions,
             moved,
-            speed,
-            current,
+            conditions: Conditions {
+                speed,
+                current,
+                step,
+            },
             randomise: options.randomise.clone(),
-            step,
             substeps,
             steps: steps.round() as u32,
         })

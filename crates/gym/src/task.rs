@@ -7,9 +7,6 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng as _;
 use serde::Deserialize;
 
-use crate::environments::Outcome;
-use crate::options::Setting;
-
 /// What is to be done.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
@@ -22,6 +19,31 @@ pub enum Task {
     Docking,
     /// Stay at a place and heading in a current.
     Station,
+}
+
+/// How an environment's step ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outcome {
+    /// The episode goes on.
+    #[default]
+    Running,
+    /// Its goal is reached.
+    Succeeded,
+    /// It cannot be reached any more.
+    Failed,
+    /// Its time is up.
+    TimeUp,
+}
+
+/// What all episodes begin with, and the time of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conditions {
+    /// Through the water \[m/s\]: 0 of a vehicle that hovers.
+    pub(crate) speed: f64,
+    /// Least and most speed of the current \[m/s\].
+    pub(crate) current: [f64; 2],
+    /// \[s\]
+    pub(crate) step: f64,
 }
 
 /// A number that is observed.
@@ -148,8 +170,8 @@ impl Task {
     }
 
     /// Draws an episode.
-    pub(crate) fn begin(self, setting: &Setting, random: &mut Pcg64) -> Start {
-        let cruises = setting.speed > 0.0;
+    pub(crate) fn begin(self, conditions: &Conditions, random: &mut Pcg64) -> Start {
+        let cruises = conditions.speed > 0.0;
         let mut draw = |size: f64| uniform(random, [-size, size]);
         let mut target = Target {
             depth: DEPTH_OF_TARGETS,
@@ -187,14 +209,14 @@ impl Task {
             _ => draw(PI),
         };
         let (east, north) = libm::sincos(toward);
-        let speed = uniform(random, setting.current);
+        let speed = uniform(random, conditions.current);
         let current = [north * speed, east * speed, 0.0];
         let attitude = rotation::from_euler(angles);
         let [mut u, mut v, mut w] = [0.0; 3];
         if self != Self::Station {
             // Carried by the stream.
             [u, v, w] = rotation::to_body(&rotation::matrix(attitude), current);
-            u += setting.speed;
+            u += conditions.speed;
         }
         Start {
             state: State {
@@ -255,14 +277,14 @@ impl Task {
     /// All but docking earn `step / (1 + cost)`: at most the time, and what is far from its target some of it too. The dock pays for each metre nearer.
     pub(crate) fn judge(
         self,
-        setting: &Setting,
+        conditions: &Conditions,
         before: &[f64; MOST],
         after: &[f64; MOST],
         effort: f64,
     ) -> (f64, Outcome) {
         let share = |error: f64, size: f64| (error / size) * (error / size);
         let distance = |of: &[f64; MOST]| (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]).sqrt();
-        let earned = |cost: f64| setting.step / (1.0 + cost + 0.1 * effort);
+        let earned = |cost: f64| conditions.step / (1.0 + cost + 0.1 * effort);
         let within = |is_within: bool| match is_within {
             true => Outcome::Running,
             false => Outcome::Failed,
@@ -286,7 +308,7 @@ impl Task {
                         let is_taken = starboard * starboard + below * below < MOUTH * MOUTH
                             && heading.abs() < STEEPEST
                             && pitch.abs() < STEEPEST
-                            && (setting.speed > 0.0 || speed < GENTLE);
+                            && (conditions.speed > 0.0 || speed < GENTLE);
                         match is_taken {
                             true => Outcome::Succeeded,
                             false => Outcome::Failed,
