@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import json
 import warnings
@@ -12,6 +13,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from scipy.integrate import solve_ivp
 
 import planesman
 import planesman.gym
@@ -95,6 +97,31 @@ def test_the_observation_is_what_the_state_says() -> None:
     effort = np.mean(np.square([0.5, -0.2, 0.1, 0.6]))
     off = (x * x + y * y + (20.0 - z) ** 2) / 0.5**2
     assert reward == pytest.approx(0.1 / (1.0 + off + (yaw / 0.3) ** 2 + 0.1 * effort), rel=1e-6)
+
+
+def test_a_vehicle_with_factors_moves_as_scipy_has_it_on_equations_written_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The peer of benches/peers: matrices in numpy, DOP853 at 1e-12."""
+    for folder in ("benches/peers/cases", "benches/peers"):
+        monkeypatch.syspath_prepend(str(ROOT / folder))
+    peer = importlib.import_module("six_dof")
+    monkeypatch.setattr(peer, "CURRENT", np.zeros(3))
+    spans = {"mass": 0.2, "Y_uv": 0.3, "linear_damping": 0.3, "M_qdot": 0.3}
+    env = AuvEnv("docking", "lauv", current=0.0, substeps=20, randomise=spans)
+    env.reset(seed=7)
+    factor, lauv = env.factors, peer.lauv()
+    lift = lauv.lift.copy()
+    lift[1, 1] *= factor["Y_uv"]
+    inertia, added = np.array([0.0405, 1.0701, 1.0701]) * factor["mass"], [1, 16, 16, 0.005, 1.3 * factor["M_qdot"], 1.3]
+    damping = lauv.linear * factor["linear_damping"], lauv.quadratic
+    own = peer.Vehicle(18 * factor["mass"], 176.58, 177.58, [0, 0, 0.01], [0, 0, 0], inertia, added, *damping, lift, lauv.held)
+    state = env.state.copy()
+    for angles in ([0.5, -0.25], [-1.0, 0.5], [0.25, 1.0]):
+        tau, f = own.held(0.3 * angles[0], 0.3 * angles[1], 9.0)
+        state = solve_ivp(lambda _, x: peer.rates(own, tau, f, x), (0.0, 1.0), state, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+        for _ in range(10):
+            env.step(np.array(angles))
+        assert env.state == pytest.approx(state, abs=1e-7)
+        assert np.abs(env.state[[7, 11, 12]]).min() > 1e-3
 
 
 def test_sensors_differ_from_the_truth_by_what_their_quantities_say() -> None:
