@@ -473,4 +473,29 @@ mod tests {
             assert!(error < 3e-4, "{task:?} {vehicle}: {error:.1e}");
         }
     }
+
+    /// Steps of two seconds at once, at which the method is unstable: such an episode ends, and the next begins.
+    #[test]
+    fn no_number_that_is_not_finite_leaves_an_environment() {
+        for (task, vehicle) in ALL {
+            let options = Options {
+                step: 2.0,
+                substeps: 1,
+                current: Some([5.0, 10.0]),
+                ..options(task, vehicle)
+            };
+            let mut these = Environments::new(&options, 8, 1).expect("options");
+            let mut failed = 0;
+            for step in 0..40 {
+                let actions = (0..8 * these.actions().len()).map(|k| action(k as u64, step, 0));
+                let stepped = these.step(&actions.collect::<Vec<_>>()).expect("a step");
+                assert!(stepped.observations.iter().all(|x| x.is_finite()));
+                assert!(stepped.rewards.iter().all(|x| x.is_finite()));
+                assert!((0..8).all(|k| these.state(k).row().iter().all(|x| x.is_finite())));
+                let failures = stepped.outcomes.iter();
+                failed += failures.filter(|it| **it == Outcome::Failed).count();
+            }
+            assert!(failed > 0, "{task:?} {vehicle}");
+        }
+    }
 }
