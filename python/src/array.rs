@@ -17,6 +17,14 @@ impl Number for f64 {
     const KIND: &'static str = "f8";
 }
 
+impl Number for f32 {
+    const KIND: &'static str = "f4";
+}
+
+impl Number for u8 {
+    const KIND: &'static str = "u1";
+}
+
 impl Number for i64 {
     const KIND: &'static str = "i8";
 }

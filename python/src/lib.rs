@@ -5,6 +5,7 @@
 //!
 //! - `data`: signals and fields of a bag, table or log.
 //! - `flight`: scenarios, and their flight in this process.
+//! - `gym`: environments for reinforcement learning.
 //! - `model`: identification, model files, a vehicle's transfer functions.
 //! - `options`: keywords as the options of fits and of their data.
 //! - `sweep`: the cases of a sweep, part by part.
@@ -20,6 +21,7 @@ mod array;
 mod data;
 mod error;
 mod flight;
+mod gym;
 mod listing;
 mod model;
 mod options;
@@ -35,6 +37,8 @@ mod _native {
     use crate::error::PlanesmanError;
     #[pymodule_export]
     use crate::flight::{Loop, fly, scenario, states};
+    #[pymodule_export]
+    use crate::gym::Environments;
     #[pymodule_export]
     use crate::listing::{parameter_file, parameters, reproduced};
     #[pymodule_export]

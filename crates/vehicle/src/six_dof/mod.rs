@@ -19,6 +19,7 @@ mod lanes;
 mod plane;
 pub mod propulsion;
 pub mod rotation;
+mod scaled;
 mod simulate;
 mod steady;
 mod tick;
