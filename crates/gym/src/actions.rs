@@ -1,15 +1,12 @@
 //! From actions in -1 to 1 to the inputs of a vehicle: an input over its range, or a force or moment shared by all thrusters.
 
-use planesman_vehicle::six_dof::propulsion::{Allocation, Propulsor, Thruster};
+use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Propulsor, Thruster};
 use planesman_vehicle::six_dof::{Parts, Vehicle};
 
 use crate::refused::Refused;
 
 /// The axes of a vehicle that thrusters alone drive, in the order of forces and moments.
 const AXES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
-
-/// Points of a thruster's curve.
-const POINTS: usize = 256;
 
 /// Inputs from actions.
 #[derive(Clone, Debug)]
@@ -35,33 +32,7 @@ struct Shared {
     /// The thrust of each that is held \[N\].
     held: Vec<f64>,
     /// The input of each, and its curve.
-    thrusters: Vec<(usize, Curve)>,
-}
-
-/// The thrust of a thruster \[N\] at commands from 0 up to where it is the most, [`POINTS`] to a whole command.
-#[derive(Clone, Debug)]
-struct Curve(Vec<f64>);
-
-impl Curve {
-    fn new(thruster: &Thruster) -> Self {
-        let all: Vec<f64> = (0..=POINTS)
-            .map(|k| thruster.thrust(k as f64 / POINTS as f64))
-            .collect();
-        let rising = all.windows(2).take_while(|pair| pair[1] >= pair[0]).count();
-        Self(all[..=rising].to_vec())
-    }
-
-    /// The command that gives a thrust \[N\], by lines between the points; the most where it would take more.
-    fn command(&self, thrust: f64) -> f64 {
-        let size = thrust.abs();
-        let above = self.0.partition_point(|point| *point < size);
-        let (Some(low), Some(high)) = (self.0.get(above.wrapping_sub(1)), self.0.get(above)) else {
-            let end = if above == 0 { 0 } else { self.0.len() - 1 };
-            return (end as f64 / POINTS as f64).copysign(thrust);
-        };
-        let place = (above - 1) as f64 + (size - low) / (high - low);
-        (place / POINTS as f64).copysign(thrust)
-    }
+    thrusters: Vec<(usize, Inverse)>,
 }
 
 impl Actions {
@@ -141,7 +112,7 @@ impl Actions {
             held: vec![0.0; all.len()],
             thrusters: thrusters
                 .iter()
-                .map(|(k, it)| (*k, Curve::new(it)))
+                .map(|(k, it)| (*k, Inverse::new(it)))
                 .collect(),
         });
         Ok(Moved::Axis(allocation.thrusts(&wanted)))
@@ -229,7 +200,7 @@ mod tests {
     fn a_command_of_a_curve_gives_its_thrust_and_the_most_beyond() {
         let vehicle = load("bluerov2_heavy").expect("built in");
         let thruster = thrusters(vehicle.parts()).expect("thrusters")[0].1;
-        let curve = Curve::new(thruster);
+        let curve = Inverse::new(thruster);
         for thrust in [-30.0, -3.0, -0.01, 0.0, 0.2, 7.0, 29.0] {
             let got = thruster.thrust(curve.command(thrust));
             assert!((got - thrust).abs() < 2e-3, "{thrust} {got}");

@@ -125,6 +125,44 @@ impl Thruster {
     }
 }
 
+/// Points of [`Inverse`] to a whole command.
+const POINTS: usize = 256;
+
+/// From a thrust back to the command: the thrust \[N\] at commands from 0 up to where it is the most, [`POINTS`] to a whole command.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inverse(Vec<f64>);
+
+impl Inverse {
+    /// Of a thruster.
+    #[must_use]
+    pub fn new(thruster: &Thruster) -> Self {
+        let all: Vec<f64> = (0..=POINTS)
+            .map(|k| thruster.thrust(k as f64 / POINTS as f64))
+            .collect();
+        let rising = all.windows(2).take_while(|pair| pair[1] >= pair[0]).count();
+        Self(all[..=rising].to_vec())
+    }
+
+    /// The command that gives a thrust \[N\], by lines between the points; the most where it would take more.
+    #[must_use]
+    pub fn command(&self, thrust: f64) -> f64 {
+        let size = thrust.abs();
+        let above = self.0.partition_point(|point| *point < size);
+        let (Some(low), Some(high)) = (self.0.get(above.wrapping_sub(1)), self.0.get(above)) else {
+            let end = if above == 0 { 0 } else { self.0.len() - 1 };
+            return (end as f64 / POINTS as f64).copysign(thrust);
+        };
+        let place = (above - 1) as f64 + (size - low) / (high - low);
+        (place / POINTS as f64).copysign(thrust)
+    }
+
+    /// The most thrust \[N\].
+    #[must_use]
+    pub fn most(&self) -> f64 {
+        self.0.last().copied().unwrap_or(0.0)
+    }
+}
+
 impl Propulsor {
     /// Whether its force depends on the velocity too.
     pub(super) fn feels_flow(&self) -> bool {
