@@ -207,7 +207,9 @@ impl FlyArgs {
         let ticks = (self.duration / self.tick - 1e-9).ceil() as usize;
         for k in 1..=ticks {
             let until = (k as f64 * self.tick).min(self.duration);
-            while let Some((time, next)) = changes.next_if(|(time, _)| *time < until) {
+            // A change at a tick is one of the tick: 13.7 s is not 137 times 0.1 s to the last bit.
+            let before = until - 1e-9 * (1.0 + until);
+            while let Some((time, next)) = changes.next_if(|(time, _)| *time < before) {
                 simulation.advance(*time, inputs)?;
                 inputs = next;
             }
