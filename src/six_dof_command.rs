@@ -1,4 +1,4 @@
-//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, and their steady turns.
+//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, their steady turns, and fitted to recordings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -11,6 +11,7 @@ use planesman_vehicle::six_dof::{
 };
 
 use crate::arguments::{length, output_file, quantity, speed, within};
+use crate::six_dof_fit::{self, FitArgs};
 
 /// What is asked of a vehicle.
 #[derive(Clone, Debug, clap::Subcommand)]
@@ -25,6 +26,11 @@ pub enum SixDofCommand {
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
     )]
     Turn(TurnArgs),
+    /// Fit its coefficients to a recording, with 95 % intervals, what the recording does not determine, and the run that would
+    #[command(
+        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like bluerov2_heavy --signal front_port=thrusters:data[0] --out mine.yaml"
+    )]
+    Fit(Box<FitArgs>),
 }
 
 /// A vehicle and its inputs.
@@ -126,6 +132,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
     match command {
         SixDofCommand::Fly(args) => fly(args),
         SixDofCommand::Turn(args) => turn(args),
+        SixDofCommand::Fit(args) => six_dof_fit::run(args),
     }
 }
 
