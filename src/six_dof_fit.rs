@@ -80,28 +80,20 @@ pub fn run(args: &FitArgs) -> Result<()> {
         horizon: args.horizon,
     };
     let found = fit_six_dof(&options, &*args.data.progress())?;
-    let recording: Vec<String> = args
-        .data
-        .data
-        .iter()
-        .map(|it| {
-            it.file_name()
-                .unwrap_or(it.as_os_str())
-                .to_string_lossy()
-                .into_owned()
-        })
-        .collect();
+    let name = |path: &PathBuf| path.file_name().map(|it| it.to_string_lossy().into_owned());
+    let recording = args.data.data.iter().filter_map(name);
+    let recording = recording.collect::<Vec<_>>().join(", ");
     if let Some(path) = &args.out {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let name = name.replace(|c: char| !c.is_alphanumeric() && c != '-', "_");
-        let text = found.text(&name, &recording.join(", "));
+        let text = found.text(&name, &recording);
         planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
     }
     if args.json {
         out!("{}", serde_json::to_string_pretty(&found)?)?;
         return Ok(());
     }
-    print(args, &found, &recording.join(", "))
+    print(args, &found, &recording)
 }
 
 fn unit(name: &str) -> &'static str {
@@ -118,29 +110,22 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     }
     out!(
         "\n{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
-        found.like, found.seconds, found.windows, found.samples
+        found.like,
+        found.seconds,
+        found.windows,
+        found.samples
     )?;
-    let wide = found
-        .numbers
-        .iter()
-        .map(|it| it.name.len())
-        .max()
-        .unwrap_or(0)
-        .max(6);
-    out!(
-        "  {:wide$}  {:>12}  {:>12}  {:>9}  {:>12}",
-        "number",
-        "fitted",
-        "95 % +-",
-        "of it",
-        found.like
-    )?;
+    let wide = found.numbers.iter().map(|it| it.name.len());
+    let wide = wide.fold(6, usize::max);
+    let columns = "      fitted       95 % +-      of it        --like";
+    out!("  {:wide$}  {columns}", "number")?;
     for it in &found.numbers {
         let (value, interval) = value_and_interval(it.value, it.interval);
-        let mark = if it.relative() > args.bound / 100.0 {
-            "  not determined"
-        } else {
+        let is_determined = it.relative() <= args.bound / 100.0;
+        let mark = if is_determined {
             ""
+        } else {
+            "  not determined"
         };
         out!(
             "  {:wide$}  {value:>12}  {interval:>12}  {:>9}  {:>12}{mark}",
@@ -178,7 +163,7 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
                 "\nheld out, the last three tenths ({:.1} s) by a fit of the first seven; initial states, current and biases fitted for both:",
                 held.seconds
             )?;
-            out!("  {:6}  {:>11}  {:>11}", "rms", "fitted", found.like)?;
+            out!("  rms          fitted       --like")?;
             for (name, fitted, like) in &held.signals {
                 let (fitted, like) = (significant(*fitted, 3), significant(*like, 3));
                 out!("  {name:6}  {fitted:>11}  {like:>11}  {}", unit(name))?;
@@ -194,41 +179,32 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
             significant(planesman_identification::SIGMAS_95 * args.prior, 2)
         )?;
         for it in &found.undetermined {
-            match &it.manoeuvre {
-                Some(words) => out!(
-                    "  {:wide$}  {} -> {} by {words}",
-                    it.name,
-                    percent(it.before),
-                    percent(it.after)
-                )?,
-                None => out!(
-                    "  {:wide$}  {} -> none of the library makes it a fifth shorter",
-                    it.name,
-                    percent(it.before)
-                )?,
-            }
+            let then = match &it.manoeuvre {
+                Some(words) => format!("{} by {words}", percent(it.after)),
+                None => "none of the library makes it a fifth shorter".to_owned(),
+            };
+            out!("  {:wide$}  {} -> {then}", it.name, percent(it.before))?;
         }
     }
     if let Some(next) = &found.next {
         let [before, after] = &next.largest;
+        let [up, down] = next.depths;
         out!(
-            "\nnext run, of {} manoeuvres of 60 s: {}\n  the largest interval that a manoeuvre makes shorter: {} {} -> {} {}; depth {:.1} to {:.1} m about the start",
+            "\nnext run, of {} manoeuvres of 60 s: {}",
             next.compared,
-            next.manoeuvre,
+            next.manoeuvre
+        )?;
+        out!(
+            "  the largest interval that a manoeuvre makes shorter: {} {} -> {} {}; depth {up:.1} to {down:.1} m about the start",
             before.0,
             percent(before.1),
             after.0,
-            percent(after.1),
-            next.depths[0],
-            next.depths[1]
+            percent(after.1)
         )?;
     }
     if let Some(path) = &args.out {
-        out!(
-            "\nwrote {}: planesman six-dof fly {}",
-            path.display(),
-            path.display()
-        )?;
+        let path = path.display();
+        out!("\nwrote {path}: planesman six-dof fly {path}")?;
     }
     Ok(())
 }

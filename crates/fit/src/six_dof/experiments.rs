@@ -54,11 +54,8 @@ pub struct NextRun {
     pub compared: usize,
 }
 
-/// A manoeuvre of the library.
-struct Manoeuvre {
-    words: String,
-    steps: Vec<(f64, Vec<f64>)>,
-}
+/// A manoeuvre of the library: in words, and its steps with the inputs held.
+type Manoeuvre = (String, Vec<(f64, Vec<f64>)>);
 
 /// A shape: its name, and its level, -1 to 1, so many seconds after its begin.
 type Shape = (&'static str, fn(f64) -> f64);
@@ -84,7 +81,7 @@ fn square(t: f64, half: f64) -> f64 {
     }
 }
 
-/// How far an input is moved, with the words for it.
+/// How far an input is moved, with the words for it; beyond its limits it does nothing.
 fn amplitude(vehicle: &Vehicle, input: usize, base: f64) -> Option<(f64, String)> {
     let parts = vehicle.parts();
     let is_angle = parts.fins.iter().any(|it| it.input == input)
@@ -94,14 +91,7 @@ fn amplitude(vehicle: &Vehicle, input: usize, base: f64) -> Option<(f64, String)
     }
     parts.propulsors.iter().find_map(|it| match it {
         Propulsor::Force { input: of, limits } if *of == input => {
-            // No farther than to the nearer limit.
-            let room = (limits[1] - base).min(base - limits[0]);
-            let most = if room > 0.0 {
-                room
-            } else {
-                limits[1] - limits[0]
-            };
-            let force = most.min(0.3 * (limits[1] - limits[0]));
+            let force = 0.3 * (limits[1] - limits[0]);
             Some((force, format!("{force:.3} N")))
         }
         Propulsor::Propeller { input: of, .. } if *of == input => {
@@ -130,10 +120,7 @@ fn library(vehicle: &Vehicle, base: &[f64]) -> Vec<Manoeuvre> {
             }
             (STEP, inputs)
         });
-        Manoeuvre {
-            words,
-            steps: steps.collect(),
-        }
+        (words, steps.collect())
     };
     let words = |(input, (_, by)): &(usize, (f64, String)), shape: &Shape| {
         format!("{} +-{by}: {}", names[*input], shape.0)
@@ -163,12 +150,10 @@ fn usual(runs: &[Run], channels: &[usize]) -> (Vec<f64>, [f64; 12], f64) {
     let inputs = runs.first().map_or(0, |it| it.inputs.len());
     let base = (0..inputs).map(|k| mean(&|run| run.inputs.get(k)));
     let mut start = [0.0; 12];
-    for (place, channel) in channels
-        .iter()
-        .enumerate()
-        .filter(|it| [2, 4, 6].contains(it.1))
-    {
-        start[*channel] = mean(&|run| run.outputs.get(place));
+    // Depth, pitch and surge.
+    for channel in [2, 4, 6] {
+        let place = channels.iter().position(|it| *it == channel);
+        start[channel] = place.map_or(0.0, |it| mean(&|run| run.outputs.get(it)));
     }
     let tracks = runs.iter().flat_map(|it| &it.outputs);
     let intervals = tracks.filter_map(|it| {
@@ -214,12 +199,8 @@ pub(super) fn experiments(
     let priors = problem.priors();
     let part = problem.of_current();
     let of_data = without(information, part.clone(), &priors)?;
-    let common: Vec<f64> = priors
-        .iter()
-        .enumerate()
-        .filter(|it| !part.contains(&it.0))
-        .map(|it| 1.0 / (it.1.1 * it.1.1))
-        .collect();
+    let common = priors[..part.start].iter().chain(&priors[part.end..]);
+    let common = common.map(|it| 1.0 / (it.1 * it.1)).collect();
     let of_data = of_data + DMatrix::from_diagonal(&DVector::from_vec(common));
     let numbers = problem.sought.len();
     let intervals = |information: DMatrix<f64>| -> Option<Vec<f64>> {
@@ -231,7 +212,7 @@ pub(super) fn experiments(
     let white = intervals(of_data.clone())?;
     let every = ((interval / STEP).round() as usize).max(1);
     let mut tried: Vec<(String, [f64; 2], Vec<f64>)> = Vec::new();
-    for Manoeuvre { words, steps } in library(&vehicle, &base) {
+    for (words, steps) in library(&vehicle, &base) {
         let stamps = (0..=steps.len()).step_by(every);
         let samples = stamps.flat_map(|it| channels.iter().map(move |of| (it, *of, 0.0)));
         let window = Window {
@@ -239,22 +220,18 @@ pub(super) fn experiments(
             steps,
             start,
         };
-        let Some(way) = problem.simulated(&vehicle, globals, &window, &start) else {
+        let way = problem.simulated(&vehicle, globals, &window, &start);
+        let is_level = |way: &Vec<[f64; 12]>| way.iter().all(|it| it[4].abs() <= STEEPEST);
+        let Some(way) = way.filter(is_level) else {
             continue;
         };
-        if way.iter().any(|it| it[4].abs() > STEEPEST) {
-            continue;
-        }
         let depths = way.iter().map(|it| it[2] - way[0][2]);
         let depths = depths.fold([0.0_f64; 2], |[low, high], it| [low.min(it), high.max(it)]);
         let theta = globals.iter().chain(&start).copied();
         let theta = DVector::from_iterator(globals.len() + start.len(), theta);
         let added = problem.eliminated(&[window], &theta);
-        let Some((added, _)) = added else { continue };
-        let Some(added) = without(&added, part.clone(), &priors) else {
-            continue;
-        };
-        if let Some(mut after) = intervals(&of_data + added) {
+        let added = added.and_then(|it| without(&it.0, part.clone(), &priors));
+        if let Some(mut after) = added.and_then(|it| intervals(&of_data + it)) {
             for (after, (before, white)) in after.iter_mut().zip(before.iter().zip(&white)) {
                 *after *= before / white;
             }

@@ -14,9 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_equations::Run;
 use planesman_identification::estimators::{Search, Total, coloured_covariance, least};
 use planesman_parallel::on_all_cores;
-use planesman_vehicle::six_dof::{
-    Batch, EditableFile, State, Vehicle, Water, rotation, runge_kutta,
-};
+use planesman_vehicle::six_dof::{EditableFile, State, Vehicle, Water, rotation, runge_kutta};
 
 /// The signals that a vehicle's motion is measured by: name and unit.
 pub const SIGNALS: [(&str, &str); 12] = [
@@ -230,56 +228,16 @@ impl Problem<'_> {
         let errors = DVector::from_iterator(samples.len(), errors);
         let count = self.globals();
         let mut slopes = DMatrix::zeros(samples.len(), count + INITIAL);
-        let mut put = |column: usize, there: &[[f64; INITIAL]]| {
+        let first = if self.is_known { count } else { 0 };
+        for column in first..count + INITIAL {
+            let mut point = [globals, initial].concat();
+            point[column] += DIFFERENCE;
+            let (globals, initial) = point.split_at(count);
+            let vehicle = varied.get(column).unwrap_or(vehicle);
+            let there = self.simulated(vehicle, globals, window, initial)?;
             for (row, (k, of, _)) in samples.iter().enumerate() {
                 let change = apart(*of, there[*k][*of], here[*k][*of]);
                 slopes[(row, column)] = change / (DIFFERENCE * self.noise[*of]);
-            }
-        };
-        for (column, vehicle) in varied.iter().enumerate() {
-            let way = self.simulated(vehicle, globals, window, initial)?;
-            put(column, &way);
-        }
-        // Another current or initial state is of the same vehicle: those go side by side.
-        let point = [globals, initial].concat();
-        let from = if self.is_known {
-            count
-        } else {
-            self.sought.len()
-        };
-        let columns =
-            (from..count + INITIAL).filter(|it| !(self.of_current().end..count).contains(it));
-        let columns: Vec<usize> = columns.collect();
-        let moved = columns.iter().map(|column| {
-            let mut moved = point.clone();
-            moved[*column] += DIFFERENCE;
-            moved
-        });
-        let moved: Vec<Vec<f64>> = moved.collect();
-        let states: Vec<State> = moved.iter().map(|it| state(&it[count..])).collect();
-        let mut batch = Batch::new(vehicle, &states);
-        for (k, of) in moved.iter().enumerate() {
-            batch.set_water(k, &self.water(of));
-        }
-        let biases = self.biases(globals);
-        let mut ways: Vec<Vec<[f64; INITIAL]>> = vec![Vec::new(); columns.len()];
-        let mut record = |batch: &Batch<'_>| {
-            let all = ways.iter_mut().enumerate();
-            all.for_each(|(k, way)| way.push(signals(&batch.state(k), &biases)));
-        };
-        record(&batch);
-        for (dt, inputs) in &window.steps {
-            (0..columns.len()).for_each(|k| batch.set_inputs(k, inputs));
-            batch.advance(1, *dt);
-            record(&batch);
-        }
-        columns
-            .iter()
-            .zip(&ways)
-            .for_each(|(column, way)| put(*column, way));
-        for (k, biased) in self.biased.iter().enumerate().filter(|_| !self.is_known) {
-            for (row, _) in samples.iter().enumerate().filter(|it| it.1.1 == *biased) {
-                slopes[(row, self.of_current().end + k)] = 1.0 / self.noise[*biased];
             }
         }
         let is_finite = slopes.iter().all(|it| it.is_finite());
