@@ -28,7 +28,7 @@ pub enum SixDofCommand {
     Turn(TurnArgs),
     /// Fit its coefficients to a recording, with 95 % intervals, what the recording does not determine, and the run that would
     #[command(
-        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like bluerov2_heavy --signal front_port=thrusters:data[0] --out mine.yaml"
+        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
     )]
     Fit(Box<FitArgs>),
 }

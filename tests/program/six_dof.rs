@@ -244,7 +244,7 @@ fn a_vehicle_is_found_in_a_recording_with_intervals_that_hold_it_and_its_file_fl
     for (more, said) in [
         (
             &["--free", "N_uw"][..],
-            "--free N_uw: it names none of added_mass_11",
+            "--free N_uw: it names none of buoyancy",
         ),
         (
             &[

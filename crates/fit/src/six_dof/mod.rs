@@ -167,7 +167,12 @@ pub fn fit_six_dof(
     let file = EditableFile::load(&options.like)?;
     let sought = options.sought(&file)?;
     let vehicle = file.vehicle(&[])?;
-    let (data, channels) = recording::read(options, &vehicle.parts().inputs, progress)?;
+    let (data, channels) = recording::read(
+        &options.data,
+        &options.signals,
+        &vehicle.parts().inputs,
+        progress,
+    )?;
     let mut biased = Vec::new();
     for name in &options.bias {
         let names = SIGNALS.iter().map(|it| it.0);

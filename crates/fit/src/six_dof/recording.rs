@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use planesman_parallel::Progress;
 
-use super::SixDofOptions;
 use super::problem::SIGNALS;
 use crate::error::FitError;
+use crate::options::FitOptions;
 use crate::stamped::StampedRuns;
 use crate::survey::{Survey, survey};
 
@@ -34,14 +34,15 @@ const FIELDS: [(&str, f64); 12] = [
 /// # Errors
 /// Data that cannot be read, signals that are not there, angles in degrees.
 pub(super) fn read(
-    options: &SixDofOptions,
+    options: &FitOptions,
+    signals: &[String],
     inputs: &[String],
     progress: &dyn Progress,
 ) -> Result<(StampedRuns, Vec<usize>), FitError> {
-    let found = survey(&options.data.signals.data, None, progress)?;
+    let found = survey(&options.signals.data, None, progress)?;
     let odometry = odometry(&found)?;
     let mut given: Vec<(&str, &str)> = Vec::new();
-    for text in &options.signals {
+    for text in signals {
         let named = text.split_once('=').map(|it| (it.0.trim(), it.1.trim()));
         let names = || {
             inputs
@@ -72,7 +73,7 @@ pub(super) fn read(
             .unwrap_or_else(|| name.clone())
     };
     let inputs: Vec<String> = inputs.iter().map(own).collect();
-    let mut data = options.data.stamped(&inputs, &outputs, progress)?;
+    let mut data = options.stamped(&inputs, &outputs, progress)?;
     for (place, channel) in channels.iter().enumerate() {
         let name = SIGNALS[*channel].0;
         let sign = match odometry.is_some() && given(name).is_none() {
