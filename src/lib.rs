@@ -26,6 +26,7 @@ pub mod reproduce;
 pub mod review;
 pub mod run_folder;
 pub mod six_dof_command;
+pub mod six_dof_fit;
 pub mod sweep;
 pub mod sysid;
 pub mod tf_command;

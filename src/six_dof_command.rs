@@ -1,4 +1,4 @@
-//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, and their steady turns.
+//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, their steady turns, and fitted to recordings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -11,6 +11,7 @@ use planesman_vehicle::six_dof::{
 };
 
 use crate::arguments::{length, output_file, quantity, speed, within};
+use crate::six_dof_fit::{self, FitArgs};
 
 /// What is asked of a vehicle.
 #[derive(Clone, Debug, clap::Subcommand)]
@@ -30,6 +31,11 @@ pub enum SixDofCommand {
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
     )]
     Turn(TurnArgs),
+    /// Fit its coefficients to a recording, with 95 % intervals, what the recording does not determine, and the run that would
+    #[command(
+        after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
+    )]
+    Fit(Box<FitArgs>),
 }
 
 /// A vehicle and its inputs.
@@ -202,6 +208,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
         SixDofCommand::Fly(args) => fly(args),
         SixDofCommand::Torpedo(args) => torpedo(args),
         SixDofCommand::Turn(args) => turn(args),
+        SixDofCommand::Fit(args) => six_dof_fit::run(args),
     }
 }
 
@@ -283,7 +290,9 @@ impl FlyArgs {
         let ticks = (self.duration / self.tick - 1e-9).ceil() as usize;
         for k in 1..=ticks {
             let until = (k as f64 * self.tick).min(self.duration);
-            while let Some((time, next)) = changes.next_if(|(time, _)| *time < until) {
+            // A change at a tick is one of the tick: 13.7 s is not 137 times 0.1 s to the last bit.
+            let before = until - 1e-9 * (1.0 + until);
+            while let Some((time, next)) = changes.next_if(|(time, _)| *time < before) {
                 simulation.advance(*time, inputs)?;
                 inputs = next;
             }

@@ -147,3 +147,153 @@ fn a_torpedo_of_a_shape_is_flown_in_the_loop_and_a_shape_that_is_none_is_refused
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(said.contains("length over diameter: 2 refused"), "{said}");
 }
+
+/// A flight of `lauv` with rudder, planes and thrust in motion, in a current, with white noise on each signal and a bias of the yaw rate.
+fn recorded(folder: &std::path::Path) -> String {
+    let (clean, noisy) = (folder.join("clean.csv"), folder.join("noisy.csv"));
+    let mut args: Vec<String> =
+        "fly lauv --speed 1.4 --duration 40 --tick 0.2 --current 0.1,-0.05,0"
+            .split(' ')
+            .map(str::to_owned)
+            .collect();
+    for input in [
+        "thrust=9",
+        "thrust=5@13.8",
+        "thrust=12@26",
+        "rudder=8deg@3",
+        "rudder=-9deg@8.2",
+        "rudder=4deg@15",
+        "rudder=-6deg@22",
+        "rudder=0@31",
+        "stern_planes=4deg@5",
+        "stern_planes=-4deg@11.4",
+        "stern_planes=3deg@19",
+        "stern_planes=-3deg@28",
+    ] {
+        args.extend(["--input".to_owned(), input.to_owned()]);
+    }
+    args.extend(["--out".to_owned(), clean.to_str().unwrap().to_owned()]);
+    printed(&args.iter().map(String::as_str).collect::<Vec<_>>());
+    let noise = [
+        0.05, 0.05, 0.02, 0.005, 0.005, 0.01, 0.02, 0.02, 0.02, 0.003, 0.003, 0.003,
+    ];
+    let mut random = rand_pcg::Pcg64::new(7, 11);
+    let text = std::fs::read_to_string(&clean).unwrap();
+    let mut lines = text.lines();
+    let mut made = lines.next().unwrap().to_owned() + "\n";
+    for line in lines {
+        let mut row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        for (x, size) in row[1..].iter_mut().zip(noise) {
+            *x += size * planesman_vehicle::standard_normal(&mut random);
+        }
+        row[12] += 0.002;
+        let row: Vec<String> = row.iter().map(f64::to_string).collect();
+        made += &(row.join(",") + "\n");
+    }
+    std::fs::write(&noisy, made).unwrap();
+    noisy.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_vehicle_is_found_in_a_recording_with_intervals_that_hold_it_and_its_file_flies() {
+    let folder = tempfile::tempdir().unwrap();
+    let noisy = recorded(folder.path());
+    // The vehicle to begin with is another.
+    let other = folder.path().join("other.yaml");
+    let text = include_str!("../../crates/vehicle/vehicles/six_dof/lauv.yaml");
+    let text = text.replace("N_uv: 10.98880392257711", "N_uv: 8");
+    std::fs::write(&other, text.replace("N_uudr: -7.68", "N_uudr: -9")).unwrap();
+    let mine = folder.path().join("mine.yaml");
+    let args = |more: &[&'static str]| -> Vec<String> {
+        let paths = [noisy.as_str(), "--like", other.to_str().unwrap()];
+        let all = ["fit"].into_iter().chain(paths).chain(more.iter().copied());
+        all.map(str::to_owned).collect()
+    };
+    let mut fit = args(&["--quiet", "--json", "--horizon", "20", "--free"]);
+    fit.push("N_uv,N_ur,N_uudr,linear_damping_66,quadratic_damping_26".to_owned());
+    fit.extend(["-o".to_owned(), mine.to_str().unwrap().to_owned()]);
+    let fit = printed(&fit.iter().map(String::as_str).collect::<Vec<_>>());
+    let fit: serde_json::Value = serde_json::from_str(&fit).unwrap();
+    let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap();
+    let found = |list: &str, name: &str| {
+        let all = fit[list].as_array().unwrap();
+        all.iter().find(|it| it["name"] == name).unwrap().clone()
+    };
+    for (list, name, truth) in [
+        ("numbers", "N_uv", 10.98880392257711),
+        ("numbers", "N_ur", -3.072),
+        ("numbers", "N_uudr", -7.68),
+        ("numbers", "linear_damping_66", 9.7),
+        ("current", "north", 0.1),
+        ("current", "east", -0.05),
+        ("biases", "r", 0.002),
+        ("biases", "u", 0.0),
+    ] {
+        let it = found(list, name);
+        let (value, interval) = (number(&it, "value"), number(&it, "interval"));
+        // Twice half the 95 % interval is 3.9 standard deviations.
+        assert!((value - truth).abs() < 2.0 * interval, "{name} {it}");
+        let size = if list == "numbers" { truth.abs() } else { 0.02 };
+        assert!(interval < 0.5 * size, "{name} {it}");
+    }
+    let noise: Vec<(String, f64)> = serde_json::from_value(fit["noise"].clone()).unwrap();
+    for (name, truth) in [("north", 0.05), ("pitch", 0.005), ("r", 0.003)] {
+        let of = noise.iter().find(|it| it.0 == name).unwrap().1;
+        assert!((of / truth - 1.0).abs() < 0.15, "{name} {of}");
+    }
+    let undetermined = fit["undetermined"].as_array().unwrap();
+    assert_eq!(undetermined.len(), 1, "{undetermined:?}");
+    assert_eq!(undetermined[0]["name"], "quadratic_damping_26");
+    // Beforehand 98 % is known.
+    assert!((0.9..1.05).contains(&number(&undetermined[0], "before")));
+    let largest = fit["next"]["largest"].as_array().unwrap();
+    assert!(
+        largest[1][1].as_f64() < largest[0][1].as_f64(),
+        "{largest:?}"
+    );
+    for signal in fit["held_out"]["signals"].as_array().unwrap() {
+        let [fitted, like] = [1, 2].map(|it| signal[it].as_f64().unwrap());
+        assert!(fitted < 1.2 * like, "{signal}");
+        assert!(signal[0] != "r" || fitted < 0.7 * like, "{signal}");
+    }
+    // Units, sources and what was not sought stand as they did.
+    let written = std::fs::read_to_string(&mine).unwrap();
+    for line in [
+        "name: mine",
+        "mass: 18 kg",
+        "    M_uw: -10.98880392257711",
+        "# fitted, N_uv: 95 % +-",
+        "quadratic_damping_26: not determined by the data",
+    ] {
+        assert!(written.contains(line), "{line}: {written}");
+    }
+    printed(&["fly", mine.to_str().unwrap(), "--input", "thrust=9"]);
+    for (more, said) in [
+        (
+            &["--free", "N_uw"][..],
+            "--free N_uw: it names none of buoyancy",
+        ),
+        (
+            &[
+                "--fixed",
+                "added_mass,linear_damping,quadratic_damping,coefficients",
+            ],
+            "no number is sought",
+        ),
+        (&["--bias", "heave"], "--bias heave: it names none of north"),
+        (
+            &["--signal", "ruder=x"],
+            "--signal ruder=x: it names none of rudder",
+        ),
+        (&["--signal", "u=x"], "x"),
+        (&["--window", "0..1"], "samples for"),
+    ] {
+        let args = args(more);
+        let output = six_dof(&args.iter().map(String::as_str).collect::<Vec<_>>());
+        let all = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            !output.status.success() && all.contains(said),
+            "{more:?}: {all}"
+        );
+    }
+}

@@ -81,6 +81,12 @@ impl Track {
         }
     }
 
+    /// The value that acts at a time, or the first; 0 without any.
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        self.values.get(self.acting(time)).copied().unwrap_or(0.0)
+    }
+
     /// The number of the sample that acts at a time, or the first.
     fn acting(&self, time: f64) -> usize {
         self.times
@@ -133,8 +139,7 @@ impl Run {
 
     /// The inputs at a time: what acts from then on.
     pub(crate) fn inputs_at(&self, time: f64) -> Vec<f64> {
-        let at = |it: &Track| it.values.get(it.acting(time)).copied().unwrap_or(0.0);
-        self.inputs.iter().map(at).collect()
+        self.inputs.iter().map(|it| it.at(time)).collect()
     }
 
     /// Every time at which something is measured or changes, from 0 to the last output.

@@ -5,6 +5,7 @@
 //! is first passed over by a scanner that does none of that, and refused where it goes beyond what people write.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use saphyr_parser::{Event, Parser};
 use serde::Deserialize;
@@ -54,6 +55,66 @@ impl From<serde_yaml_ng::Error> for Error {
 pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     check(text)?;
     serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
+}
+
+/// Where a scalar stands in a text: the keys that lead to it, places in lists from 0 among them, and its bytes.
+pub type Place = (Vec<String>, Range<usize>);
+
+/// Every scalar that is a value, in the order of the text.
+///
+/// # Errors
+/// [`Error`]: a text beyond the bounds, or no YAML.
+pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
+    /// A list with its next place, or a mapping with the key whose value comes next.
+    enum Level {
+        List(usize),
+        Mapping(Option<String>),
+    }
+    check(text)?;
+    let bytes: Vec<usize> = text
+        .char_indices()
+        .map(|it| it.0)
+        .chain([text.len()])
+        .collect();
+    let byte = |index: usize| bytes.get(index).copied().unwrap_or(text.len());
+    let mut levels: Vec<Level> = Vec::new();
+    let mut found = Vec::new();
+    for event in Parser::new_from_str(text) {
+        let (event, at) = event.map_err(|error| Error::Scan(error.to_string()))?;
+        let level = levels.last_mut();
+        match event {
+            Event::Scalar(key, ..) if matches!(level, Some(Level::Mapping(None))) => {
+                levels.pop();
+                levels.push(Level::Mapping(Some(key.into_owned())));
+                continue;
+            }
+            Event::Scalar(..) => {
+                let path = levels.iter().map(|it| match it {
+                    Level::List(place) => place.to_string(),
+                    Level::Mapping(key) => key.clone().unwrap_or_default(),
+                });
+                found.push((path.collect(), byte(at.start.index())..byte(at.end.index())));
+            }
+            Event::SequenceStart(..) => {
+                levels.push(Level::List(0));
+                continue;
+            }
+            Event::MappingStart(..) => {
+                levels.push(Level::Mapping(None));
+                continue;
+            }
+            Event::SequenceEnd | Event::MappingEnd => drop(levels.pop()),
+            Event::Alias(..) => {}
+            _ => continue,
+        }
+        // A value is complete.
+        match levels.last_mut() {
+            Some(Level::List(place)) => *place += 1,
+            Some(Level::Mapping(key)) => *key = None,
+            None => {}
+        }
+    }
+    Ok(found)
 }
 
 /// The reason of a parser; where it stumbles over a tab, in words.
@@ -147,6 +208,26 @@ mod tests {
         let list = format!("[{}]", "{a: 1}, ".repeat(20_000));
         let value: Vec<Value> = from_str(&list).expect("taken");
         assert_eq!(value.len(), 20_000);
+    }
+
+    #[test]
+    fn each_scalar_is_found_where_it_stands() {
+        let text = "a: {b: [1.5, 2 m], \"c\": -3}  # é\nd:\n  - [4, 5]\n  - e: 6   # six\n";
+        let found = scalars(text).expect("YAML");
+        let found: Vec<(String, &str)> = found
+            .iter()
+            .map(|(path, at)| (path.join("."), text[at.clone()].trim_end()))
+            .collect();
+        let expected = [
+            ("a.b.0", "1.5"),
+            ("a.b.1", "2 m"),
+            ("a.c", "-3"),
+            ("d.0.0", "4"),
+            ("d.0.1", "5"),
+            ("d.1.e", "6"),
+        ];
+        let expected = expected.map(|(path, value)| (path.to_owned(), value));
+        assert_eq!(found, expected);
     }
 
     #[test]

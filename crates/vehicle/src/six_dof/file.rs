@@ -1,5 +1,6 @@
 //! Files of vehicles of six degrees of freedom: YAML, each dimensional value with its unit, coefficients and matrices in SI.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -86,15 +87,20 @@ pub fn is_one(name_or_path: &str) -> bool {
 /// # Errors
 /// [`FileError`], which names the file, the entry, the value and the rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, FileError> {
+    parse(name_or_path, &text(name_or_path)?)
+}
+
+/// The text of a built-in vehicle, or else of the file at that path.
+pub(super) fn text(name_or_path: &str) -> Result<Cow<'static, str>, FileError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
-        return parse(name_or_path, text);
+        return Ok(Cow::Borrowed(text));
     }
-    let text =
-        planesman_text::read(Path::new(name_or_path)).map_err(|reason| FileError::Unreadable {
+    let text = planesman_text::read(Path::new(name_or_path));
+    text.map(Cow::Owned)
+        .map_err(|reason| FileError::Unreadable {
             file: name_or_path.to_owned(),
             reason,
-        })?;
-    parse(name_or_path, &text)
+        })
 }
 
 /// The vehicle in `text`; `file` is named in errors.

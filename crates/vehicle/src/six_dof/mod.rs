@@ -10,6 +10,7 @@
 mod batch;
 pub mod coefficients;
 mod damping;
+mod editable;
 mod equations;
 mod file;
 mod fins;
@@ -29,6 +30,7 @@ mod water;
 
 pub use batch::Batch;
 pub use damping::{CrossFlow, Damping};
+pub use editable::{Change, EditableFile, Number};
 pub use equations::{Forces, State};
 pub use file::{FileError, built_in, is_one, load, parse};
 pub use fins::{Fin, Section};

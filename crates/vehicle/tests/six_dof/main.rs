@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod editable;
 mod invariants;
 mod surface;
 mod values;

@@ -1,0 +1,348 @@
+//! A vehicle of six degrees of freedom from a recording: coefficients with intervals, what the data does not determine, the next run.
+
+mod experiments;
+mod problem;
+mod recording;
+
+use std::ops::Range;
+
+use planesman_equations::Run;
+use planesman_identification::SIGMAS_95;
+use planesman_linear::digits::significant;
+use planesman_parallel::Progress;
+use planesman_vehicle::six_dof::EditableFile;
+use serde::Serialize;
+
+use crate::error::FitError;
+use crate::options::FitOptions;
+use crate::stamped::StampedRuns;
+use experiments::experiments;
+use problem::{Problem, Window};
+
+pub use experiments::{Expected, NextRun};
+pub use problem::SIGNALS;
+
+/// The share of a recording that is fitted where the rest is to judge by.
+const FITTED: f64 = 0.7;
+/// Correlations this large are told.
+const CORRELATED: f64 = 0.95;
+/// Windows at most.
+const WINDOWS: f64 = 60.0;
+
+/// The options of [`fit_six_dof`].
+#[derive(Clone, Debug)]
+pub struct SixDofOptions {
+    /// The recording, with the times that are used and what is a gap.
+    pub data: FitOptions,
+    /// `NAME=SIGNAL`, where a name is one of the vehicle's inputs or of [`SIGNALS`].
+    pub signals: Vec<String>,
+    /// The vehicle to begin with: a built-in one or a file.
+    pub like: String,
+    /// Numbers or groups that stay.
+    pub fixed: Vec<String>,
+    /// Numbers or groups that are sought; none for all but `body`.
+    pub free: Vec<String>,
+    /// What is known of each number beforehand: a standard deviation relative to it.
+    pub prior: f64,
+    /// A number is determined when half its 95 % interval is at most this share of it.
+    pub bound: f64,
+    /// Signals with a constant error that is sought.
+    pub bias: Vec<String>,
+    /// The longest time that the motion is simulated on from one initial state \[s\].
+    pub horizon: f64,
+}
+
+impl Default for SixDofOptions {
+    fn default() -> Self {
+        Self {
+            data: FitOptions::default(),
+            signals: Vec::new(),
+            like: String::new(),
+            fixed: Vec::new(),
+            free: Vec::new(),
+            prior: 0.5,
+            bound: 0.5,
+            bias: ["u", "v", "w", "p", "q", "r"].map(str::to_owned).into(),
+            horizon: 30.0,
+        }
+    }
+}
+
+/// A value with half its 95 % interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimated {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Half of its 95 % interval.
+    pub interval: f64,
+    /// What it was in the vehicle to begin with; 0 for a bias and a current.
+    pub like: f64,
+}
+
+impl Estimated {
+    /// Half the interval relative to the value.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        self.interval / self.value.abs()
+    }
+}
+
+/// Errors on the last three tenths, by a fit of the first seven.
+#[derive(Clone, Debug, Serialize)]
+pub struct HeldOut {
+    /// How much time \[s\].
+    pub seconds: f64,
+    /// Each signal: root mean squares with the fitted vehicle and with the one to begin with.
+    pub signals: Vec<(&'static str, f64, f64)>,
+}
+
+/// A vehicle fitted to a recording.
+#[derive(Debug, Serialize)]
+pub struct SixDofResult {
+    /// The vehicle to begin with.
+    pub like: String,
+    /// What was read.
+    #[serde(skip)]
+    pub data: StampedRuns,
+    /// Time that is fitted \[s\].
+    pub seconds: f64,
+    /// Windows, each with an initial state of its own.
+    pub windows: usize,
+    /// Samples of all signals.
+    pub samples: usize,
+    /// The numbers sought.
+    pub numbers: Vec<Estimated>,
+    /// Current, north and east \[m/s\].
+    pub current: Vec<Estimated>,
+    /// Biases, the signals' units.
+    pub biases: Vec<Estimated>,
+    /// The noise of each signal: a standard deviation.
+    pub noise: Vec<(&'static str, f64)>,
+    /// Pairs of numbers that are hardly told apart, with their correlation.
+    pub correlated: Vec<(String, String, f64)>,
+    /// `None` when either vehicle diverges there, or too little time is left.
+    pub held_out: Option<HeldOut>,
+    /// What the data does not determine.
+    pub undetermined: Vec<Expected>,
+    /// The run that makes the largest interval smallest.
+    pub next: Option<NextRun>,
+    #[serde(skip)]
+    file: EditableFile,
+    #[serde(skip)]
+    sought: Vec<usize>,
+}
+
+impl SixDofResult {
+    /// The vehicle as a file, by that name: the text of the one to begin with, the numbers that were found in it.
+    #[must_use]
+    pub fn text(&self, name: &str, recording: &str) -> String {
+        let head = format!(
+            "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like {}.\nNumbers that were found are marked, with half their 95 % intervals; all else stands as there.",
+            self.seconds, self.windows, self.like
+        );
+        let found = self.sought.iter().zip(&self.numbers);
+        let found = found.map(|(place, it)| {
+            let is_undetermined = self.undetermined.iter().any(|of| of.name == it.name);
+            let remark = match is_undetermined {
+                true => "not determined by the data".to_owned(),
+                false => format!("95 % +-{}", significant(it.interval, 2)),
+            };
+            ((*place, it.value), remark)
+        });
+        self.file.text(name, &head, &found.collect::<Vec<_>>())
+    }
+}
+
+/// Fits a vehicle to a recording.
+///
+/// # Errors
+/// A vehicle that is refused, words that name none of its numbers, a recording without the signals, motion that diverges.
+pub fn fit_six_dof(
+    options: &SixDofOptions,
+    progress: &dyn Progress,
+) -> Result<SixDofResult, FitError> {
+    options.data.check_stamped()?;
+    let file = EditableFile::load(&options.like)?;
+    let sought = options.sought(&file)?;
+    let vehicle = file.vehicle(&[])?;
+    let (data, channels) = recording::read(
+        &options.data,
+        &options.signals,
+        &vehicle.parts().inputs,
+        progress,
+    )?;
+    let mut biased = Vec::new();
+    for name in &options.bias {
+        let names = SIGNALS.iter().map(|it| it.0);
+        let place = names.clone().position(|it| it == name);
+        let place = place.ok_or_else(|| FitError::no_number("bias", name, names))?;
+        biased.extend(channels.contains(&place).then_some(place));
+    }
+    let cut = |share| windows(&data.runs, &channels, options.horizon, share);
+    let all = cut(0.0..1.0);
+    let samples = samples(&all);
+    let mut problem = Problem {
+        file: &file,
+        sought,
+        prior: options.prior,
+        biased,
+        noise: [1.0; 12],
+        is_known: false,
+    };
+    let unknown = unknown(&problem, &all);
+    if samples <= 2 * unknown {
+        return Err(FitError::FewForVehicle { samples, unknown });
+    }
+    progress.begin("models", 0, 0);
+    let found = problem.weighed(&all);
+    let found = found.and_then(|it| Some((problem.covariance(&all, &it)?, it)));
+    progress.end();
+    let ((covariance, information), theta) =
+        found.ok_or_else(|| FitError::Diverges(options.like.clone()))?;
+    let globals = &theta.as_slice()[..problem.globals()];
+    let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+    let estimated = |k: usize, name: &str, like: f64| {
+        // A number is sought relative to itself, all else in its unit.
+        let scale = if k < problem.sought.len() { like } else { 1.0 };
+        Estimated {
+            name: name.to_owned(),
+            value: globals[k] * scale,
+            interval: SIGMAS_95 * deviation(k) * scale.abs(),
+            like,
+        }
+    };
+    let of_file = problem.sought.iter().map(|it| &file.numbers()[*it]);
+    let numbers = of_file
+        .enumerate()
+        .map(|(k, it)| estimated(k, &it.name, it.value));
+    let numbers: Vec<Estimated> = numbers.collect();
+    let others = problem.biased.iter().map(|it| SIGNALS[*it].0);
+    let others = ["north", "east"].into_iter().chain(others).enumerate();
+    let mut current: Vec<Estimated> = others
+        .map(|(k, name)| estimated(numbers.len() + k, name, 0.0))
+        .collect();
+    let biases = current.split_off(2);
+    let mut correlated = Vec::new();
+    for i in 0..numbers.len() {
+        for j in 0..i {
+            let of = covariance[(i, j)] / (deviation(i) * deviation(j));
+            if of.abs() > CORRELATED {
+                correlated.push((numbers[j].name.clone(), numbers[i].name.clone(), of));
+            }
+        }
+    }
+    let relative: Vec<f64> = numbers.iter().map(Estimated::relative).collect();
+    let (undetermined, next) = experiments(
+        &problem,
+        globals,
+        &information,
+        (&data.runs, &channels),
+        (&relative, options.bound),
+    )
+    .unwrap_or_default();
+    let noise = channels
+        .iter()
+        .map(|it| (SIGNALS[*it].0, problem.noise[*it]));
+    Ok(SixDofResult {
+        like: options.like.clone(),
+        seconds: all.iter().map(Window::duration).sum(),
+        windows: all.len(),
+        samples,
+        held_out: held_out(&problem, (&cut(0.0..FITTED), &cut(FITTED..1.0)), globals),
+        noise: noise.collect(),
+        sought: problem.sought.clone(),
+        file: file.clone(),
+        numbers,
+        current,
+        biases,
+        correlated,
+        undetermined,
+        next,
+        data,
+    })
+}
+
+fn samples(of: &[Window]) -> usize {
+    of.iter().map(|it| it.samples.len()).sum()
+}
+
+/// Globals and initial states.
+fn unknown(problem: &Problem<'_>, windows: &[Window]) -> usize {
+    problem.globals() + 12 * windows.len()
+}
+
+impl SixDofOptions {
+    /// The places of the numbers that are sought.
+    fn sought(&self, file: &EditableFile) -> Result<Vec<usize>, FitError> {
+        let names = || file.numbers().iter().map(|it| it.name.as_str());
+        let named = |option, words: &[String]| {
+            let each = words.iter().map(|word| {
+                let found = file.named(word);
+                found.ok_or_else(|| FitError::no_number(option, word, names()))
+            });
+            Ok::<_, FitError>(each.collect::<Result<Vec<_>, _>>()?.concat())
+        };
+        let (free, fixed) = (named("free", &self.free)?, named("fixed", &self.fixed)?);
+        let is_sought = |place: &usize| match self.free.is_empty() {
+            true => file.numbers()[*place].group != "body" && !fixed.contains(place),
+            false => free.contains(place) && !fixed.contains(place),
+        };
+        let sought: Vec<usize> = (0..file.numbers().len()).filter(is_sought).collect();
+        match sought.is_empty() {
+            true => Err(FitError::NothingSought),
+            false => Ok(sought),
+        }
+    }
+}
+
+/// The windows of a share of each run.
+fn windows(runs: &[Run], channels: &[usize], longest: f64, share: Range<f64>) -> Vec<Window> {
+    let total: f64 = runs.iter().map(Run::end).sum();
+    let longest = longest.max(total / WINDOWS);
+    let of = |run: &Run| {
+        let (from, to) = (share.start * run.end(), share.end * run.end());
+        let count = ((to - from) / longest - 1e-9).ceil().max(1.0) as usize;
+        let edge = |k: usize| from + (to - from) * k as f64 / count as f64;
+        let parts = (0..count).filter_map(|k| {
+            // The last sample of all is in the last window.
+            let is_last = k + 1 == count && share.end == 1.0;
+            let until = if is_last { f64::INFINITY } else { edge(k + 1) };
+            Window::of(run, channels, edge(k)..until)
+        });
+        parts.collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of).collect()
+}
+
+/// Errors on the rest with numbers fitted to the first seven tenths and with those of the vehicle to begin with, current and biases fitted to
+/// the first for both.
+fn held_out(
+    problem: &Problem<'_>,
+    (first, rest): (&[Window], &[Window]),
+    found: &[f64],
+) -> Option<HeldOut> {
+    if rest.is_empty() || samples(first) <= 2 * unknown(problem, first) {
+        return None;
+    }
+    let left = |sought: &[usize], start: &[f64]| {
+        let mut of = Problem {
+            sought: sought.to_vec(),
+            ..problem.clone()
+        };
+        let theta = of.minimised(first, start)?;
+        of.is_known = true;
+        let theta = of.minimised(rest, &theta.as_slice()[..of.globals()])?;
+        of.left(rest, &theta)
+    };
+    let fitted = left(&problem.sought, found)?;
+    let like = left(&[], &found[problem.sought.len()..])?;
+    let signals = SIGNALS.iter().zip(fitted.into_iter().zip(like));
+    Some(HeldOut {
+        seconds: rest.iter().map(Window::duration).sum(),
+        signals: signals
+            .filter_map(|(it, (fitted, like))| Some((it.0, fitted?, like?)))
+            .collect(),
+    })
+}

@@ -1,0 +1,83 @@
+//! Numbers of a vehicle file, changed where they stand.
+
+use planesman_vehicle::six_dof::{EditableFile, built_in, load, parse};
+
+#[test]
+fn a_file_with_its_own_numbers_is_the_same_vehicle_and_each_number_that_changes_changes_it() {
+    for name in built_in() {
+        let file = EditableFile::load(name).unwrap();
+        let as_it_is = load(name).unwrap();
+        let own: Vec<(usize, f64)> = file
+            .numbers()
+            .iter()
+            .map(|it| it.value)
+            .enumerate()
+            .collect();
+        assert!(own.len() > 10, "{name}");
+        assert_eq!(file.vehicle(&own).unwrap(), as_it_is, "{name}");
+        for (place, value) in own {
+            let of = file.vehicle(&[(place, 1.001 * value)]).unwrap();
+            assert_ne!(of, as_it_is, "{name} {}", file.numbers()[place].name);
+        }
+    }
+}
+
+#[test]
+fn a_changed_number_is_the_entry_of_its_name_and_all_else_stays() {
+    let file = EditableFile::load("lauv").unwrap();
+    let place = |name: &str| file.named(name).unwrap()[0];
+    let changes = [
+        ((place("linear_damping_26"), -12.5), "+-0.5".to_owned()),
+        ((place("N_uv"), 11.25), "+-1".to_owned()),
+        ((place("buoyancy"), 178.0), "+-2".to_owned()),
+    ];
+    let text = file.text("mine", "two\nlines", &changes);
+    assert!(text.starts_with("# two\n# lines\n#\n# The Light AUV"));
+    for line in [
+        "name: mine",
+        "  - [0, 23, 0, 0, 0, -12.5]  # fitted, linear_damping_26: +-0.5",
+        "    N_uv: 11.25  # fitted, N_uv: +-1",
+        // The remark on the old number is gone.
+        "buoyancy: 178 N  # fitted, buoyancy: +-2",
+        "centre_of_gravity: [0 m, 0 m, 0.01 m]",
+    ] {
+        assert!(text.lines().any(|it| it == line), "{line}");
+    }
+    let vehicle = parse("mine", &text).unwrap();
+    assert_eq!(vehicle.parts().damping.linear[1][5], -12.5);
+    assert_eq!(vehicle.parts().buoyancy, 178.0);
+    assert_eq!(vehicle.parts().body, load("lauv").unwrap().parts().body);
+}
+
+#[test]
+fn thrust_is_one_factor_of_all_propulsors_and_groups_have_their_numbers() {
+    let file = EditableFile::load("bluerov2_heavy").unwrap();
+    let thrust = file.named("thrust").unwrap();
+    assert_eq!(thrust.len(), 1);
+    let scaled = file.vehicle(&[(thrust[0], 0.5)]).unwrap();
+    let before = load("bluerov2_heavy").unwrap();
+    use planesman_vehicle::six_dof::propulsion::Propulsor::Thruster;
+    let pairs = scaled
+        .parts()
+        .propulsors
+        .iter()
+        .zip(&before.parts().propulsors);
+    for pair in pairs {
+        let (
+            Thruster { thruster: one, .. },
+            Thruster {
+                thruster: other, ..
+            },
+        ) = pair
+        else {
+            panic!("thrusters alone");
+        };
+        assert!((one.thrust(0.7) / other.thrust(0.7) - 0.5).abs() < 1e-12);
+    }
+    assert_eq!(file.named("added_mass").unwrap().len(), 6);
+    assert_eq!(file.named("coefficients"), Some(Vec::new()));
+    assert_eq!(file.named("Y_uv"), None);
+    // A coefficient of added mass off the diagonal would have to change with its twin.
+    let printed = EditableFile::load("remus_100_printed").unwrap();
+    assert!(printed.named("Y_vdot").is_some() && printed.named("Y_rdot").is_none());
+}

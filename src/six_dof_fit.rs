@@ -1,0 +1,210 @@
+//! `planesman six-dof fit`: a vehicle of six degrees of freedom from a recording, as text or JSON.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use planesman_console::out;
+use planesman_fit::{
+    DataOptions, Estimated, FitOptions, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof,
+};
+use planesman_linear::digits::{significant, value_and_interval, with_interval};
+
+use crate::arguments::{output_file, within};
+use crate::sysid::arguments::{DataArgs, span};
+use planesman_fit::rules;
+
+/// Options of `fit`.
+#[derive(Clone, Debug, clap::Args)]
+pub struct FitArgs {
+    #[command(flatten)]
+    data: DataArgs,
+    /// The vehicle to begin with, built in or a file; what is known beforehand is about its numbers
+    #[arg(long, value_name = "VEHICLE")]
+    like: String,
+    /// The signal of an input or of the motion (north, east, depth, roll, pitch, yaw, u, v, w, p, q, r), where it is not found by its
+    /// name or in odometry; may be repeated
+    #[arg(long = "signal", value_name = "NAME=SIGNAL")]
+    signals: Vec<String>,
+    /// Numbers or groups that stay: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    fixed: Vec<String>,
+    /// Numbers or groups that alone are sought [default: all but buoyancy and centre_of_gravity (group body)]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    free: Vec<String>,
+    /// Known beforehand of each number: the standard deviation, % of it; large for a vehicle that is hardly like this one
+    #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
+    prior: f64,
+    /// A number is determined when half its 95 % interval is at most so many % of it
+    #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
+    bound: f64,
+    /// Signals with a constant error that is sought, or none
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        default_value = "u,v,w,p,q,r"
+    )]
+    bias: Vec<String>,
+    /// The longest time that the motion is simulated on from one initial state \[s\]
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = within(1.0, 1e5))]
+    horizon: f64,
+    /// Use only data between these times, in seconds from the first sample of the motion; may be repeated
+    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW), allow_hyphen_values = true)]
+    window: Vec<(f64, f64)>,
+    /// Print everything as JSON
+    #[arg(long)]
+    json: bool,
+    /// The vehicle file to write; must not exist
+    #[arg(long, short, value_parser = output_file)]
+    out: Option<PathBuf>,
+}
+
+/// Fits, prints what was found, and writes the vehicle.
+///
+/// # Errors
+/// When the vehicle, a name or the recording is refused, or the file cannot be written.
+pub fn run(args: &FitArgs) -> Result<()> {
+    let mut data = FitOptions::default();
+    data.signals.data = DataOptions::from(&args.data);
+    data.signals.grid.window.clone_from(&args.window);
+    let none = args.bias == ["none"];
+    let options = SixDofOptions {
+        data,
+        signals: args.signals.clone(),
+        like: args.like.clone(),
+        fixed: args.fixed.clone(),
+        free: args.free.clone(),
+        prior: args.prior / 100.0,
+        bound: args.bound / 100.0,
+        bias: if none { Vec::new() } else { args.bias.clone() },
+        horizon: args.horizon,
+    };
+    let found = fit_six_dof(&options, &*args.data.progress())?;
+    let name = |path: &PathBuf| path.file_name().map(|it| it.to_string_lossy().into_owned());
+    let recording = args.data.data.iter().filter_map(name);
+    let recording = recording.collect::<Vec<_>>().join(", ");
+    if let Some(path) = &args.out {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = name.replace(|c: char| !c.is_alphanumeric() && c != '-', "_");
+        let text = found.text(&name, &recording);
+        planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
+    }
+    if args.json {
+        out!("{}", serde_json::to_string_pretty(&found)?)?;
+        return Ok(());
+    }
+    print(args, &found, &recording)
+}
+
+fn unit(name: &str) -> &'static str {
+    SIGNALS.iter().find(|it| it.0 == name).map_or("", |it| it.1)
+}
+
+fn percent(share: f64) -> String {
+    significant(100.0 * share, 2) + " %"
+}
+
+fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
+    for line in &found.data.description {
+        out!("{line}")?;
+    }
+    out!(
+        "\n{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
+        found.like,
+        found.seconds,
+        found.windows,
+        found.samples
+    )?;
+    let wide = found.numbers.iter().map(|it| it.name.len());
+    let wide = wide.fold(6, usize::max);
+    let columns = "      fitted       95 % +-      of it        --like";
+    out!("  {:wide$}  {columns}", "number")?;
+    for it in &found.numbers {
+        let (value, interval) = value_and_interval(it.value, it.interval);
+        let is_determined = it.relative() <= args.bound / 100.0;
+        let mark = if is_determined {
+            ""
+        } else {
+            "  not determined"
+        };
+        out!(
+            "  {:wide$}  {value:>12}  {interval:>12}  {:>9}  {:>12}{mark}",
+            it.name,
+            percent(it.relative()),
+            significant(it.like, 6)
+        )?;
+    }
+    let list = |title: &str, of: &[Estimated], unit: fn(&str) -> &'static str| {
+        let each = of.iter().map(|it| {
+            let value = with_interval(it.value, it.interval);
+            format!("{} {value} {}", it.name, unit(&it.name))
+        });
+        let each: Vec<String> = each.collect();
+        match each.is_empty() {
+            true => Ok(()),
+            false => out!("{title} {}", each.join(", ")),
+        }
+    };
+    out!("")?;
+    list("current ", &found.current, |_| "m/s")?;
+    list("bias    ", &found.biases, unit)?;
+    let noise = found.noise.iter();
+    let noise = noise.map(|(name, it)| format!("{name} {} {}", significant(*it, 3), unit(name)));
+    out!("noise    {}", noise.collect::<Vec<_>>().join(", "))?;
+    for (one, other, correlation) in &found.correlated {
+        out!("{one} and {other} are hardly told apart: their correlation is {correlation:.3}")?;
+    }
+    match &found.held_out {
+        None => out!(
+            "\nheld out: nothing is said; too little is left to fit, or the motion diverges there"
+        )?,
+        Some(held) => {
+            out!(
+                "\nheld out, the last three tenths ({:.1} s) by a fit of the first seven; initial states, current and biases fitted for both:",
+                held.seconds
+            )?;
+            out!("  rms          fitted       --like")?;
+            for (name, fitted, like) in &held.signals {
+                let (fitted, like) = (significant(*fitted, 3), significant(*like, 3));
+                out!("  {name:6}  {fitted:>11}  {like:>11}  {}", unit(name))?;
+            }
+        }
+    }
+    if found.undetermined.is_empty() {
+        out!("\neach number is determined within {} %", args.bound)?;
+    } else {
+        out!(
+            "\nnot determined within {} %, and the manoeuvre that would do most for it (beforehand {} % was known):",
+            args.bound,
+            significant(planesman_identification::SIGMAS_95 * args.prior, 2)
+        )?;
+        for it in &found.undetermined {
+            let then = match &it.manoeuvre {
+                Some(words) => format!("{} by {words}", percent(it.after)),
+                None => "none of the library makes it a fifth shorter".to_owned(),
+            };
+            out!("  {:wide$}  {} -> {then}", it.name, percent(it.before))?;
+        }
+    }
+    if let Some(next) = &found.next {
+        let [before, after] = &next.largest;
+        let [up, down] = next.depths;
+        out!(
+            "\nnext run, of {} manoeuvres of 60 s: {}",
+            next.compared,
+            next.manoeuvre
+        )?;
+        out!(
+            "  the largest interval that a manoeuvre makes shorter: {} {} -> {} {}; depth {up:.1} to {down:.1} m about the start",
+            before.0,
+            percent(before.1),
+            after.0,
+            percent(after.1)
+        )?;
+    }
+    if let Some(path) = &args.out {
+        let path = path.display();
+        out!("\nwrote {path}: planesman six-dof fly {path}")?;
+    }
+    Ok(())
+}
