@@ -141,7 +141,8 @@ impl<'a> Simulation<'a> {
                 squares += (error[i] / allowed) * (error[i] / allowed);
             }
             let excess = (squares / row.len() as f64).sqrt();
-            if excess.is_finite() && excess <= 1.0 {
+            let is_accepted = excess.is_finite() && excess <= 1.0;
+            if is_accepted {
                 self.time = if h == left { until } else { self.time + h };
                 let after = State::of_row(after);
                 self.state = State {
@@ -153,8 +154,13 @@ impl<'a> Simulation<'a> {
                 true => (0.9 * libm::pow(excess.max(1e-12), -0.125)).clamp(0.2, 5.0),
                 false => 0.1,
             };
-            self.step = (h * factor).min(LONGEST);
-            if self.step < 1e-12 * (1.0 + self.time) {
+            // A step that the time's end cut short says nothing against the longer one.
+            let least = if is_accepted { self.step } else { 0.0 };
+            self.step = match h < least && factor >= 1.0 {
+                true => least,
+                false => (h * factor).min(LONGEST),
+            };
+            if !is_accepted && self.step < 1e-12 * (1.0 + self.time) {
                 return Err(Diverged { time: self.time });
             }
         }
