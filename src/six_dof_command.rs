@@ -23,7 +23,7 @@ pub enum SixDofCommand {
     Fly(Box<FlyArgs>),
     /// Make a torpedo's file from its shape: hull, fins, trim and top speed
     #[command(
-        after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6 --input rudder=5deg"
+        after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6"
     )]
     Torpedo(Box<TorpedoArgs>),
     /// Find the steady turn at one depth that an input holds
@@ -103,10 +103,10 @@ pub struct TorpedoArgs {
     #[arg(long, default_value = "torpedo")]
     name: String,
     /// Length of the hull (m, or with its unit)
-    #[arg(long, value_parser = length(0.2, 20.0))]
+    #[arg(long, value_name = "M", value_parser = length(0.2, 20.0))]
     length: f64,
     /// Its diameter
-    #[arg(long, value_parser = length(0.02, 5.0))]
+    #[arg(long, value_name = "M", value_parser = length(0.02, 5.0))]
     diameter: f64,
     /// The hull's volume over that of its cylinder
     #[arg(long, default_value_t = 0.85, value_parser = within(0.5, 1.0))]

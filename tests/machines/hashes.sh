@@ -5,7 +5,7 @@
 #
 # PROGRAM ARGUMENT... runs `planesman`, as `target/release/planesman` or `qemu-aarch64 -L /usr/aarch64-linux-gnu PROGRAM`.
 # Each scenario's bag without what has wall time, a sweep, models from the bag, both reports' numbers.
-# tests/machines/expected.txt has what must be printed; with --flights its first six lines.
+# tests/machines/expected.txt has what must be printed; with --flights its first ten lines.
 set -euo pipefail
 flights=false
 if [[ ${1-} == --flights ]]; then
@@ -23,7 +23,7 @@ cd "$folder"
 run() { "${program[@]}" "$@" >printed.txt; }
 file() { printf '%s  %s\n' "$(sha256sum <"$1" | cut -c -64)" "$2"; }
 
-for scenario in dive open_loop remus_100 way_depths; do
+for scenario in dive open_loop remus_100 way_depths lauv turning_circle zigzag bluerov2; do
     run sim "$scenario" --out "$scenario.mcap"
     run bag info "$scenario.mcap" --sha256
     printf '%s  %s\n' "$(tail -n 1 printed.txt | cut -c -64)" "sim $scenario"

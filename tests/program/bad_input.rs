@@ -134,7 +134,7 @@ fn a_vehicle_file_with_a_negative_mass_names_the_file_the_field_and_the_rule() {
 #[test]
 fn what_is_no_scenario_is_refused_by_name() {
     let stage = Stage::new();
-    refused_scenario(&stage, "dvie", &["'dvie'", "dive, open_loop"]);
+    refused_scenario(&stage, "dvie", &["'dvie'", "dive, lauv, open_loop"]);
     refused_scenario(&stage, "/dev/zero", &["'/dev/zero'", "not a regular file"]);
     let folder = stage.path("folder");
     std::fs::create_dir(&folder).unwrap();

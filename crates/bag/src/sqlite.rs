@@ -163,9 +163,15 @@ fn definitions(connection: &Connection, limits: &Limits) -> rusqlite::Result<Def
     Ok(found)
 }
 
+/// Types of this project that another distribution of ROS has otherwise: without a hash only a message can tell which it is.
+const OF_SEVERAL_VERSIONS: [&str; 1] = ["sensor_msgs/msg/Range"];
+
 /// The definition of a type that this project knows, if it is of the recorded hash; empty for another.
 fn known(type_name: &str, recorded: String) -> (String, String, String) {
-    let is_its = |hash: &str| recorded.is_empty() || recorded == hash;
+    let is_its = |hash: &str| match recorded.is_empty() {
+        true => !OF_SEVERAL_VERSIONS.contains(&type_name),
+        false => recorded == hash,
+    };
     match planesman_msgs::type_info(type_name).filter(|info| is_its(info.type_hash)) {
         Some(info) => {
             let texts = ["ros2msg", info.definition, info.type_hash];

@@ -297,8 +297,8 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
     let instants: Vec<_> = (0..=INSTANTS)
         .map(|k| {
             let t = from + (to - from) * f64::from(k) / f64::from(INSTANTS);
-            let depth = held(&drawn.depth, t);
-            let angle = |points: &Points| (1e2 * held(points, t).to_degrees()).round() / 1e2;
+            let depth = space::held(&drawn.depth, t);
+            let angle = |points: &Points| (1e2 * space::held(points, t).to_degrees()).round() / 1e2;
             let place = [across(t), down(depth)].map(|it| (10.0 * it).round() / 10.0);
             let round = |it: f64| (1e4 * it).round() / 1e4;
             json!([
@@ -336,13 +336,6 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
             script type="application/json" { (PreEscaped(json!(instants).to_string())) }
         }
     }
-}
-
-/// The value at a time: that of the last point before; 0 without points.
-pub(crate) fn held(points: &Points, t: f64) -> f64 {
-    let behind = points.partition_point(|p| p.0 <= t);
-    let at = points.get(behind.saturating_sub(1));
-    at.map_or(0.0, |p| p.1)
 }
 
 const TIME: &str = "time [s]";

@@ -1,12 +1,10 @@
 //! The flight in space: the track from above, and the vehicle with its fins and thrusters as lines that the reader turns.
 
 use maud::{Markup, PreEscaped, html};
-use planesman_flight::flight::TimeHistories;
+use planesman_flight::flight::{Points, TimeHistories};
 use planesman_flight::scenario::Scenario;
 use planesman_plant::{Outline, PlantParameters};
 use serde_json::json;
-
-use super::flights::held;
 
 /// The script that draws the view.
 pub(crate) const SCRIPT: &str = include_str!("space_view.js");
@@ -21,6 +19,13 @@ pub(crate) const STYLE: &str = "
 
 /// Instants of the view.
 const INSTANTS: u32 = 400;
+
+/// The value at a time: that of the last point before; 0 without points.
+pub(crate) fn held(points: &Points, t: f64) -> f64 {
+    let behind = points.partition_point(|p| p.0 <= t);
+    let at = points.get(behind.saturating_sub(1));
+    at.map_or(0.0, |p| p.1)
+}
 
 /// Where the vehicle was at evenly spaced instants: time \[s\], along, to starboard, down \[m\], roll, pitch, yaw \[rad\].
 pub(crate) fn instants(drawn: &TimeHistories) -> Vec<[f64; 7]> {

@@ -1,19 +1,4 @@
-//! The hull's extent: what the surface takes of its buoyancy, and how the bottom holds it.
-//!
-//! ```text
-//! surface:  strips along the hull; B/n s_i of buoyancy is lost where a share s_i is out of the water, s_i = 1/2 - z_i/H in [0, 1]
-//! bottom:   at the four ends of its base, N = k d (1 + c d') where it is d deep in the ground, and friction -mu N against the way
-//! ```
-//!
-//! Every strip is `H` high whichever way the hull is turned, so the force hangs on depths alone and has a potential. The contact's law is Hunt's and
-//! Crossley's ("Coefficient of restitution interpreted as damping in vibroimpact", J. Appl. Mech. 42, 1975), with a spring that the weight presses in by 1 cm.
-//! Damping, added mass, fins and thrusters are those of the whole hull under water: no slamming, no ventilation.
-
-use super::equations::State;
-use super::lanes::{Real, Six, Three, cross, of, scaled, six, sum};
-use super::rotation;
-use super::vehicle::Vehicle;
-use super::water::Water;
+//! The hull's extent.
 
 /// The hull's extent \[m\], about the centre of buoyancy.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,19 +12,7 @@ pub struct Hull {
 }
 
 /// Strips along the hull.
-const STRIPS: usize = 9;
-
-/// How deep the weight alone presses the hull into the ground \[m\].
-const SINKAGE: f64 = 0.01;
-
-/// Damping of the contact, per speed into the ground \[s/m\].
-const CONTACT_DAMPING: f64 = 1.0;
-
-/// Coefficient of friction on the ground.
-const FRICTION: f64 = 0.3;
-
-/// Speed \[m/s\] over which friction takes its sign.
-const CREEP: f64 = 0.05;
+pub(super) const STRIPS: usize = 9;
 
 impl Hull {
     /// A cube of the water that a buoyancy \[N\] displaces: of a vehicle whose file does not say.
@@ -54,107 +27,18 @@ impl Hull {
     }
 
     /// The strips' centres from the centre of buoyancy, along x \[m\].
-    fn strips(&self) -> [f64; STRIPS] {
+    pub(super) fn strips(&self) -> [f64; STRIPS] {
         std::array::from_fn(|i| self.length * ((i as f64 + 0.5) / STRIPS as f64 - 0.5))
     }
 
     /// The ends of its base from the centre of buoyancy, along x and y \[m\].
-    fn ends(&self) -> [[f64; 2]; 4] {
+    pub(super) fn ends(&self) -> [[f64; 2]; 4] {
         let (x, y) = (0.5 * self.length, 0.5 * self.width);
         [[x, y], [x, -y], [-x, y], [-x, -y]]
     }
 
     /// No part of it is farther from the centre of buoyancy, up or down \[m\].
-    fn reach(&self) -> f64 {
-        0.5 * (self.length + self.width + self.height)
-    }
-}
-
-impl Vehicle {
-    /// How deep the lowest end of the hull is \[m\], and the highest, for an attitude's matrix.
-    #[must_use]
-    pub fn extent(&self, depth: f64, r: &[Three<f64>; 3]) -> [f64; 2] {
-        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
-        let down = r[2];
-        let centre = depth + down[0] * b[0] + down[1] * b[1] + down[2] * b[2];
-        let ends = hull.ends().map(|[x, y]| centre + down[0] * x + down[1] * y);
-        let lowest = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let highest = hull
-            .strips()
-            .iter()
-            .map(|x| centre + down[0] * x)
-            .fold(f64::INFINITY, f64::min);
-        [lowest + 0.5 * hull.height, highest - 0.5 * hull.height]
-    }
-
-    /// No part of the hull is farther from the origin, up or down \[m\].
-    #[inline(always)]
     pub(super) fn reach(&self) -> f64 {
-        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
-        hull.reach() + b[0].abs() + b[1].abs() + b[2].abs()
-    }
-
-    /// What surface and bottom do to the hull.
-    #[inline(always)]
-    pub(super) fn boundaries<T: Real>(
-        &self,
-        r: &[Three<T>; 3],
-        state: &State<T>,
-        water: &Water<T>,
-    ) -> Six<T> {
-        let none = [T::of(0.0); 6];
-        if !water.has_surface && water.bottom.is_none() {
-            return none;
-        }
-        let reach = self.reach();
-        let depth = state.position[2];
-        let mut force = none;
-        if water.has_surface && depth.least() < reach {
-            force = sum(force, self.emerged(r, depth));
-        }
-        if let Some(bottom) = water.bottom.filter(|it| (-depth).least() < reach - it) {
-            force = sum(force, self.aground(r, state, bottom));
-        }
-        force
-    }
-
-    /// The buoyancy that the surface takes.
-    #[inline(always)]
-    fn emerged<T: Real>(&self, r: &[Three<T>; 3], depth: T) -> Six<T> {
-        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
-        let down = r[2];
-        let share = T::of(self.parts.buoyancy / STRIPS as f64);
-        let mut force = [T::of(0.0); 6];
-        for x in hull.strips() {
-            let place = of(&[b[0] + x, b[1], b[2]]);
-            let deep = depth + super::lanes::dot(down, place);
-            let out = (deep * (-1.0 / hull.height) + T::of(0.5)).map(|s| s.clamp(0.0, 1.0));
-            let lost = scaled(share * out, down);
-            force = sum(force, six(lost, cross(place, lost)));
-        }
-        force
-    }
-
-    /// The bottom's hold.
-    #[inline(always)]
-    fn aground<T: Real>(&self, r: &[Three<T>; 3], state: &State<T>, bottom: f64) -> Six<T> {
-        let (hull, b) = (&self.parts.hull, self.parts.centre_of_buoyancy);
-        let [u, v, w, p, q, turn] = state.velocity;
-        let stiffness = T::of(self.parts.weight / (4.0 * SINKAGE));
-        let mut force = [T::of(0.0); 6];
-        for [x, y] in hull.ends() {
-            let place = of(&[b[0] + x, b[1] + y, b[2]]);
-            let deep = state.position[2] + super::lanes::dot(r[2], place);
-            let sunk = (deep + T::of(0.5 * hull.height - bottom)).map(|d| d.max(0.0));
-            let moving = sum([u, v, w], cross([p, q, turn], place));
-            let [north, east, down] = rotation::to_fixed(r, moving);
-            let damped = (T::of(1.0) + down * CONTACT_DAMPING).map(|x| x.max(0.0));
-            let normal = stiffness * sunk * damped;
-            let way = (north * north + east * east + T::of(CREEP * CREEP)).sqrt();
-            let friction = -(normal * FRICTION) / way;
-            let pushed = rotation::to_body(r, [friction * north, friction * east, -normal]);
-            force = sum(force, six(pushed, cross(place, pushed)));
-        }
-        force
+        0.5 * (self.length + self.width + self.height)
     }
 }

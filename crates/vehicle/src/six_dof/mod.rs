@@ -8,6 +8,7 @@
 //! its surge held.
 
 mod batch;
+mod boundaries;
 pub mod coefficients;
 mod damping;
 mod editable;
