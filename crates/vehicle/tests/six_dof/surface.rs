@@ -385,7 +385,7 @@ fn a_shape_outside_the_formulas_is_refused_with_its_number() {
         ),
         (
             |it: &mut planesman_vehicle::six_dof::Torpedo| it.name = "a: b".to_owned(),
-            "name",
+            "name: 'a: b' refused",
         ),
     ] {
         let mut shape = torpedo();
