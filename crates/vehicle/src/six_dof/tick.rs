@@ -465,7 +465,10 @@ fn check(state: &State) -> Result<(), Diverged> {
     ];
     for (quantity, values, limit) in named {
         // NaN is not within.
-        if let Some(value) = values.iter().find(|value| !(value.abs() <= limit)) {
+        if let Some(value) = values
+            .iter()
+            .find(|value| !(-limit..=limit).contains(*value))
+        {
             return Err(Diverged {
                 quantity,
                 value: *value,
