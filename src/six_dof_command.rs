@@ -76,7 +76,7 @@ pub struct FlyArgs {
     #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
     heading: f64,
     /// Current: north, east, down \[m/s\]
-    #[arg(long, value_name = "N,E,D", value_parser = three, default_value = "0,0,0")]
+    #[arg(long, value_name = "N,E,D", value_parser = current, default_value = "0,0,0")]
     current: Three,
     /// How fast the current turns about down \[rad/s\]
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
@@ -197,6 +197,13 @@ fn three(text: &str) -> Result<Three, String> {
         }
         _ => Err("three numbers with commas between are expected".to_owned()),
     }
+}
+
+fn current(text: &str) -> Result<Three, String> {
+    three(text).and_then(|of| match of.0.iter().all(|x| x.abs() <= 20.0) {
+        true => Ok(of),
+        false => Err("numbers from -20 to 20 m/s are expected".to_owned()),
+    })
 }
 
 /// Does what is asked.

@@ -110,6 +110,9 @@ impl Controller {
     pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), Error> {
         let new = Config::new(parameters)?;
         let old = std::mem::replace(&mut self.config, new);
+        if self.config.path.points != old.path.points {
+            self.loops.begin_path();
+        }
         let setpoints = &mut self.loops.setpoints;
         if self.config.schedule != old.schedule {
             setpoints.depth.forget();

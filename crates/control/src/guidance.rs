@@ -34,7 +34,7 @@ pub(crate) struct Progress {
 /// What to steer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Course {
-    /// rad, from the initial heading, to starboard.
+    /// rad, from the initial heading, to starboard, within half a turn.
     pub heading: f64,
     /// The point on the path that is steered at; at its end the last way-point.
     pub target: [f64; 2],
@@ -64,7 +64,7 @@ impl Path {
             }
             let ahead = (along + self.lookahead).clamp(0.0, length);
             return Some(Course {
-                heading: course + libm::atan2(-across, self.lookahead),
+                heading: short_way(0.0, course + libm::atan2(-across, self.lookahead)),
                 target: [from[0] + ahead * cos, from[1] + ahead * sin],
             });
         }

@@ -88,12 +88,28 @@ impl Thrusters {
                 _ => None,
             })
             .unzip();
+        if names.is_empty() {
+            return Err(refused(format!("vehicle '{vehicle}' has no thrusters")));
+        }
+        if let Some(name) =
+            (1..names.len()).find_map(|i| names[..i].iter().find(|it| **it == names[i]))
+        {
+            return Err(refused(format!(
+                "vehicle '{vehicle}': two thrusters have the input '{name}'; each needs one of its own"
+            )));
+        }
         // Without a pair of verticals for roll or pitch those are left to the hull.
         let all: Vec<&Thruster> = thrusters.iter().collect();
         let allocation = Allocation::new(&all)
             .or_else(|_| Allocation::of_rows(&all, &[0, 1, 2, 5]))
             .map_err(|reason| refused(format!("vehicle '{vehicle}': {reason}")))?;
         let commands: Vec<Inverse> = thrusters.iter().map(Inverse::new).collect();
+        if let Some(weak) = commands.iter().position(|one| one.most() <= 0.0) {
+            let name = &names[weak];
+            return Err(refused(format!(
+                "vehicle '{vehicle}': thruster '{name}' gives no thrust along its direction by positive commands"
+            )));
+        }
         let most = commands
             .iter()
             .map(Inverse::most)
@@ -246,8 +262,36 @@ mod tests {
     }
 
     #[test]
+    fn thrusters_that_share_an_input_or_give_no_thrust_are_refused() {
+        let own = include_str!("../../vehicle/vehicles/six_dof/bluerov2_heavy.yaml");
+        let folder = std::env::temp_dir().join(format!("planesman-hover-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (from, to, reason) in [
+            (
+                "input: rear_port",
+                "input: rear_starboard",
+                "two thrusters have the input 'rear_starboard'",
+            ),
+            (
+                "[8.9, 176.0, -404.1, 389.9, -140.3]",
+                "[-8.9]",
+                "thruster 'front_starboard' gives no thrust",
+            ),
+        ] {
+            let file = folder.join("own.yaml");
+            std::fs::write(&file, own.replace(from, to)).unwrap();
+            let refusal = Thrusters::load(file.to_str().unwrap()).unwrap_err();
+            assert!(refusal.to_string().contains(reason), "{refusal}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
     fn a_vehicle_without_thrusters_is_refused() {
         let refusal = Thrusters::load("lauv").unwrap_err().to_string();
-        assert!(refusal.contains("hover.vehicle"), "{refusal}");
+        assert_eq!(
+            refusal,
+            "parameter 'hover.vehicle': vehicle 'lauv' has no thrusters"
+        );
     }
 }

@@ -242,6 +242,11 @@ impl Loops {
         })
     }
 
+    /// The way-points from the first one on, from where the vehicle is.
+    pub(crate) fn begin_path(&mut self) {
+        self.progress = Progress::default();
+    }
+
     /// Straight up by the thrusters, at the speed of hovering.
     fn climb(
         &mut self,

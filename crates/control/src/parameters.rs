@@ -246,9 +246,13 @@ impl WayPoints {
         if x != y {
             return Err(ParameterError::WayPoints { x, y });
         }
-        let points = self.x.iter().zip(&self.y);
+        let mut points: Vec<[f64; 2]> = (self.x.iter().zip(&self.y))
+            .map(|(x, y)| [*x, *y])
+            .collect();
+        // A leg of no length has no course.
+        points.dedup();
         Ok(Path {
-            points: points.map(|(x, y)| [*x, *y]).collect(),
+            points,
             lookahead: self.lookahead,
             acceptance: self.acceptance,
         })

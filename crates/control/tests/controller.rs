@@ -492,3 +492,27 @@ fn below_the_lowest_speed_scheduled_gains_no_longer_grow() {
     assert_eq!(planes(0.1, 0.2), planes(0.2, 0.2));
     assert!(planes(0.1, 0.05) > planes(0.1, 0.2));
 }
+
+#[test]
+fn new_way_points_are_followed_from_the_first_and_one_that_is_repeated_is_one() {
+    let path = |x: [f64; 3], y: [f64; 3]| {
+        [
+            ("heading.active", Value::Bool(true)),
+            ("waypoints.x", Value::DoubleArray(x.to_vec())),
+            ("waypoints.y", Value::DoubleArray(y.to_vec())),
+        ]
+    };
+    let mut controller = controller(&path([10.0, 20.0, 30.0], [0.0; 3]));
+    let heading = |controller: &mut Controller, tick: i64| {
+        let mut there = state(tick);
+        there.distance = 25.0;
+        controller.on_state(&there).unwrap().1.heading_setpoint
+    };
+    heading(&mut controller, 0);
+    controller
+        .set_parameters(&with(&path([25.0; 3], [40.0; 3])))
+        .unwrap();
+    // From where it is, to starboard.
+    let course = heading(&mut controller, 1);
+    assert!((course - 3.0 * FRAC_PI_6).abs() < 1e-12, "{course}");
+}

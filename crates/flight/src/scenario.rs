@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::error::{During, Error, Result, refuse, refused};
+use planesman_control::ControllerParameters;
 use planesman_parameters::{Declaration, Parameters, Value, Values, file, probably_meant};
+use planesman_plant::{Craft, PlantParameters};
 use planesman_text::{did_you_mean, shown, yaml};
 use planesman_units::{Dimension, Quantity};
 use serde::Deserialize;
@@ -346,6 +348,31 @@ impl Scenario {
             nodes::validate(node, &self.values(node)?)
                 .map_err(|reason| refused!("node {node}: {reason}"))?;
         }
+        self.check_thrusters()
+    }
+
+    /// The thrusters that the controller commands are the vehicle's: over DDS nobody would listen to others.
+    fn check_thrusters(&self) -> Result<()> {
+        let plant: PlantParameters = self.parameters_of("plant_sim")?;
+        let controller: ControllerParameters = self.parameters_of("depth_controller")?;
+        let (flown, hovers) = (&plant.vehicle, &controller.hover.vehicle);
+        if hovers.is_empty() || hovers == flown {
+            return Ok(());
+        }
+        let commanded = PlantParameters {
+            vehicle: hovers.clone(),
+            ..plant.clone()
+        };
+        let names = |parameters: &PlantParameters| -> Result<Vec<String>> {
+            let craft = Craft::load(parameters).map_err(|reason| refused!("{reason}"))?;
+            Ok(craft.thrusters().to_vec())
+        };
+        let (has, commanded) = (names(&plant)?, names(&commanded)?);
+        if let Some(name) = commanded.iter().find(|name| !has.contains(name)) {
+            refuse!(
+                "depth_controller's hover.vehicle: '{hovers}' refused: plant_sim's vehicle '{flown}' has no thruster '{name}'"
+            );
+        }
         Ok(())
     }
 
@@ -637,13 +664,24 @@ mod tests {
     use planesman_text::in_one_line;
 
     use super::*;
-    use planesman_control::ControllerParameters;
 
     #[test]
     fn the_built_in_scenarios_are_valid() {
         for (name, _) in BUILTIN {
             Scenario::load(name).expect(name);
         }
+    }
+
+    #[test]
+    fn thrusters_of_another_vehicle_are_refused() {
+        let mut scenario = Scenario::load("bluerov2").unwrap();
+        let vehicle = "plant_sim.vehicle".parse().unwrap();
+        scenario.put(&vehicle, Value::from("lauv")).unwrap();
+        let refusal = scenario.check().unwrap_err().to_string();
+        assert!(
+            refusal.contains("vehicle 'lauv' has no thruster"),
+            "{refusal}"
+        );
     }
 
     #[test]

@@ -354,6 +354,9 @@ impl Plant {
             });
         }
         for (name, value) in command.name.iter().zip(&command.command) {
+            if names.is_empty() {
+                return Err(Error::NoThrusters(self.craft.name().to_owned()));
+            }
             let Some(place) = names.iter().position(|it| it == name) else {
                 return Err(Error::Thruster {
                     name: name.escape_debug().to_string(),

@@ -54,6 +54,15 @@ impl Craft {
         }
     }
 
+    /// The thrusters' names, in the order of their commands.
+    #[must_use]
+    pub fn thrusters(&self) -> &[String] {
+        match self {
+            Self::Plane(_) => &[],
+            Self::SixDof(tick) => tick.thrusters(),
+        }
+    }
+
     /// Where it senses depth: a vehicle of six degrees at its origin.
     pub(crate) fn depth_port(&self) -> Port {
         match self {

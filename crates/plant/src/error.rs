@@ -60,6 +60,19 @@ pub enum Error {
         /// Of `command`.
         commands: usize,
     },
+    /// A vehicle of six degrees that begins in the ground.
+    #[error("parameter 'initial_depth': {depth} m refused: 'environment.bottom' is at {bottom} m")]
+    InTheGround {
+        /// `initial_depth` \[m\].
+        depth: f64,
+        /// `environment.bottom` \[m\].
+        bottom: f64,
+    },
+    /// A command to the thrusters of a vehicle without.
+    #[error(
+        "thruster_command refused: vehicle '{0}' has no thrusters; 'hover.vehicle' of depth_controller has to be plant_sim's 'vehicle'"
+    )]
+    NoThrusters(String),
     /// A thruster that the vehicle does not have.
     #[error("thruster_command refused: '{name}' is none of the thrusters: {names}")]
     Thruster {

@@ -136,12 +136,20 @@ fn of_six_degrees(
             vehicle: parameters.vehicle.clone(),
         });
     }
+    let bottom = (outside.bottom > 0.0).then_some(outside.bottom);
+    // The ground throws out what begins in it, the deeper the harder.
+    if let Some(bottom) = bottom.filter(|bottom| parameters.initial_depth > *bottom) {
+        return Err(Error::InTheGround {
+            depth: parameters.initial_depth,
+            bottom,
+        });
+    }
     Ok(Equations::SixDof {
         tick: Box::new(tick.clone()),
         sea: Sea {
             current: [outside.current.x, outside.current.y, outside.current.z],
             has_surface: true,
-            bottom: (outside.bottom > 0.0).then_some(outside.bottom),
+            bottom,
             ..Sea::default()
         },
         held_speed: (parameters.propulsion == Propulsion::Held).then_some(parameters.speed),

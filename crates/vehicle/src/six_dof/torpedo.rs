@@ -55,8 +55,8 @@ const HULL_LIFT_PLACE: f64 = 0.65;
 pub struct NoTorpedo {
     /// What of the shape.
     pub what: &'static str,
-    /// Its value.
-    pub value: f64,
+    /// Its value, SI.
+    pub value: String,
     /// What holds.
     pub rule: &'static str,
 }
@@ -210,6 +210,7 @@ impl Torpedo {
         ] {
             // NaN is not within.
             if !(least..=most).contains(&value) {
+                let value = value.to_string();
                 return Err(NoTorpedo { what, value, rule });
             }
         }
@@ -218,7 +219,7 @@ impl Torpedo {
             true => Ok(()),
             false => Err(NoTorpedo {
                 what: "name",
-                value: self.name.len() as f64,
+                value: format!("'{}'", self.name.escape_debug()),
                 rule: "letters, digits and '_'",
             }),
         }

@@ -236,6 +236,31 @@ fn the_first_contact_is_told_with_its_time() {
     assert_eq!(touched(4.0, 0.5), None);
 }
 
+/// So stiff that every step is the shortest: a step that rounding made longer by its last bit was refused for ever.
+#[test]
+fn a_tick_deep_in_the_ground_ends() {
+    let tick = Tick::new(vehicle("bluerov2_heavy")).unwrap();
+    let sea = Sea {
+        bottom: Some(0.1),
+        ..with_surface()
+    };
+    let conditions = Conditions {
+        sea: &sea,
+        time: 0.0,
+        holds_speed: false,
+        load: [0.0; 6],
+        step: 0.01,
+    };
+    let neutral = Inputs::all(PlanePath::NEUTRAL);
+    let mut state = at(500.0, [0.0; 3], [0.0; 6]);
+    for _ in 0..20 {
+        (state, _) = tick
+            .advance(&conditions, &state, &neutral, Commands::NONE, 1)
+            .unwrap();
+    }
+    assert!(state.position[2] < 500.0, "{:?}", state.position);
+}
+
 #[test]
 fn an_input_that_nothing_moves_is_named() {
     let odd = changed(&vehicle("lauv"), |parts| {
@@ -360,7 +385,7 @@ fn a_shape_outside_the_formulas_is_refused_with_its_number() {
         ),
         (
             |it: &mut planesman_vehicle::six_dof::Torpedo| it.name = "a: b".to_owned(),
-            "name",
+            "name: 'a: b' refused",
         ),
     ] {
         let mut shape = torpedo();
