@@ -356,7 +356,17 @@ impl Scenario {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let controller: ControllerParameters = self.parameters_of("depth_controller")?;
         let (flown, hovers) = (&plant.vehicle, &controller.hover.vehicle);
-        if hovers.is_empty() || hovers == flown {
+        if hovers.is_empty() {
+            let craft = Craft::load(&plant).map_err(|reason| refused!("{reason}"))?;
+            if !craft.thrusters().is_empty() {
+                refuse!(
+                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller commands where hover.vehicle names it: set \
+                     depth_controller.hover.vehicle={flown}"
+                );
+            }
+            return Ok(());
+        }
+        if hovers == flown {
             return Ok(());
         }
         let commanded = PlantParameters {

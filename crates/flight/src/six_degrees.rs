@@ -71,7 +71,7 @@ fn the_zigzag_overshoots_as_scipy_integrates_it() {
 }
 
 fn distance(state: &VehicleState, [x, y]: [f64; 2]) -> f64 {
-    (state.distance - x).hypot(state.cross_track - y)
+    libm::hypot(state.distance - x, state.cross_track - y)
 }
 
 #[test]

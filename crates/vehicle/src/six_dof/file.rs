@@ -78,8 +78,16 @@ pub fn built_in() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn is_one(name_or_path: &str) -> bool {
     built_in().any(|name| name == name_or_path)
-        || planesman_text::read(Path::new(name_or_path))
-            .is_ok_and(|text| text.lines().any(|line| line.starts_with("inputs:")))
+        || planesman_text::read(Path::new(name_or_path)).is_ok_and(|text| {
+            let head: Result<Head, _> = planesman_text::yaml::from_str(&text);
+            head.is_ok_and(|head| head.inputs.is_some())
+        })
+}
+
+/// What tells a file of six degrees from one of the plane.
+#[derive(Deserialize)]
+struct Head {
+    inputs: Option<serde::de::IgnoredAny>,
 }
 
 /// A built-in vehicle by its name, or else the one in the file at that path.

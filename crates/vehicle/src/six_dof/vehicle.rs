@@ -100,6 +100,21 @@ impl Vehicle {
                 );
             }
         }
+        let edge = Hull::of_buoyancy(parts.buoyancy).length;
+        for (entry, extent) in [
+            ("hull.length", parts.hull.length),
+            ("hull.width", parts.hull.width),
+            ("hull.height", parts.hull.height),
+        ] {
+            if !(edge / 20.0..=edge * 20.0).contains(&extent) {
+                return refused(
+                    entry,
+                    format!(
+                        "{extent} m is of no hull of that buoyancy, whose water has an edge of {edge:.3} m"
+                    ),
+                );
+            }
+        }
         symmetric("added_mass", &parts.added_mass)?;
         let rigid = parts.body.matrix();
         symmetric("inertia", &rigid)?;
