@@ -128,7 +128,7 @@ impl Thruster {
 /// Points of [`Inverse`] to a whole command.
 const POINTS: usize = 256;
 
-/// From a thrust back to the command: the thrust \[N\] at commands from 0 up to where it is the most, [`POINTS`] to a whole command.
+/// From a thrust back to the command: the thrust \[N\] at commands from 0 up to where it is the most, 256 to a whole command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverse(Vec<f64>);
 
