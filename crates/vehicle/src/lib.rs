@@ -28,6 +28,7 @@ mod planes;
 mod propulsion;
 mod seaway;
 pub mod six_dof;
+mod steps;
 mod tether;
 mod tick;
 pub mod transfer;

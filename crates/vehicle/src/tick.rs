@@ -15,13 +15,11 @@ use crate::{
     dynamics::{GeneralisedForce, InverseInertia},
     motion::{Diverged, Motion},
     planes::PlanePath,
+    steps::Steps,
 };
 
 /// The largest error estimated of a step, the sum over the state's parts in SI units.
 const TOLERANCE: f64 = 4e-12;
-
-/// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
-const SHORTEST_STEP: f64 = 1e-5;
 
 /// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`depth_limits`), whose error no estimate has.
 const LONGEST_STEP_WITH_A_CONTACT: f64 = 0.01;
@@ -166,26 +164,14 @@ impl<'a> Tick<'a> {
         let mut y = vector(from);
         let mut rotation = from.attitude().rotation();
         let mut contact = None;
-        let (mut t, mut wanted) = (0.0, longest);
+        let (mut t, mut steps) = (0.0, Steps::new(longest, TOLERANCE));
         while t < duration {
-            // Equal parts of what is left.
-            let left = duration - t;
-            let parts = (left / wanted - 1e-9).ceil().max(1.0);
-            let h = left / parts;
+            let (h, is_last) = steps.next(duration - t);
             let inputs = self.inputs.over(t, h, &DORMAND_PRINCE_NODES);
             let (mut next, error) =
                 dormand_prince_step(&y, h, &inputs, |inputs, y| self.rates(inputs, &rotation, y));
             let error: f64 = error.iter().map(|error| error.abs()).sum();
-            // NaN is too much.
-            let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
-            if !accepted || wanted < longest {
-                let ratio = match error.is_finite() {
-                    true => (0.9 * libm::pow(TOLERANCE / error, 0.125)).clamp(0.2, 5.0),
-                    false => 0.2,
-                };
-                wanted = longest.min(h * ratio).max(SHORTEST_STEP);
-            }
-            if !accepted {
+            if !steps.accept(h, error) {
                 continue;
             }
             check(&next)?;
@@ -200,7 +186,7 @@ impl<'a> Tick<'a> {
                     h,
                 );
                 if touched.is_some() && h > 1.001 * LONGEST_STEP_WITH_A_CONTACT {
-                    wanted = LONGEST_STEP_WITH_A_CONTACT;
+                    steps.wanted = LONGEST_STEP_WITH_A_CONTACT;
                     continue;
                 }
                 next[DEPTH] = depth;
@@ -211,7 +197,7 @@ impl<'a> Tick<'a> {
             }
             rotation = turned(&rotation, &next);
             y = next;
-            t = if parts == 1.0 { duration } else { t + h };
+            t = if is_last { duration } else { t + h };
         }
         Ok((body(&y), contact))
     }

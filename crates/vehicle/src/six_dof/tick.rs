@@ -18,15 +18,13 @@ use crate::axis::AxisState;
 use crate::body::{Body, Inputs, Positions};
 use crate::depth_limits::{Boundary, Contact};
 use crate::motion::Diverged;
+use crate::steps::Steps;
 
 /// Evaluations of a step.
 const NODES: usize = DORMAND_PRINCE_NODES.len();
 
 /// The largest error estimated of a step, the sum over the state's numbers in SI.
 const TOLERANCE: f64 = 1e-10;
-
-/// A step \[s\] that is not divided further, whatever its error.
-const SHORTEST_STEP: f64 = 1e-5;
 
 /// What moves an input of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -278,17 +276,14 @@ impl Tick {
         let duration = f64::from(steps) * longest;
         let mut state = *from;
         let mut contact = None;
-        let (mut t, mut wanted) = (0.0, longest);
+        let (mut t, mut steps) = (0.0, Steps::new(longest, TOLERANCE));
         let water = conditions.sea.at([0.0; 3], [0.0; 3], 0.0);
         let steady = conditions.sea.is_steady().then_some(&water);
         // A row of inputs for each node; of a vehicle without inputs one that is not used.
         let count = self.actuators.len().max(1);
         let mut rows = vec![0.0; NODES * count];
         while t < duration {
-            // Equal parts of what is left.
-            let left = duration - t;
-            let parts = (left / wanted - 1e-9).ceil().max(1.0);
-            let h = left / parts;
+            let (h, is_last) = steps.next(duration - t);
             let positions = inputs.over(t, h, &DORMAND_PRINCE_NODES);
             for (k, row) in rows.chunks_mut(count).enumerate() {
                 self.put_inputs(
@@ -311,16 +306,7 @@ impl Tick {
                 self.rates(conditions, steady, &State::of_row(*row), held, *time)
             });
             let error: f64 = error.iter().map(|error| error.abs()).sum();
-            // NaN is too much. Equal parts of what is left may be longer than the shortest step by rounding.
-            let accepted = error <= TOLERANCE || h <= SHORTEST_STEP * (1.0 + 1e-6);
-            if !accepted || wanted < longest {
-                let ratio = match error.is_finite() {
-                    true => (0.9 * libm::pow(TOLERANCE / error.max(1e-300), 0.125)).clamp(0.2, 5.0),
-                    false => 0.2,
-                };
-                wanted = longest.min(h * ratio).max(SHORTEST_STEP);
-            }
-            if !accepted {
+            if !steps.accept(h, error) {
                 continue;
             }
             let mut next = State::of_row(row);
@@ -340,7 +326,7 @@ impl Tick {
                 })
             });
             state = next;
-            t = if parts == 1.0 { duration } else { t + h };
+            t = if is_last { duration } else { t + h };
         }
         Ok((state, contact))
     }
