@@ -144,7 +144,7 @@ impl Plant {
         let craft = Craft::load(parameters)?;
         let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
-            place: settings.equations.place(settings.initial),
+            place: Place::of(settings.initial),
             ticks: 0,
             acting: Acting::default(),
             thrusters: (Vec::new(), 0),
@@ -337,7 +337,7 @@ impl Plant {
     /// The thrusters' names, in the order of their commands; none of a vehicle without.
     #[must_use]
     pub fn thrusters(&self) -> &[String] {
-        self.settings.equations.thrusters()
+        self.craft.thrusters()
     }
 
     /// Takes the thrusters' commands, from the present tick on; one that is not named stands still.
@@ -395,7 +395,7 @@ impl Plant {
     /// Back to the initial state, planes neutral, the noise from its beginning; the present state says so.
     pub fn reset(&mut self) {
         self.take_next_settings();
-        self.place = self.settings.equations.place(self.settings.initial);
+        self.place = Place::of(self.settings.initial);
         self.ticks = 0;
         self.energy = 0.0;
         self.supply = None;
@@ -1460,5 +1460,19 @@ mod tests {
         let (at_one, at_five) = (depths[19].abs(), depths[99].abs());
         // After a second nobody asks for anything: it slows down.
         assert!(at_one > 0.2 && at_five < 0.5 * at_one, "{at_one} {at_five}");
+    }
+
+    /// Such a file has inputs too, by name, and is no vehicle of six degrees.
+    #[test]
+    fn a_model_of_several_inputs_is_refused_as_what_it_is() {
+        let file =
+            std::env::temp_dir().join(format!("planesman-several-{}.yaml", std::process::id()));
+        std::fs::write(&file, "format: planesman model 2\ninputs: [a, b]\n").expect("written");
+        let vehicle = ("vehicle", Value::from(file.to_str().expect("a path")));
+        let refusal = Plant::new(&with(&[vehicle]))
+            .expect_err("refused")
+            .to_string();
+        std::fs::remove_file(&file).expect("there");
+        assert!(refusal.contains("several inputs"), "{refusal}");
     }
 }

@@ -3,7 +3,8 @@
 use planesman_vehicle::six_dof::{self, Commands, Conditions, Sea, Tick};
 use planesman_vehicle::{
     Acceleration, Body, BodyMotion, Boundary, Contact, Derivatives, GeneralisedForce, Inputs, Port,
-    Vehicle, vehicle_file,
+    Vehicle,
+    vehicle_file::{self, VehicleError},
 };
 
 use crate::error::Error;
@@ -26,14 +27,16 @@ impl Craft {
     /// The refusal and its reason.
     pub fn load(parameters: &PlantParameters) -> Result<Self, Error> {
         let (name, base) = (&parameters.vehicle, &parameters.vehicle_base);
-        if six_dof::is_one(name) {
-            let tick = Tick::new(six_dof::load(name)?).map_err(|reason| Error::Unmoved {
-                vehicle: name.clone(),
-                reason,
-            })?;
-            return Ok(Self::SixDof(Box::new(tick)));
+        match vehicle_file::load_on(name, base) {
+            Err(VehicleError::OfSixDegrees(of)) if of == *name => {
+                let tick = Tick::new(six_dof::load(name)?).map_err(|reason| Error::Unmoved {
+                    vehicle: of,
+                    reason,
+                })?;
+                Ok(Self::SixDof(Box::new(tick)))
+            }
+            of_the_plane => Ok(Self::Plane(Box::new(of_the_plane?))),
         }
-        Ok(Self::Plane(Box::new(vehicle_file::load_on(name, base)?)))
     }
 
     /// Its name.
@@ -81,16 +84,38 @@ pub(crate) enum Equations {
     /// Of the plane.
     Plane(Box<BodyMotion>),
     /// Of six degrees.
-    SixDof {
-        /// The vehicle.
-        tick: Box<Tick>,
-        /// The water.
-        sea: Sea,
-        /// Surge through the water \[m/s\], where it is held.
-        held_speed: Option<f64>,
-        /// The longest step \[s\].
-        step: f64,
-    },
+    SixDof(Box<SixDof>),
+}
+
+/// A vehicle of six degrees in its water.
+#[derive(Clone, Debug)]
+pub(crate) struct SixDof {
+    /// The vehicle.
+    pub(crate) tick: Tick,
+    /// The water.
+    pub(crate) sea: Sea,
+    /// Surge through the water \[m/s\], where it is held.
+    pub(crate) held_speed: Option<f64>,
+    /// The longest step \[s\].
+    pub(crate) step: f64,
+}
+
+impl SixDof {
+    fn conditions(&self, load: GeneralisedForce) -> Conditions<'_> {
+        Conditions {
+            sea: &self.sea,
+            time: 0.0,
+            holds_speed: self.held_speed.is_some(),
+            load: [0.0, 0.0, load.heave, 0.0, load.pitch, 0.0],
+            step: self.step,
+        }
+    }
+
+    /// Where it is: before its first tick, as its body says.
+    fn state(&self, place: &Place) -> six_dof::State {
+        let of_body = || six_dof::State::of_body(&place.body, self.sea.current);
+        place.state.unwrap_or_else(of_body)
+    }
 }
 
 /// Where the vehicle is.
@@ -98,30 +123,29 @@ pub(crate) enum Equations {
 pub(crate) struct Place {
     /// As messages and sensors see it.
     pub(crate) body: Body,
-    /// Of a vehicle of six degrees, whose attitude has no angles.
+    /// Of a vehicle of six degrees, whose attitude has no angles, once it has moved.
     state: Option<six_dof::State>,
     /// Where its thrusters are, as shares of full command.
     thrusters: Vec<f64>,
 }
 
-impl Equations {
-    /// Of a body there.
-    pub(crate) fn place(&self, body: Body) -> Place {
-        Place {
+impl Place {
+    /// Of a body there, its thrusters at rest.
+    pub(crate) fn of(body: Body) -> Self {
+        Self {
             body,
-            state: match self {
-                Self::Plane(_) => None,
-                Self::SixDof { sea, .. } => Some(six_dof::State::of_body(&body, sea.current)),
-            },
+            state: None,
             thrusters: Vec::new(),
         }
     }
+}
 
+impl Equations {
     /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
     pub(crate) fn current(&self) -> [f64; 3] {
         match self {
             Self::Plane(motion) => motion.current,
-            Self::SixDof { sea, .. } => sea.current,
+            Self::SixDof(six) => six.sea.current,
         }
     }
 
@@ -129,7 +153,7 @@ impl Equations {
     pub(crate) fn bottom(&self) -> Option<f64> {
         match self {
             Self::Plane(motion) => motion.depth_limits.bottom,
-            Self::SixDof { sea, .. } => sea.bottom,
+            Self::SixDof(six) => six.sea.bottom,
         }
     }
 
@@ -139,17 +163,15 @@ impl Equations {
             Self::Plane(motion) if motion.drive.is_none() => {
                 place.body.speed = motion.vertical.derivatives.speed;
             }
-            Self::SixDof {
-                held_speed: Some(speed),
-                ..
-            } => {
-                let (from, to) = (place.body.speed, *speed);
-                place.body.speed = to;
-                if let Some(state) = &mut place.state {
-                    state.velocity[0] += to - from;
+            Self::Plane(_) => {}
+            Self::SixDof(six) => {
+                if let Some(speed) = six.held_speed {
+                    let from = std::mem::replace(&mut place.body.speed, speed);
+                    if let Some(state) = &mut place.state {
+                        state.velocity[0] += speed - from;
+                    }
                 }
             }
-            _ => {}
         }
     }
 
@@ -165,55 +187,23 @@ impl Equations {
         match self {
             Self::Plane(motion) => {
                 let (body, contact) = motion.advance(&from.body, inputs, load, steps)?;
-                let place = Place {
-                    body,
-                    state: None,
-                    thrusters: Vec::new(),
-                };
-                Ok((place, contact))
+                Ok((Place::of(body), contact))
             }
-            Self::SixDof {
-                tick, sea, step, ..
-            } => {
-                let state = from.state.unwrap_or_else(|| self.state_of(&from.body));
+            Self::SixDof(six) => {
                 let commands = Commands {
                     from: &from.thrusters,
                     to: wanted,
                 };
+                let (conditions, state) = (six.conditions(load), six.state(from));
                 let (after, contact) =
-                    tick.advance(&self.conditions(load), &state, inputs, commands, steps)?;
+                    (six.tick).advance(&conditions, &state, inputs, commands, steps)?;
                 let place = Place {
-                    body: after.body(sea.current),
+                    body: after.body(six.sea.current),
                     state: Some(after),
-                    thrusters: tick.thrusters_after(commands, f64::from(steps) * step),
+                    thrusters: (six.tick).thrusters_after(commands, f64::from(steps) * six.step),
                 };
                 Ok((place, contact))
             }
-        }
-    }
-
-    fn state_of(&self, body: &Body) -> six_dof::State {
-        six_dof::State::of_body(body, self.current())
-    }
-
-    /// Of six degrees; of the plane there are none to tell.
-    fn conditions(&self, load: GeneralisedForce) -> Conditions<'_> {
-        static CALM: Sea = Sea::STILL;
-        let (sea, holds_speed, step) = match self {
-            Self::Plane(motion) => (&CALM, true, motion.vertical.step),
-            Self::SixDof {
-                sea,
-                held_speed,
-                step,
-                ..
-            } => (sea, held_speed.is_some(), *step),
-        };
-        Conditions {
-            sea,
-            time: 0.0,
-            holds_speed,
-            load: [0.0, 0.0, load.heave, 0.0, load.pitch, 0.0],
-            step,
         }
     }
 
@@ -230,14 +220,13 @@ impl Equations {
                 let acceleration: Acceleration = motion.acceleration(&place.body, inputs, load);
                 sensors::specific_force(&place.body, &acceleration, gravity)
             }
-            Self::SixDof { tick, .. } => {
-                let state = place.state.unwrap_or_else(|| self.state_of(&place.body));
+            Self::SixDof(six) => {
+                let (conditions, state) = (six.conditions(load), six.state(place));
                 let commands = Commands {
                     from: &place.thrusters,
                     to: &place.thrusters,
                 };
-                let [u, v, w, ..] =
-                    tick.acceleration(&self.conditions(load), &state, inputs, commands);
+                let [u, v, w, ..] = six.tick.acceleration(&conditions, &state, inputs, commands);
                 sensors::specific_force_of(&state, [u, v, w], gravity)
             }
         }
@@ -252,18 +241,7 @@ impl Equations {
                 motion.depth_limits.confined_rate(plane.depth, rate),
                 motion.depth_limits.touched(plane.depth),
             ),
-            Self::SixDof { tick, sea, .. } => {
-                let state = place.state.unwrap_or_else(|| self.state_of(&place.body));
-                (rate, tick.touched(sea, &state))
-            }
-        }
-    }
-
-    /// The thrusters' names.
-    pub(crate) fn thrusters(&self) -> &[String] {
-        match self {
-            Self::Plane(_) => &[],
-            Self::SixDof { tick, .. } => tick.thrusters(),
+            Self::SixDof(six) => (rate, six.tick.touched(&six.sea, &six.state(place))),
         }
     }
 
@@ -271,7 +249,7 @@ impl Equations {
     pub(crate) fn plane(&self) -> Option<&BodyMotion> {
         match self {
             Self::Plane(motion) => Some(motion),
-            Self::SixDof { .. } => None,
+            Self::SixDof(_) => None,
         }
     }
 }

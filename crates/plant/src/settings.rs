@@ -8,7 +8,7 @@ use planesman_vehicle::{
 };
 
 use crate::{
-    craft::{self, Craft, Equations},
+    craft::{self, Craft, Equations, SixDof},
     error::Error,
     parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
     sensors::Sensors,
@@ -144,8 +144,8 @@ fn of_six_degrees(
             bottom,
         });
     }
-    Ok(Equations::SixDof {
-        tick: Box::new(tick.clone()),
+    Ok(Equations::SixDof(Box::new(SixDof {
+        tick: tick.clone(),
         sea: Sea {
             current: [outside.current.x, outside.current.y, outside.current.z],
             has_surface: true,
@@ -154,7 +154,7 @@ fn of_six_degrees(
         },
         held_speed: (parameters.propulsion == Propulsion::Held).then_some(parameters.speed),
         step,
-    })
+    })))
 }
 
 /// The drag `N |q| q` behind a law that is linear about one pitch rate.

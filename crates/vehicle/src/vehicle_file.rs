@@ -18,6 +18,7 @@ use crate::{
     coefficients::Geometry,
     identified,
     propulsion::Propulsion,
+    six_dof,
     vehicle::{Coefficients, PlaneArms, Port},
 };
 use planesman_units::{Dimension, Quantity};
@@ -148,7 +149,7 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
 /// The built-in vehicle that was probably meant, as a question.
 fn meant(name: &str) -> String {
     let plane = BUILT_IN.iter().map(|(name, _)| *name);
-    planesman_text::did_you_mean(name, plane.chain(crate::six_dof::built_in()))
+    planesman_text::did_you_mean(name, plane.chain(six_dof::built_in()))
 }
 
 fn plane_names() -> String {
@@ -158,7 +159,7 @@ fn plane_names() -> String {
 
 /// Those too that [`crate::six_dof`] has.
 fn names() -> String {
-    let six: Vec<&str> = crate::six_dof::built_in().collect();
+    let six: Vec<&str> = six_dof::built_in().collect();
     format!(
         "{}; with six degrees of freedom {}",
         plane_names(),
@@ -175,7 +176,7 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
         file: name_or_path.to_owned(),
         reason,
     };
-    if crate::six_dof::is_one(name_or_path) {
+    if six_dof::built_in().any(|name| name == name_or_path) {
         return Err(VehicleError::OfSixDegrees(name_or_path.to_owned()));
     }
     planesman_text::read(Path::new(name_or_path)).map_err(unreadable)
@@ -184,7 +185,7 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
 /// The vehicle in `text`; `file` is named in errors.
 ///
 /// # Errors
-/// [`VehicleError::Malformed`] or [`VehicleError::Refused`].
+/// [`VehicleError::Malformed`], [`VehicleError::OfSixDegrees`] or [`VehicleError::Refused`].
 pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
     written(file, text)?
         .vehicle()
@@ -196,9 +197,12 @@ pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
 }
 
 fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
-    planesman_text::yaml::from_str(text).map_err(|e| VehicleError::Malformed {
-        file: file.to_owned(),
-        reason: e.to_string(),
+    planesman_text::yaml::from_str(text).map_err(|e| match six_dof::is_of_six_degrees(text) {
+        true => VehicleError::OfSixDegrees(file.to_owned()),
+        false => VehicleError::Malformed {
+            file: file.to_owned(),
+            reason: e.to_string(),
+        },
     })
 }
 

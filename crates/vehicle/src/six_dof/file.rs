@@ -74,14 +74,10 @@ pub fn built_in() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
-/// Whether a name or the file at a path is of a vehicle of six degrees: it names its inputs.
-#[must_use]
-pub fn is_one(name_or_path: &str) -> bool {
-    built_in().any(|name| name == name_or_path)
-        || planesman_text::read(Path::new(name_or_path)).is_ok_and(|text| {
-            let head: Result<Head, _> = planesman_text::yaml::from_str(&text);
-            head.is_ok_and(|head| head.inputs.is_some())
-        })
+/// Whether the text of a file is of a vehicle of six degrees: it names its inputs.
+pub(crate) fn is_of_six_degrees(text: &str) -> bool {
+    let head: Result<Head, _> = planesman_text::yaml::from_str(text);
+    head.is_ok_and(|head| head.inputs.is_some())
 }
 
 /// What tells a file of six degrees from one of the plane.

@@ -73,16 +73,6 @@ pub struct Wave {
 }
 
 impl Sea {
-    /// Water at rest without surface or bottom.
-    pub const STILL: Self = Self {
-        current: [0.0; 3],
-        turning: 0.0,
-        shear: [0.0; 2],
-        waves: Vec::new(),
-        has_surface: false,
-        bottom: None,
-    };
-
     /// Whether the water moves alike everywhere and always.
     #[must_use]
     pub fn is_steady(&self) -> bool {
