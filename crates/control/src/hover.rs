@@ -8,7 +8,7 @@
 //! Cascaded, with the added mass in `M`, so that the gains are those of a vehicle without mass (Fossen 2011, sec. 12.2 and 12.3). The integral takes current, trim and
 //! the line's pull; it stands while a thruster is at its most. Velocities over ground are the differences of places.
 
-use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Propulsor, Thruster};
+use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Thruster};
 use planesman_vehicle::six_dof::{self, Six, rotation};
 
 use crate::angle_loop::short_way;
@@ -80,13 +80,8 @@ impl Thrusters {
         let refused = |reason: String| ParameterError::Hover(reason);
         let loaded = six_dof::load(vehicle).map_err(|e| refused(e.to_string()))?;
         let parts = loaded.parts();
-        let (names, thrusters): (Vec<String>, Vec<Thruster>) = (parts.propulsors.iter())
-            .filter_map(|one| match one {
-                Propulsor::Thruster { input, thruster } => {
-                    Some((parts.inputs[*input].clone(), thruster.clone()))
-                }
-                _ => None,
-            })
+        let (names, thrusters): (Vec<String>, Vec<Thruster>) = (parts.thrusters())
+            .map(|(input, thruster)| (parts.inputs[input].clone(), thruster.clone()))
             .unzip();
         if names.is_empty() {
             return Err(refused(format!("vehicle '{vehicle}' has no thrusters")));
@@ -128,14 +123,10 @@ impl Thrusters {
     /// The commands for accelerations in the body's axes; and whether the thrusters give them.
     fn commands(&self, wanted: Six<f64>) -> (Vec<f64>, bool) {
         let wrench = std::array::from_fn(|i| bounded(self.inertia[i] * wanted[i]));
-        let given = self.allocation.within(&wrench, self.most);
-        let asked = self.allocation.thrusts(&wrench);
-        let within = asked.iter().all(|thrust| thrust.abs() <= self.most);
+        let (given, share) = self.allocation.within(&wrench, self.most);
         let commands = self.commands.iter().zip(given);
-        (
-            commands.map(|(one, thrust)| one.command(thrust)).collect(),
-            within,
-        )
+        let commands = commands.map(|(one, thrust)| one.command(thrust));
+        (commands.collect(), share == 1.0)
     }
 }
 

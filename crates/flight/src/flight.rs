@@ -353,14 +353,10 @@ impl Collected for Thrusters {
 
     fn take(&mut self, t: f64, command: &ThrusterCommand) {
         for (name, value) in command.name.iter().zip(&command.command) {
-            let known = self.0.iter().position(|(it, _)| it == name);
-            if known.is_none() && self.0.len() < ACTUATORS {
+            if self.0.len() < ACTUATORS && self.0.iter().all(|(known, _)| known != name) {
                 self.0.push((name.clone(), TimeHistory::default()));
             }
-            let place = known.unwrap_or(self.0.len() - 1);
-            if let Some((of, history)) = self.0.get_mut(place)
-                && of == name
-            {
+            if let Some((_, history)) = self.0.iter_mut().find(|(known, _)| known == name) {
                 history.take(t, *value);
             }
         }

@@ -1,6 +1,6 @@
 //! From actions in -1 to 1 to the inputs of a vehicle: an input over its range, or a force or moment shared by all thrusters.
 
-use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Propulsor, Thruster};
+use planesman_vehicle::six_dof::propulsion::{Allocation, Inverse, Thruster};
 use planesman_vehicle::six_dof::{Parts, Vehicle};
 
 use crate::refused::Refused;
@@ -144,12 +144,8 @@ impl Actions {
 
 /// The thrusters with their inputs, of a vehicle that nothing else drives.
 fn thrusters(parts: &Parts) -> Option<Vec<(usize, &Thruster)>> {
-    let all = parts.propulsors.iter().map(|propulsor| match propulsor {
-        Propulsor::Thruster { input, thruster } => Some((*input, thruster)),
-        _ => None,
-    });
-    all.collect::<Option<Vec<_>>>()
-        .filter(|all| !all.is_empty())
+    let all: Vec<_> = parts.thrusters().collect();
+    (!all.is_empty() && all.len() == parts.propulsors.len()).then_some(all)
 }
 
 fn choices(parts: &Parts) -> String {

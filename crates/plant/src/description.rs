@@ -4,10 +4,9 @@
 //! the reference length and to displace the vehicle's buoyancy. Every link's collision shape is a primitive, for viewers without the package.
 
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fmt::Write as _;
 
 use planesman_vehicle::Vehicle;
-use planesman_vehicle::six_dof::{Fin, Tick, propulsion::Propulsor};
+use planesman_vehicle::six_dof::{Fin, Tick};
 
 use crate::craft::Craft;
 
@@ -91,15 +90,12 @@ pub(crate) fn thrusters(craft: &Craft) -> Vec<Thruster> {
         return Vec::new();
     };
     let parts = tick.vehicle().parts();
-    let of = |one: &Propulsor| match one {
-        Propulsor::Thruster { input, thruster } => Some(Thruster {
-            link: format!("thruster_{}", no_xml(&parts.inputs[*input])),
-            origin: turned_up(thruster.position),
-            direction: turned_up(thruster.direction),
-        }),
-        _ => None,
-    };
-    parts.propulsors.iter().filter_map(of).collect()
+    let all = parts.thrusters().map(|(input, thruster)| Thruster {
+        link: format!("thruster_{}", no_xml(&parts.inputs[input])),
+        origin: turned_up(thruster.position),
+        direction: turned_up(thruster.direction),
+    });
+    all.collect()
 }
 
 /// Forward, right, down to forward, left, up.
@@ -276,6 +272,28 @@ fn lengthwise(length: f64, radius: f64) -> String {
     format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
 }
 
+/// A link of one shape, and the joint of a name and a kind that holds it to the body.
+fn jointed(
+    link: &str,
+    (joint, kind): (&str, &str),
+    shape: &str,
+    origin: &str,
+    moved: &str,
+) -> String {
+    format!(
+        r#"  <link name="{link}">
+    <visual>{shape}</visual>
+    <collision>{shape}</collision>
+  </link>
+  <joint name="{joint}" type="{kind}">
+    <parent link="{BODY}"/>
+    <child link="{link}"/>
+    <origin {origin}/>{moved}
+  </joint>
+"#
+    )
+}
+
 /// The vehicle's URDF.
 #[must_use]
 pub fn robot_description(craft: &Craft) -> String {
@@ -338,21 +356,9 @@ pub fn robot_description(craft: &Craft) -> String {
             }
             _ => String::new(),
         };
-        // Writing to a String does not fail.
-        let _ = write!(
-            urdf,
-            r#"  <link name="{link}">
-    <visual>{shape}</visual>
-    <collision>{shape}</collision>
-  </link>
-  <joint name="{joint}" type="{kind}">
-    <parent link="{BODY}"/>
-    <child link="{link}"/>
-    <origin xyz="{forward} {left} {up}"/>
-    <axis xyz="{axis}"/>{limit}{mimic}
-  </joint>
-"#
-        );
+        let axis = format!("\n    <axis xyz=\"{axis}\"/>{limit}{mimic}");
+        let origin = format!("xyz=\"{forward} {left} {up}\"");
+        urdf += &jointed(link, (joint, kind), &shape, &origin, &axis);
     }
     for thruster in thrusters(craft) {
         let (pitch, yaw) = thruster.pitch_and_yaw();
@@ -362,19 +368,8 @@ pub fn robot_description(craft: &Craft) -> String {
             ..
         } = thruster;
         let shape = lengthwise(0.6 * radius, 0.3 * radius);
-        let _ = write!(
-            urdf,
-            r#"  <link name="{link}">
-    <visual>{shape}</visual>
-    <collision>{shape}</collision>
-  </link>
-  <joint name="{link}" type="fixed">
-    <parent link="{BODY}"/>
-    <child link="{link}"/>
-    <origin xyz="{forward} {left} {up}" rpy="0 {pitch} {yaw}"/>
-  </joint>
-"#
-        );
+        let origin = format!("xyz=\"{forward} {left} {up}\" rpy=\"0 {pitch} {yaw}\"");
+        urdf += &jointed(&link, (&link, "fixed"), &shape, &origin, "");
     }
     urdf.push_str("</robot>\n");
     urdf

@@ -118,7 +118,7 @@ pub struct Inputs<'a> {
 }
 
 /// The actuators' positions at one time, as in [`Inputs`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Positions {
     pub(crate) dive_planes: f64,
     pub(crate) bow_stern_differential: f64,

@@ -1,8 +1,9 @@
 //! The vertical plane of a vehicle of six degrees: its derivatives about level flight at a speed.
 
 use super::equations::State;
-use super::tick::Tick;
+use super::tick::{Commands, Tick};
 use super::water::Water;
+use crate::body::Positions;
 use crate::vehicle::Derivatives;
 
 /// Half the interval of a central difference, in SI: small, since drag by `w|w|` has a corner at 0.
@@ -16,14 +17,14 @@ impl Tick {
     pub fn derivatives(&self, speed: f64) -> Derivatives {
         let of = self.vehicle();
         let count = of.parts().inputs.len();
-        let force = |w: f64, q: f64, planes: [f64; 2]| {
+        let force = |w: f64, q: f64, planes: Positions| {
             let state = State {
                 position: [0.0; 3],
                 attitude: [1.0, 0.0, 0.0, 0.0],
                 velocity: [speed, 0.0, w, 0.0, q, 0.0],
             };
             let mut inputs = vec![0.0; count];
-            self.set_planes(planes, &mut inputs);
+            self.put_inputs(&planes, Commands::NONE, 0.0, &mut inputs);
             let total = of.forces(&state, &inputs, &Water::at_rest()).total();
             [total[2], total[4]]
         };
@@ -31,10 +32,15 @@ impl Tick {
             let (after, before) = (at(HALF), at(-HALF));
             [0, 1].map(|i| (after[i] - before[i]) / (2.0 * HALF))
         };
-        let [z_w, m_w] = slope(&|w| force(w, 0.0, [0.0; 2]));
-        let [z_q, m_q] = slope(&|q| force(0.0, q, [0.0; 2]));
-        let [z_delta, m_delta] = slope(&|d| force(0.0, 0.0, [d, d]));
-        let [z_differential, m_differential] = slope(&|d| force(0.0, 0.0, [d, -d]));
+        let planes = |dive_planes, bow_stern_differential| Positions {
+            dive_planes,
+            bow_stern_differential,
+            ..Positions::default()
+        };
+        let [z_w, m_w] = slope(&|w| force(w, 0.0, Positions::default()));
+        let [z_q, m_q] = slope(&|q| force(0.0, q, Positions::default()));
+        let [z_delta, m_delta] = slope(&|d| force(0.0, 0.0, planes(d, 0.0)));
+        let [z_differential, m_differential] = slope(&|d| force(0.0, 0.0, planes(0.0, d)));
         let (inertia, parts) = (of.inertia(), of.parts());
         let (gravity, buoyancy) = (parts.body.centre_of_gravity, parts.centre_of_buoyancy);
         Derivatives {

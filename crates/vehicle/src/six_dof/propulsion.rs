@@ -248,12 +248,12 @@ impl Allocation {
         (&self.inverse * wanted).iter().copied().collect()
     }
 
-    /// The same, all made smaller alike where one would pass its most \[N\]: the direction of the force is kept.
+    /// The same, all made smaller alike where one would pass its most \[N\], and the share of the force that is given: its direction is kept.
     #[must_use]
-    pub fn within(&self, wanted: &Six<f64>, most: f64) -> Vec<f64> {
+    pub fn within(&self, wanted: &Six<f64>, most: f64) -> (Vec<f64>, f64) {
         let thrusts = self.thrusts(wanted);
         let largest = thrusts.iter().map(|t| t.abs()).fold(0.0, f64::max);
-        let scale = if largest > most { most / largest } else { 1.0 };
-        thrusts.iter().map(|t| t * scale).collect()
+        let share = if largest > most { most / largest } else { 1.0 };
+        (thrusts.iter().map(|t| t * share).collect(), share)
     }
 }

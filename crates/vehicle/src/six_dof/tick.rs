@@ -175,7 +175,13 @@ impl Tick {
     }
 
     /// Puts the vehicle's inputs for the actuators' positions, and the thrusters' commands `t` \[s\] after their start, into a row.
-    fn put_inputs(&self, positions: &Positions, commands: Commands<'_>, t: f64, row: &mut [f64]) {
+    pub(super) fn put_inputs(
+        &self,
+        positions: &Positions,
+        commands: Commands<'_>,
+        t: f64,
+        row: &mut [f64],
+    ) {
         let of = |actuator: &Actuator| match actuator {
             Actuator::BowPlanes => positions.dive_planes + positions.bow_stern_differential,
             Actuator::SternPlanes => positions.dive_planes - positions.bow_stern_differential,
@@ -188,17 +194,6 @@ impl Tick {
         };
         for (input, actuator) in row.iter_mut().zip(&self.actuators) {
             *input = of(actuator);
-        }
-    }
-
-    /// Sets bow and stern planes \[rad\] among the vehicle's inputs.
-    pub(super) fn set_planes(&self, [bow, stern]: [f64; 2], inputs: &mut [f64]) {
-        for (actuator, input) in self.actuators.iter().zip(inputs) {
-            match actuator {
-                Actuator::BowPlanes => *input = bow,
-                Actuator::SternPlanes => *input = stern,
-                Actuator::Rudder | Actuator::Thrust { .. } | Actuator::Thruster(..) => {}
-            }
         }
     }
 

@@ -6,7 +6,7 @@ use super::fins::Fin;
 use super::hull::Hull;
 use super::inertia::{self, Matrix6, RigidBody};
 use super::lanes::Three;
-use super::propulsion::Propulsor;
+use super::propulsion::{Propulsor, Thruster};
 use super::water::GRAVITY;
 
 /// A vehicle, SI units, axes forward, starboard, keel from an origin fixed in the body.
@@ -45,6 +45,16 @@ pub struct Parts {
     pub propulsors: Vec<Propulsor>,
     /// The hull's extent.
     pub hull: Hull,
+}
+
+impl Parts {
+    /// The thrusters, each with the input that is its command.
+    pub fn thrusters(&self) -> impl Iterator<Item = (usize, &Thruster)> {
+        self.propulsors.iter().filter_map(|one| match one {
+            Propulsor::Thruster { input, thruster } => Some((*input, thruster)),
+            _ => None,
+        })
+    }
 }
 
 /// Why a vehicle is not physical.

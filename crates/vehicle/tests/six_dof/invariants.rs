@@ -572,7 +572,7 @@ fn allocation_gives_the_wanted_force() {
             sum.into()
         };
         close(&given(&allocation.thrusts(&wanted)), &wanted, 1e-12);
-        let limited = allocation.within(&wanted, 2.0);
+        let (limited, _) = allocation.within(&wanted, 2.0);
         assert!(limited.iter().all(|t| t.abs() <= 2.0 + 1e-12));
         let share = given(&limited)[0] / wanted[0];
         close(&given(&limited), &wanted.map(|x| x * share), 1e-9);
