@@ -123,11 +123,15 @@ pub enum Dimension {
     Pressure,
     /// Stiffness of enclosed oil, Pa/m^3: pressure per volume pressed in.
     OilStiffness,
+    /// Stiffness of a spring, N/m.
+    Stiffness,
+    /// Energy, J.
+    Energy,
 }
 
 impl Dimension {
     /// All of them.
-    const ALL: [Self; 20] = [
+    const ALL: [Self; 22] = [
         Self::Angle,
         Self::Rate,
         Self::Length,
@@ -148,6 +152,8 @@ impl Dimension {
         Self::RotaryDamping,
         Self::Pressure,
         Self::OilStiffness,
+        Self::Stiffness,
+        Self::Energy,
     ];
 
     /// The dimension whose SI unit is written so, as `m/s`.
@@ -191,6 +197,7 @@ impl Dimension {
                     &[
                         U::new("m^3", 1.0),
                         U::fraction("L", 1e3),
+                        U::fraction("cm^3", 1e6),
                         U::fraction("mm^3", 1e9),
                         U::new("in^3", INCH * INCH * INCH),
                         U::new("ft^3", FOOT * FOOT * FOOT),
@@ -201,6 +208,7 @@ impl Dimension {
                 const {
                     &[
                         U::new("m^3/s", 1.0),
+                        U::fraction("L/min", 6e4),
                         U::fraction("mm^3/s", 1e9),
                         U::new("in^3/s", INCH * INCH * INCH),
                     ]
@@ -259,11 +267,15 @@ impl Dimension {
                     &[
                         U::new("Pa", 1.0),
                         U::new("kPa", 1e3),
+                        U::new("bar", 1e5),
                         U::new("MPa", 1e6),
+                        U::new("GPa", 1e9),
                         U::new("psi", PSI),
                     ]
                 }
             }
+            Self::Stiffness => const { &[U::new("N/m", 1.0), U::new("lb/in", POUND_FORCE / INCH)] },
+            Self::Energy => const { &[U::new("J", 1.0), U::fraction("mJ", 1e3)] },
             Self::OilStiffness => {
                 const {
                     &[

@@ -240,6 +240,8 @@ mod tests {
             D::RotaryDamping,
             D::Pressure,
             D::OilStiffness,
+            D::Stiffness,
+            D::Energy,
         ] {
             for unit in dimension.units() {
                 let symbol = unit.symbol;

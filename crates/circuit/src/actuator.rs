@@ -1,0 +1,89 @@
+//! A circuit under its controller, on the controller's own clock.
+
+use std::sync::Arc;
+
+use crate::circuit::Circuit;
+use crate::control::{Controller, Reference};
+use crate::ledger::Ledger;
+use crate::simulation::{Force, Simulation};
+
+/// A circuit and its controller. Cloning it clones its whole future.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Actuator {
+    simulation: Simulation,
+    controller: Controller,
+    period: i64,
+    /// The sampling period's number, and whether it has begun.
+    cycle: i64,
+    begun: bool,
+}
+
+/// What a sampling period is run with: the reference, and the force on the load.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Demand {
+    /// Where the ram is to be.
+    pub reference: Reference,
+    /// The force against positive motion.
+    pub force: Force,
+}
+
+impl Actuator {
+    /// At rest at `position`, m, under the force `force`, N; `accuracy` is the largest error of a step as a share of each quantity's
+    /// scale, `seed` that of the scatter of the valves' delays.
+    #[must_use]
+    pub fn new(circuit: &Arc<Circuit>, accuracy: f64, position: f64, force: f64, seed: u64) -> Self {
+        Self {
+            controller: Controller::new(circuit),
+            simulation: Simulation::new(Arc::clone(circuit), accuracy, position, force, seed),
+            period: circuit.control.period,
+            cycle: 0,
+            begun: false,
+        }
+    }
+
+    /// The circuit in motion.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Runs to the instant `nanos` after the start. Sampling periods that begin before it act on `demand`; one that begins
+    /// exactly there waits for the next call. Going back has no effect.
+    pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
+        if nanos <= 0 {
+            return;
+        }
+        let period = self.period as f64 * 1e-9;
+        if !self.begun {
+            self.begin(demand);
+        }
+        while (self.cycle + 1) * self.period < nanos {
+            self.simulation.next_cycle(period);
+            self.cycle += 1;
+            self.begin(demand);
+        }
+        self.simulation.advance(self.in_cycle(nanos), period);
+    }
+
+    fn begin(&mut self, demand: Demand) {
+        self.begun = true;
+        self.simulation.set_force(demand.force);
+        self.controller.decide(&mut self.simulation, demand.reference);
+    }
+
+    fn in_cycle(&self, nanos: i64) -> f64 {
+        (nanos - self.cycle * self.period).max(0) as f64 * 1e-9
+    }
+
+    /// Position m, speed m/s, p_A and p_B gauge Pa at the instant `nanos`, to which it has been advanced.
+    #[must_use]
+    pub fn at(&self, nanos: i64) -> [f64; 4] {
+        self.simulation.at(self.in_cycle(nanos))
+    }
+
+    /// The ledger at the instant `nanos`, to which it has been advanced.
+    #[must_use]
+    pub fn ledger(&self, nanos: i64) -> Ledger {
+        self.simulation.ledger(self.in_cycle(nanos))
+    }
+}

@@ -1,0 +1,312 @@
+//! The constants of a circuit, in SI, and the laws of its parts.
+//!
+//! ```text
+//!   P1 ... Pn, T          supply levels, constant pressures
+//!    |  |  |  |
+//!   [edges: 0 to 8 on/off valves in parallel from a level to a chamber]
+//!    |           |
+//!    A |====|==| B        chambers of a cylinder; x > 0 enlarges A
+//! ```
+
+/// The most supply levels besides the tank.
+pub const MOST_LEVELS: usize = 5;
+/// The most edges: each level to each chamber.
+pub const MOST_EDGES: usize = 2 * MOST_LEVELS;
+/// The most valves of one edge.
+pub const MOST_VALVES: usize = 8;
+
+/// Pressure of the atmosphere, Pa: files give gauge pressures.
+pub const ATMOSPHERE: f64 = 101_325.0;
+
+/// A circuit. Made by [`crate::file`], which validates it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Circuit {
+    /// Its name.
+    pub name: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// The load at the ram.
+    pub load: Load,
+    /// A and B; B has no area where the cylinder is single-acting.
+    pub chambers: [Chamber; 2],
+    /// Laminar leakage from A to B past the piston, m^3/(s Pa).
+    pub seal_leakage: f64,
+    /// Gauge pressures of the supply levels, Pa, the tank among them.
+    pub levels: Vec<Level>,
+    /// The oil.
+    pub oil: Oil,
+    /// The valves between levels and chambers.
+    pub edges: Vec<Edge>,
+    /// What all valves have in common.
+    pub valves: Valves,
+    /// The controller.
+    pub control: Control,
+}
+
+/// The load: M dv/dt = p_A A_A - p_B A_B - C v - F_C sgn v - K x - F(t).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// M, kg.
+    pub mass: f64,
+    /// C, N s/m.
+    pub viscous: f64,
+    /// F_C, N: Coulomb friction.
+    pub coulomb: f64,
+    /// How much more the static friction is, as a share of F_C.
+    pub stepping: f64,
+    /// K, N/m: a spring to the middle.
+    pub spring: f64,
+    /// F, N: a constant force against positive motion, as a weight.
+    pub force: f64,
+    /// Half of the stroke, m: |x| stays within it.
+    pub travel: f64,
+    /// The stops at its ends where they give way.
+    pub elastic_stop: Option<ElasticStop>,
+    /// R, m: ram travel per radian of plane.
+    pub moment_arm: f64,
+}
+
+/// A stop after Hunt and Crossley: F = k d (1 + lambda dd/dt) at the depth d, never drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElasticStop {
+    /// k, N/m.
+    pub stiffness: f64,
+    /// lambda, s/m.
+    pub damping: f64,
+}
+
+/// A chamber.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chamber {
+    /// Piston area, m^2.
+    pub area: f64,
+    /// Oil at mid-stroke, lines included, m^3.
+    pub volume: f64,
+}
+
+/// A supply level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// Its name: `P`, `P2`, `T`.
+    pub name: String,
+    /// Gauge pressure, Pa.
+    pub pressure: f64,
+}
+
+/// Valves in parallel from a level to a chamber.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// The level's place in [`Circuit::levels`].
+    pub level: usize,
+    /// 0 for A, 1 for B.
+    pub chamber: usize,
+    /// Flow coefficients K of the valves, m^3/(s sqrt(Pa)).
+    pub valves: Vec<f64>,
+}
+
+/// What all valves have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Valves {
+    /// From the command to open, s.
+    pub opening: f64,
+    /// From the command to closed, s.
+    pub closing: f64,
+    /// Each delay is drawn evenly within this much to either side, s.
+    pub scatter: f64,
+    /// Below this pressure drop the flow becomes laminar, Pa.
+    pub transition: f64,
+    /// Switchings that a valve lives.
+    pub rated_life: f64,
+    /// Energy of its solenoid for each switching, J.
+    pub energy: f64,
+}
+
+/// The oil and the air in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oil {
+    /// Bulk modulus without air, Pa.
+    pub bulk_modulus: f64,
+    /// Share of undissolved air at atmospheric pressure.
+    pub air: f64,
+    /// The air's polytropic exponent: 1 slow, 1.4 fast.
+    pub polytropic: f64,
+}
+
+/// The controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control {
+    /// Its law.
+    pub law: Law,
+    /// Sampling time, ns.
+    pub period: i64,
+    /// Position gain, 1/s: asked speed for a position error.
+    pub gain: f64,
+    /// Position errors that are left, m, while the reference rests.
+    pub dead_zone: f64,
+    /// What one switching of a valve costs, as a share of the largest speed.
+    pub switching_cost: f64,
+    /// What all of the largest power of the supply costs, as a share of the largest speed.
+    pub energy_cost: f64,
+    /// Pressures in the chambers that the model-based law keeps below, gauge, Pa.
+    pub pressure_limit: f64,
+    /// Time constant of the filter of the measured force, s.
+    pub force_filter: f64,
+}
+
+/// A law of the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// The opening whose flow at half the supply pressure is nearest to the flow asked for.
+    Nearest,
+    /// The openings whose steady speed under the measured force is nearest, by pressures and switchings.
+    Model,
+    /// All valves of an edge together, for a part of each period.
+    Pwm,
+}
+
+impl Law {
+    /// All of them and their names.
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("nearest", Self::Nearest),
+        ("model", Self::Model),
+        ("pwm", Self::Pwm),
+    ];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, law)| *law == self).map_or("", |(name, _)| name)
+    }
+}
+
+impl Oil {
+    /// The effective bulk modulus at the gauge pressure `pressure`, Pa: oil and air in series,
+    /// `1/B = (1/B_oil + a/(n p)) / (1 + a)` with the air's volume `a = air (p_0/p)^(1/n)` (H. E. Merritt, *Hydraulic
+    /// Control Systems*, 1967, section 2-3).
+    #[inline]
+    #[must_use]
+    pub fn effective(&self, pressure: f64) -> f64 {
+        let absolute = pressure + ATMOSPHERE;
+        let ratio = ATMOSPHERE / absolute;
+        let air = self.air
+            * if self.polytropic == 1.0 {
+                ratio
+            } else {
+                libm::pow(ratio, 1.0 / self.polytropic)
+            };
+        (1.0 + air) / (1.0 / self.bulk_modulus + air / (self.polytropic * absolute))
+    }
+}
+
+/// `sign(drop) sqrt(|drop|)`, made smooth and linear about zero within `transition`:
+/// `drop / (drop^2 + transition^2)^(1/4)` (Modelica Standard Library, `Fluid.Utilities.regRoot`).
+#[inline]
+#[must_use]
+pub fn root(drop: f64, transition: f64) -> f64 {
+    drop / (drop * drop + transition * transition).sqrt().sqrt()
+}
+
+impl Circuit {
+    /// The signed areas of A and B: what a pressure there pushes the ram with, m^2.
+    #[inline]
+    #[must_use]
+    pub fn areas(&self) -> [f64; 2] {
+        [self.chambers[0].area, -self.chambers[1].area]
+    }
+
+    /// The highest and the lowest level, Pa.
+    #[must_use]
+    pub fn pressures(&self) -> (f64, f64) {
+        let all = self.levels.iter().map(|level| level.pressure);
+        (all.clone().fold(f64::NEG_INFINITY, f64::max), all.fold(f64::INFINITY, f64::min))
+    }
+
+    /// The static friction, N. A hair more than Coulomb's, so that no halt is its own break-away.
+    #[must_use]
+    pub fn break_away(&self) -> f64 {
+        self.load.coulomb * (1.0 + self.load.stepping.max(1e-10))
+    }
+
+    /// The valves of all edges.
+    #[must_use]
+    pub fn valve_count(&self) -> usize {
+        self.edges.iter().map(|edge| edge.valves.len()).sum()
+    }
+
+    /// The edge's name: `P-A`, `B-T`.
+    #[must_use]
+    pub fn edge_name(&self, edge: usize) -> String {
+        let Edge { level, chamber, .. } = &self.edges[edge];
+        let (level, chamber) = (&self.levels[*level].name, ["A", "B"][*chamber]);
+        if level == "T" { format!("{chamber}-{level}") } else { format!("{level}-{chamber}") }
+    }
+
+    /// The largest steady speed without load, m/s: over all pairs of edges, both with all valves open.
+    #[must_use]
+    pub fn largest_speed(&self) -> f64 {
+        let all = |edge: &Edge| edge.valves.iter().sum::<f64>();
+        self.pairs()
+            .into_iter()
+            .filter_map(|pair| {
+                let steady = self.steady(pair, pair.map(|edge| edge.map_or(0.0, |e| all(&self.edges[e]))), 0.0)?;
+                Some(steady.speed.abs())
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// The ways to connect both chambers at once: an edge of A and one of B; of A alone where B has no area.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<[Option<usize>; 2]> {
+        let of = |chamber| {
+            let edges = self.edges.iter().enumerate();
+            edges.filter(move |(_, edge)| edge.chamber == chamber && !edge.valves.is_empty()).map(|(place, _)| place)
+        };
+        if self.chambers[1].area == 0.0 {
+            return of(0).map(|a| [Some(a), None]).collect();
+        }
+        of(0).flat_map(|a| of(1).map(move |b| [Some(a), Some(b)])).collect()
+    }
+
+    /// The steady motion through a pair of edges with the openings `k` under the force `force` against positive motion:
+    /// the flows of both chambers are those of the ram, and the forces balance:
+    ///
+    /// ```text
+    /// p_A = p_a - s (A_A v/K_a)^2,  p_B = p_b + s (A_B v/K_b)^2,  p_A A_A - p_B A_B = F + s F_C,   s = sgn v
+    /// ```
+    /// `None` where an edge is closed.
+    #[must_use]
+    pub fn steady(&self, pair: [Option<usize>; 2], k: [f64; 2], force: f64) -> Option<Steady> {
+        let [area_a, area_b] = [self.chambers[0].area, self.chambers[1].area];
+        let level = |edge: Option<usize>| edge.map(|edge| self.levels[self.edges[edge].level].pressure);
+        let (a, b) = (level(pair[0])?, level(pair[1]).unwrap_or(0.0));
+        if k[0] <= 0.0 || (area_b > 0.0 && k[1] <= 0.0) {
+            return None;
+        }
+        let surplus = a * area_a - b * area_b - force;
+        let sign = if surplus < 0.0 { -1.0 } else { 1.0 };
+        let left = (surplus.abs() - self.load.coulomb).max(0.0);
+        let throttling = area_a * area_a * area_a / (k[0] * k[0])
+            + if area_b > 0.0 { area_b * area_b * area_b / (k[1] * k[1]) } else { 0.0 };
+        let speed = sign * (left / throttling).sqrt();
+        let drop = |area: f64, k: f64| {
+            let root = area * speed / k;
+            sign * root * root
+        };
+        Some(Steady {
+            speed,
+            pressures: [a - drop(area_a, k[0]), if area_b > 0.0 { b + drop(area_b, k[1]) } else { 0.0 }],
+            power: (a * area_a - b * area_b) * speed,
+        })
+    }
+}
+
+/// A steady motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steady {
+    /// m/s
+    pub speed: f64,
+    /// p_A and p_B, gauge, Pa.
+    pub pressures: [f64; 2],
+    /// What the levels give, W.
+    pub power: f64,
+}

@@ -1,0 +1,187 @@
+//! Which valves are open: the laws of the controller, once every sampling period.
+//!
+//! The asked speed is `v_r = v_ref + K_p (x_ref - x)`; zero within the dead zone while the reference rests, and then all valves
+//! close. [`Law::Model`] is the steady-state search of model-based digital flow control (M. Linjama, M. Huova et al., *Design and
+//! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in
+//! the digital hydraulic system*, TUT 2009): every pair of edges and openings is weighed by the speed it would settle at under the measured force.
+
+use crate::circuit::{Circuit, Law, MOST_EDGES};
+use crate::coding::{Opening, openings};
+use crate::simulation::Simulation;
+
+/// What a pressure beyond the limit costs, of the largest speed: more than any error of speed.
+const OVER_LIMIT: f64 = 10.0;
+
+/// The reference at the begin of a sampling period.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reference {
+    /// m
+    pub position: f64,
+    /// m/s; 0 where it is not known.
+    pub speed: f64,
+}
+
+/// The controller of a circuit.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Controller {
+    openings: Vec<Vec<Opening>>,
+    pairs: Vec<[Option<usize>; 2]>,
+    largest_speed: f64,
+    largest_power: f64,
+    /// For the laws without measured pressures: the pair for each direction, and its speed with all valves open.
+    both_ways: [Option<([Option<usize>; 2], f64)>; 2],
+    /// The filtered force of the oil on the ram, N.
+    force: Option<f64>,
+}
+
+impl Controller {
+    pub(crate) fn new(circuit: &Circuit) -> Self {
+        let openings: Vec<Vec<Opening>> = circuit.edges.iter().map(|edge| openings(&edge.valves)).collect();
+        let pairs = circuit.pairs();
+        let whole = |edge: Option<usize>| edge.and_then(|edge| openings[edge].last()).map_or(0.0, |all| all.k);
+        let fastest = |sign: f64| {
+            let speeds = pairs.iter().filter_map(|pair| {
+                let steady = circuit.steady(*pair, pair.map(whole), circuit.load.force)?;
+                (steady.speed * sign > 0.0).then_some((*pair, steady.speed.abs()))
+            });
+            speeds.max_by(|one, other| one.1.total_cmp(&other.1))
+        };
+        let powers = pairs.iter().filter_map(|pair| circuit.steady(*pair, pair.map(whole), 0.0));
+        Self {
+            largest_speed: circuit.largest_speed().max(1e-9),
+            largest_power: powers.map(|steady| steady.power.abs()).fold(1e-9, f64::max),
+            both_ways: [fastest(1.0), fastest(-1.0)],
+            openings,
+            pairs,
+            force: None,
+        }
+    }
+
+    /// Commands the valves for the sampling period that begins.
+    pub(crate) fn decide(&mut self, simulation: &mut Simulation, reference: Reference) {
+        let circuit = simulation.circuit().clone();
+        let control = &circuit.control;
+        let period = control.period as f64 * 1e-9;
+        let [x, _, p_a, p_b] = simulation.at(0.0);
+        let [a, b] = circuit.areas();
+        let oil = p_a * a + p_b * b;
+        let share = if control.force_filter > 0.0 { period / (period + control.force_filter) } else { 1.0 };
+        let before = self.force.unwrap_or(oil);
+        let force = before + share * (oil - before);
+        self.force = Some(force);
+        let error = reference.position - x;
+        let rests = reference.speed == 0.0 && error.abs() <= control.dead_zone;
+        let asked = if rests { 0.0 } else { reference.speed + control.gain * error };
+        let mut masks = [0; MOST_EDGES];
+        if asked != 0.0 {
+            match control.law {
+                Law::Nearest => self.nearest(&circuit, simulation, asked, &mut masks),
+                Law::Model => self.by_model(&circuit, simulation, asked, force, &mut masks),
+                Law::Pwm => {
+                    let Some((pair, fastest)) = self.both_ways[usize::from(asked < 0.0)] else { return };
+                    for edge in pair.into_iter().flatten() {
+                        masks[edge] = self.openings[edge].last().map_or(0, |all| all.mask);
+                    }
+                    let duty = (asked.abs() / fastest).min(1.0);
+                    simulation.command(0.0, &masks);
+                    if duty < 1.0 {
+                        simulation.command(duty * period, &[0; MOST_EDGES]);
+                    }
+                    return;
+                }
+            }
+        }
+        simulation.command(0.0, &masks);
+    }
+
+    /// Each edge at the opening whose flow at half of the supply pressure is nearest.
+    fn nearest(&self, circuit: &Circuit, simulation: &Simulation, asked: f64, masks: &mut [u32; MOST_EDGES]) {
+        let Some((pair, _)) = self.both_ways[usize::from(asked < 0.0)] else { return };
+        let (high, low) = circuit.pressures();
+        let root = (0.5 * (high - low)).sqrt();
+        for (chamber, edge) in pair.into_iter().enumerate() {
+            let Some(edge) = edge else { continue };
+            let wanted = circuit.chambers[chamber].area * asked.abs() / root;
+            let largest = self.openings[edge].last().map_or(1.0, |all| all.k);
+            let cost = |opening: &&Opening| {
+                let switched = (opening.mask ^ simulation.commanded()[edge]).count_ones();
+                (opening.k - wanted).abs() / largest + circuit.control.switching_cost * f64::from(switched)
+            };
+            let best = self.openings[edge].iter().min_by(|one, other| cost(one).total_cmp(&cost(other)));
+            masks[edge] = best.map_or(0, |best| best.mask);
+        }
+    }
+
+    /// The pair and openings of the least cost.
+    fn by_model(&self, circuit: &Circuit, simulation: &Simulation, asked: f64, force: f64, masks: &mut [u32; MOST_EDGES]) {
+        let control = &circuit.control;
+        let commanded = simulation.commanded();
+        let all_switched: u32 = commanded.iter().map(|mask| mask.count_ones()).sum();
+        let mut best = asked.abs() / self.largest_speed + control.switching_cost * f64::from(all_switched);
+        for pair in &self.pairs {
+            let Some(a) = pair[0] else { continue };
+            let open = |edge: usize| self.openings[edge].iter().find(|o| o.mask == commanded[edge]).map_or(0.0, |o| o.k);
+            let others = all_switched - commanded[a].count_ones() - pair[1].map_or(0, |b| commanded[b].count_ones());
+            let mut weigh = |first: &Opening, second: Option<&Opening>| {
+                let k = [first.k, second.map_or(0.0, |second| second.k)];
+                let Some(steady) = circuit.steady(*pair, k, force) else { return };
+                let mut switched = others + (first.mask ^ commanded[a]).count_ones();
+                if let (Some(b), Some(second)) = (pair[1], second) {
+                    switched += (second.mask ^ commanded[b]).count_ones();
+                }
+                let mut cost = (asked - steady.speed).abs() / self.largest_speed
+                    + control.switching_cost * f64::from(switched)
+                    + control.energy_cost * steady.power / self.largest_power;
+                if cost >= best {
+                    return;
+                }
+                // Also while one edge has switched already and the other not yet.
+                let mut highest = steady.pressures[0].max(steady.pressures[1]);
+                if let Some(b) = pair[1] {
+                    for mixed in [[k[0], open(b)], [open(a), k[1]]] {
+                        if let Some(between) = circuit.steady(*pair, mixed, force) {
+                            highest = highest.max(between.pressures[0]).max(between.pressures[1]);
+                        }
+                    }
+                }
+                if highest > control.pressure_limit {
+                    cost += OVER_LIMIT;
+                }
+                if cost < best {
+                    best = cost;
+                    *masks = [0; MOST_EDGES];
+                    masks[a] = first.mask;
+                    if let (Some(b), Some(second)) = (pair[1], second) {
+                        masks[b] = second.mask;
+                    }
+                }
+            };
+            for first in &self.openings[a] {
+                let Some(b) = pair[1] else {
+                    weigh(first, None);
+                    continue;
+                };
+                let list = &self.openings[b];
+                let wanted = needed(circuit, *pair, first.k, asked, force);
+                let place = list.partition_point(|opening| opening.k < wanted);
+                for near in [place.wrapping_sub(1), place] {
+                    if let Some(second) = list.get(near) {
+                        weigh(first, Some(second));
+                    }
+                }
+                if let Some(same) = list.iter().find(|opening| opening.mask == commanded[b]) {
+                    weigh(first, Some(same));
+                }
+            }
+        }
+    }
+}
+
+/// The opening of B's edge that gives the speed `asked` while A's has `k`; 0 where none does.
+fn needed(circuit: &Circuit, pair: [Option<usize>; 2], k: f64, asked: f64, force: f64) -> f64 {
+    let level = |edge: Option<usize>| edge.map_or(0.0, |edge| circuit.levels[circuit.edges[edge].level].pressure);
+    let [a, b] = [circuit.chambers[0].area, circuit.chambers[1].area];
+    let surplus = (level(pair[0]) * a - level(pair[1]) * b - force) * asked.signum() - circuit.load.coulomb;
+    let left = surplus / (asked * asked) - a * a * a / (k * k);
+    if left > 0.0 { (b * b * b / left).sqrt() } else { f64::INFINITY }
+}

@@ -1,0 +1,24 @@
+#![doc = include_str!("../README.md")]
+//!
+//! - [`Circuit`], [`file`]: the constants of a circuit, and where they are read.
+//! - [`Simulation`]: the motion between valves that open and close, a ram that sticks, slides and meets its stops; [`Ledger`]: its energy.
+//! - [`Actuator`]: the circuit under its controller, [`Law`].
+//! - [`LoadCycle`]: a reference and a force over time; [`run`]: the figures of a circuit that follows one.
+
+mod actuator;
+mod circuit;
+pub mod coding;
+mod control;
+pub mod file;
+mod ledger;
+mod load_cycle;
+mod simulation;
+
+pub use actuator::{Actuator, Demand};
+pub use circuit::{
+    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_EDGES, MOST_LEVELS, MOST_VALVES, Oil, Steady, Valves, root,
+};
+pub use control::Reference;
+pub use ledger::Ledger;
+pub use load_cycle::{Figures, LoadCycle, LoadCycleError, Point, run};
+pub use simulation::{Force, Mode, Simulation};

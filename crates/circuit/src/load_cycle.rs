@@ -1,0 +1,194 @@
+//! A load cycle, and the figures of a circuit that follows it.
+
+use std::sync::Arc;
+
+use crate::actuator::{Actuator, Demand};
+use crate::circuit::Circuit;
+use crate::control::Reference;
+use crate::ledger::Ledger;
+use crate::simulation::Force;
+
+/// How often the error of position is sampled in a sampling period.
+const SAMPLES: i64 = 4;
+
+/// A load cycle: straight lines between its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadCycle {
+    points: Vec<Point>,
+}
+
+/// A point of a load cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Point {
+    /// s
+    pub time: f64,
+    /// Reference of the ram, m.
+    pub position: f64,
+    /// Force against positive motion, N.
+    pub force: f64,
+}
+
+/// Why points are no load cycle.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LoadCycleError {
+    /// Fewer than two.
+    #[error("a load cycle needs two points at least, here are {0}")]
+    Few(usize),
+    /// Not finite.
+    #[error("point {0} of the load cycle has a number that is not finite")]
+    NotFinite(usize),
+    /// Time stands or runs back.
+    #[error("point {0} of the load cycle is not later than the one before")]
+    Order(usize),
+    /// It lasts longer than a day, or shorter than a millisecond.
+    #[error("the load cycle lasts {0} s; from 0.001 to 86400 s are taken")]
+    Length(f64),
+    /// The ram cannot go there.
+    #[error("point {point} of the load cycle, {position} m, is beyond the ram's travel of +-{travel} m")]
+    Travel {
+        /// Its number, from 1.
+        point: usize,
+        /// m
+        position: f64,
+        /// m
+        travel: f64,
+    },
+}
+
+impl LoadCycle {
+    /// A load cycle through `points`; the first may have any time.
+    ///
+    /// # Errors
+    /// [`LoadCycleError`], with the number of the point, from 1.
+    pub fn new(mut points: Vec<Point>) -> Result<Self, LoadCycleError> {
+        if points.len() < 2 {
+            return Err(LoadCycleError::Few(points.len()));
+        }
+        for (place, point) in points.iter().enumerate() {
+            if ![point.time, point.position, point.force].iter().all(|number| number.is_finite()) {
+                return Err(LoadCycleError::NotFinite(place + 1));
+            }
+        }
+        if let Some(place) = points.windows(2).position(|two| two[1].time <= two[0].time) {
+            return Err(LoadCycleError::Order(place + 2));
+        }
+        let first = points[0].time;
+        for point in &mut points {
+            point.time -= first;
+        }
+        let cycle = Self { points };
+        if !(1e-3..=86_400.0).contains(&cycle.duration()) {
+            return Err(LoadCycleError::Length(cycle.duration()));
+        }
+        Ok(cycle)
+    }
+
+    /// Whether the ram of `circuit` can go everywhere.
+    ///
+    /// # Errors
+    /// [`LoadCycleError::Travel`].
+    pub fn fits(&self, circuit: &Circuit) -> Result<(), LoadCycleError> {
+        let travel = circuit.load.travel;
+        match self.points.iter().position(|point| point.position.abs() > travel) {
+            None => Ok(()),
+            Some(place) => Err(LoadCycleError::Travel { point: place + 1, position: self.points[place].position, travel }),
+        }
+    }
+
+    /// s
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.points.last().map_or(0.0, |last| last.time)
+    }
+
+    /// Position and force at `time`, and their rates from there on; after the end the last point.
+    #[must_use]
+    pub fn at(&self, time: f64) -> (Point, Point) {
+        let later = self.points.partition_point(|point| point.time <= time);
+        let rest = |point: Point| (Point { time, ..point }, Point::default());
+        match (later.checked_sub(1).map(|before| self.points[before]), self.points.get(later)) {
+            (Some(one), Some(two)) => {
+                let span = two.time - one.time;
+                let rate = Point { time: 1.0, position: (two.position - one.position) / span, force: (two.force - one.force) / span };
+                let since = time - one.time;
+                (Point { time, position: one.position + rate.position * since, force: one.force + rate.force * since }, rate)
+            }
+            (Some(last), None) => rest(last),
+            (None, first) => rest(first.copied().unwrap_or_default()),
+        }
+    }
+}
+
+/// How a circuit followed a load cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// What the supply gave and the solenoids took, J.
+    pub energy: f64,
+    /// Root of the mean square of reference less position, m.
+    pub tracking: f64,
+    /// The largest of it, m.
+    pub largest_error: f64,
+    /// The highest pressure in a chamber, gauge, Pa.
+    pub peak_pressure: f64,
+    /// The lowest, gauge, Pa.
+    pub lowest_pressure: f64,
+    /// Switchings of all valves in an hour, opening and closing counted apart.
+    pub switchings: f64,
+    /// Until the valve that switches most has reached its rated life, h.
+    pub life: f64,
+    /// Work on the load (its force, spring and weight, kinetic energy, friction) as a share of what the supply gave.
+    pub efficiency: f64,
+    /// The ledger at the end.
+    pub ledger: Ledger,
+    /// Steps of the integration.
+    pub steps: u64,
+}
+
+/// Follows `cycle` once, from rest at its begin, and tells `trace` the time and `[x, v, p_A, p_B]` four times a sampling period.
+#[must_use]
+pub fn run(circuit: &Arc<Circuit>, cycle: &LoadCycle, accuracy: f64, seed: u64, mut trace: impl FnMut(f64, [f64; 4])) -> Figures {
+    let period = circuit.control.period;
+    let seconds = |nanos: i64| nanos as f64 * 1e-9;
+    let start = cycle.at(0.0).0;
+    let mut actuator = Actuator::new(circuit, accuracy, start.position, start.force, seed);
+    let end = (cycle.duration() * 1e9).round() as i64;
+    let (mut squares, mut samples, mut largest) = (0.0, 0_u64, 0.0_f64);
+    let mut begin = 0;
+    trace(0.0, actuator.at(0));
+    while begin < end {
+        let (point, rate) = cycle.at(seconds(begin));
+        // The force at the period's end as it will be, so that it is continuous.
+        let then = cycle.at(seconds(begin + period)).0;
+        let demand = Demand {
+            reference: Reference { position: point.position, speed: rate.position },
+            force: Force { begin: point.force, rate: (then.force - point.force) / seconds(period) },
+        };
+        for sample in 1..=SAMPLES {
+            let now = (begin + period * sample / SAMPLES).min(end);
+            actuator.advance_to(now, demand);
+            let row = actuator.at(now);
+            let error = cycle.at(seconds(now)).0.position - row[0];
+            squares += error * error;
+            samples += 1;
+            largest = largest.max(error.abs());
+            trace(seconds(now), row);
+        }
+        begin += period;
+    }
+    let simulation = actuator.simulation();
+    let ledger = actuator.ledger(end);
+    let hours = cycle.duration() / 3600.0;
+    let (highest, lowest) = simulation.peaks();
+    Figures {
+        energy: ledger.supply + ledger.switching,
+        tracking: (squares / samples.max(1) as f64).sqrt(),
+        largest_error: largest,
+        peak_pressure: highest,
+        lowest_pressure: lowest,
+        switchings: simulation.total_switchings() as f64 / hours,
+        life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
+        efficiency: (ledger.load + ledger.mechanical + ledger.viscous + ledger.friction) / ledger.supply,
+        ledger,
+        steps: simulation.steps(),
+    }
+}
