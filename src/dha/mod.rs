@@ -3,6 +3,7 @@
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
+//! - [`design`]: designs of a circuit of on/off valves over a load cycle.
 //! - [`limit_cycles`]: those of the AUV's depth loop, predicted and simulated.
 //!
 //! What they compute is [`planesman_studies`].
@@ -10,6 +11,8 @@
 use anyhow::Result;
 
 pub mod bench;
+pub mod design;
+
 pub mod frequency;
 pub mod limit_cycles;
 pub mod size;
@@ -28,6 +31,11 @@ pub enum DhaCommand {
     /// Compare the frequency responses of the linear and the full model
     #[command(after_help = "Example:\n  planesman dha frequency auv --alone")]
     Frequency(frequency::FrequencyArgs),
+    /// Compare designs of a circuit of on/off valves over a load cycle
+    #[command(
+        after_help = "Examples:\n  planesman dha design dfcu --load-cycle cycle.csv --html designs.html\n  planesman dha design mine.yaml --load-cycle dive --codings pcm --valves 4..6"
+    )]
+    Design(design::DesignArgs),
     /// Print limit cycles of the AUV's depth loop with the actuator, predicted and simulated
     #[command(after_help = "Example:\n  planesman dha limit-cycles auv --no-prediction")]
     LimitCycles(limit_cycles::LimitCyclesArgs),
@@ -42,6 +50,7 @@ pub fn run(command: &DhaCommand) -> Result<()> {
         DhaCommand::Bench(args) => bench::run(args),
         DhaCommand::Size(args) => size::run(args),
         DhaCommand::Frequency(args) => frequency::run(args),
+        DhaCommand::Design(args) => design::run(args),
         DhaCommand::LimitCycles(args) => limit_cycles::run(args),
     }
 }

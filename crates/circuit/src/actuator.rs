@@ -31,7 +31,13 @@ impl Actuator {
     /// At rest at `position`, m, under the force `force`, N; `accuracy` is the largest error of a step as a share of each quantity's
     /// scale, `seed` that of the scatter of the valves' delays.
     #[must_use]
-    pub fn new(circuit: &Arc<Circuit>, accuracy: f64, position: f64, force: f64, seed: u64) -> Self {
+    pub fn new(
+        circuit: &Arc<Circuit>,
+        accuracy: f64,
+        position: f64,
+        force: f64,
+        seed: u64,
+    ) -> Self {
         Self {
             controller: Controller::new(circuit),
             simulation: Simulation::new(Arc::clone(circuit), accuracy, position, force, seed),
@@ -68,7 +74,8 @@ impl Actuator {
     fn begin(&mut self, demand: Demand) {
         self.begun = true;
         self.simulation.set_force(demand.force);
-        self.controller.decide(&mut self.simulation, demand.reference);
+        self.controller
+            .decide(&mut self.simulation, demand.reference);
     }
 
     fn in_cycle(&self, nanos: i64) -> f64 {

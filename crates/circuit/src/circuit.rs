@@ -175,7 +175,10 @@ impl Law {
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, law)| *law == self).map_or("", |(name, _)| name)
+        Self::ALL
+            .iter()
+            .find(|(_, law)| *law == self)
+            .map_or("", |(name, _)| name)
     }
 }
 
@@ -218,7 +221,10 @@ impl Circuit {
     #[must_use]
     pub fn pressures(&self) -> (f64, f64) {
         let all = self.levels.iter().map(|level| level.pressure);
-        (all.clone().fold(f64::NEG_INFINITY, f64::max), all.fold(f64::INFINITY, f64::min))
+        (
+            all.clone().fold(f64::NEG_INFINITY, f64::max),
+            all.fold(f64::INFINITY, f64::min),
+        )
     }
 
     /// The static friction, N. A hair more than Coulomb's, so that no halt is its own break-away.
@@ -238,7 +244,11 @@ impl Circuit {
     pub fn edge_name(&self, edge: usize) -> String {
         let Edge { level, chamber, .. } = &self.edges[edge];
         let (level, chamber) = (&self.levels[*level].name, ["A", "B"][*chamber]);
-        if level == "T" { format!("{chamber}-{level}") } else { format!("{level}-{chamber}") }
+        if level == "T" {
+            format!("{chamber}-{level}")
+        } else {
+            format!("{level}-{chamber}")
+        }
     }
 
     /// The largest steady speed without load, m/s: over all pairs of edges, both with all valves open.
@@ -248,7 +258,11 @@ impl Circuit {
         self.pairs()
             .into_iter()
             .filter_map(|pair| {
-                let steady = self.steady(pair, pair.map(|edge| edge.map_or(0.0, |e| all(&self.edges[e]))), 0.0)?;
+                let steady = self.steady(
+                    pair,
+                    pair.map(|edge| edge.map_or(0.0, |e| all(&self.edges[e]))),
+                    0.0,
+                )?;
                 Some(steady.speed.abs())
             })
             .fold(0.0, f64::max)
@@ -259,12 +273,16 @@ impl Circuit {
     pub fn pairs(&self) -> Vec<[Option<usize>; 2]> {
         let of = |chamber| {
             let edges = self.edges.iter().enumerate();
-            edges.filter(move |(_, edge)| edge.chamber == chamber && !edge.valves.is_empty()).map(|(place, _)| place)
+            edges
+                .filter(move |(_, edge)| edge.chamber == chamber && !edge.valves.is_empty())
+                .map(|(place, _)| place)
         };
         if self.chambers[1].area == 0.0 {
             return of(0).map(|a| [Some(a), None]).collect();
         }
-        of(0).flat_map(|a| of(1).map(move |b| [Some(a), Some(b)])).collect()
+        of(0)
+            .flat_map(|a| of(1).map(move |b| [Some(a), Some(b)]))
+            .collect()
     }
 
     /// The steady motion through a pair of edges with the openings `k` under the force `force` against positive motion:
@@ -277,7 +295,8 @@ impl Circuit {
     #[must_use]
     pub fn steady(&self, pair: [Option<usize>; 2], k: [f64; 2], force: f64) -> Option<Steady> {
         let [area_a, area_b] = [self.chambers[0].area, self.chambers[1].area];
-        let level = |edge: Option<usize>| edge.map(|edge| self.levels[self.edges[edge].level].pressure);
+        let level =
+            |edge: Option<usize>| edge.map(|edge| self.levels[self.edges[edge].level].pressure);
         let (a, b) = (level(pair[0])?, level(pair[1]).unwrap_or(0.0));
         if k[0] <= 0.0 || (area_b > 0.0 && k[1] <= 0.0) {
             return None;
@@ -286,7 +305,11 @@ impl Circuit {
         let sign = if surplus < 0.0 { -1.0 } else { 1.0 };
         let left = (surplus.abs() - self.load.coulomb).max(0.0);
         let throttling = area_a * area_a * area_a / (k[0] * k[0])
-            + if area_b > 0.0 { area_b * area_b * area_b / (k[1] * k[1]) } else { 0.0 };
+            + if area_b > 0.0 {
+                area_b * area_b * area_b / (k[1] * k[1])
+            } else {
+                0.0
+            };
         let speed = sign * (left / throttling).sqrt();
         let drop = |area: f64, k: f64| {
             let root = area * speed / k;
@@ -294,7 +317,14 @@ impl Circuit {
         };
         Some(Steady {
             speed,
-            pressures: [a - drop(area_a, k[0]), if area_b > 0.0 { b + drop(area_b, k[1]) } else { 0.0 }],
+            pressures: [
+                a - drop(area_a, k[0]),
+                if area_b > 0.0 {
+                    b + drop(area_b, k[1])
+                } else {
+                    0.0
+                },
+            ],
             power: (a * area_a - b * area_b) * speed,
         })
     }

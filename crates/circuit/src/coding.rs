@@ -13,13 +13,19 @@ pub enum Coding {
 
 impl Coding {
     /// All of them and their names.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("pcm", Self::Pcm), ("pnm", Self::Pnm), ("fibonacci", Self::Fibonacci)];
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("pcm", Self::Pcm),
+        ("pnm", Self::Pnm),
+        ("fibonacci", Self::Fibonacci),
+    ];
 
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, coding)| *coding == self).map_or("", |(name, _)| name)
+        Self::ALL
+            .iter()
+            .find(|(_, coding)| *coding == self)
+            .map_or("", |(name, _)| name)
     }
 
     /// The sizes of `count` valves, the smallest 1.
@@ -62,7 +68,12 @@ pub fn openings(valves: &[f64]) -> Vec<Opening> {
     let mut all: Vec<Opening> = (0..1_u32 << valves.len())
         .map(|mask| Opening {
             mask,
-            k: valves.iter().enumerate().filter(|(place, _)| mask >> place & 1 == 1).map(|(_, k)| k).sum(),
+            k: valves
+                .iter()
+                .enumerate()
+                .filter(|(place, _)| mask >> place & 1 == 1)
+                .map(|(_, k)| k)
+                .sum(),
         })
         .collect();
     all.sort_by(|one, other| one.k.total_cmp(&other.k).then(one.mask.cmp(&other.mask)));

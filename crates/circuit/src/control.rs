@@ -3,7 +3,9 @@
 //! The asked speed is `v_r = v_ref + K_p (x_ref - x)`; zero within the dead zone while the reference rests, and then all valves
 //! close. [`Law::Model`] is the steady-state search of model-based digital flow control (M. Linjama, M. Huova et al., *Design and
 //! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in
-//! the digital hydraulic system*, TUT 2009): every pair of edges and openings is weighed by the speed it would settle at under the measured force.
+//! the digital hydraulic system*, TUT 2009): every pair of edges and openings is weighed by the speed it would settle at under the
+//! measured force, by switchings, power, and the pressures it leads to: the steady ones, those while one edge has switched and the
+//! other not yet, and how far they overshoot when load and oil spring take up the change of speed.
 
 use crate::circuit::{Circuit, Law, MOST_EDGES};
 use crate::coding::{Opening, openings};
@@ -36,9 +38,16 @@ pub(crate) struct Controller {
 
 impl Controller {
     pub(crate) fn new(circuit: &Circuit) -> Self {
-        let openings: Vec<Vec<Opening>> = circuit.edges.iter().map(|edge| openings(&edge.valves)).collect();
+        let openings: Vec<Vec<Opening>> = circuit
+            .edges
+            .iter()
+            .map(|edge| openings(&edge.valves))
+            .collect();
         let pairs = circuit.pairs();
-        let whole = |edge: Option<usize>| edge.and_then(|edge| openings[edge].last()).map_or(0.0, |all| all.k);
+        let whole = |edge: Option<usize>| {
+            edge.and_then(|edge| openings[edge].last())
+                .map_or(0.0, |all| all.k)
+        };
         let fastest = |sign: f64| {
             let speeds = pairs.iter().filter_map(|pair| {
                 let steady = circuit.steady(*pair, pair.map(whole), circuit.load.force)?;
@@ -46,7 +55,9 @@ impl Controller {
             });
             speeds.max_by(|one, other| one.1.total_cmp(&other.1))
         };
-        let powers = pairs.iter().filter_map(|pair| circuit.steady(*pair, pair.map(whole), 0.0));
+        let powers = pairs
+            .iter()
+            .filter_map(|pair| circuit.steady(*pair, pair.map(whole), 0.0));
         Self {
             largest_speed: circuit.largest_speed().max(1e-9),
             largest_power: powers.map(|steady| steady.power.abs()).fold(1e-9, f64::max),
@@ -62,23 +73,41 @@ impl Controller {
         let circuit = simulation.circuit().clone();
         let control = &circuit.control;
         let period = control.period as f64 * 1e-9;
-        let [x, _, p_a, p_b] = simulation.at(0.0);
+        let [x, v, p_a, p_b] = simulation.at(0.0);
         let [a, b] = circuit.areas();
         let oil = p_a * a + p_b * b;
-        let share = if control.force_filter > 0.0 { period / (period + control.force_filter) } else { 1.0 };
+        let share = if control.force_filter > 0.0 {
+            period / (period + control.force_filter)
+        } else {
+            1.0
+        };
         let before = self.force.unwrap_or(oil);
         let force = before + share * (oil - before);
         self.force = Some(force);
         let error = reference.position - x;
         let rests = reference.speed == 0.0 && error.abs() <= control.dead_zone;
-        let asked = if rests { 0.0 } else { reference.speed + control.gain * error };
+        let asked = if rests {
+            0.0
+        } else {
+            reference.speed + control.gain * error
+        };
         let mut masks = [0; MOST_EDGES];
         if asked != 0.0 {
             match control.law {
                 Law::Nearest => self.nearest(&circuit, simulation, asked, &mut masks),
-                Law::Model => self.by_model(&circuit, simulation, asked, force, &mut masks),
+                Law::Model => {
+                    let measured = Measured {
+                        position: x,
+                        speed: v,
+                        pressures: [p_a, p_b],
+                        force,
+                    };
+                    self.by_model(&circuit, simulation, asked, &measured, &mut masks);
+                }
                 Law::Pwm => {
-                    let Some((pair, fastest)) = self.both_ways[usize::from(asked < 0.0)] else { return };
+                    let Some((pair, fastest)) = self.both_ways[usize::from(asked < 0.0)] else {
+                        return;
+                    };
                     for edge in pair.into_iter().flatten() {
                         masks[edge] = self.openings[edge].last().map_or(0, |all| all.mask);
                     }
@@ -95,8 +124,16 @@ impl Controller {
     }
 
     /// Each edge at the opening whose flow at half of the supply pressure is nearest.
-    fn nearest(&self, circuit: &Circuit, simulation: &Simulation, asked: f64, masks: &mut [u32; MOST_EDGES]) {
-        let Some((pair, _)) = self.both_ways[usize::from(asked < 0.0)] else { return };
+    fn nearest(
+        &self,
+        circuit: &Circuit,
+        simulation: &Simulation,
+        asked: f64,
+        masks: &mut [u32; MOST_EDGES],
+    ) {
+        let Some((pair, _)) = self.both_ways[usize::from(asked < 0.0)] else {
+            return;
+        };
         let (high, low) = circuit.pressures();
         let root = (0.5 * (high - low)).sqrt();
         for (chamber, edge) in pair.into_iter().enumerate() {
@@ -105,26 +142,60 @@ impl Controller {
             let largest = self.openings[edge].last().map_or(1.0, |all| all.k);
             let cost = |opening: &&Opening| {
                 let switched = (opening.mask ^ simulation.commanded()[edge]).count_ones();
-                (opening.k - wanted).abs() / largest + circuit.control.switching_cost * f64::from(switched)
+                (opening.k - wanted).abs() / largest
+                    + circuit.control.switching_cost * f64::from(switched)
             };
-            let best = self.openings[edge].iter().min_by(|one, other| cost(one).total_cmp(&cost(other)));
+            let best = self.openings[edge]
+                .iter()
+                .min_by(|one, other| cost(one).total_cmp(&cost(other)));
             masks[edge] = best.map_or(0, |best| best.mask);
         }
     }
 
     /// The pair and openings of the least cost.
-    fn by_model(&self, circuit: &Circuit, simulation: &Simulation, asked: f64, force: f64, masks: &mut [u32; MOST_EDGES]) {
+    fn by_model(
+        &self,
+        circuit: &Circuit,
+        simulation: &Simulation,
+        asked: f64,
+        measured: &Measured,
+        masks: &mut [u32; MOST_EDGES],
+    ) {
+        let force = measured.force;
+        let overshoots = measured.overshoots(circuit);
         let control = &circuit.control;
         let commanded = simulation.commanded();
         let all_switched: u32 = commanded.iter().map(|mask| mask.count_ones()).sum();
-        let mut best = asked.abs() / self.largest_speed + control.switching_cost * f64::from(all_switched);
+        // What pressures beyond the limit cost, the more the further.
+        let over = |pressures: [f64; 2], speed: f64| {
+            let change = (speed - measured.speed).abs();
+            let highest =
+                (pressures[0] + overshoots[0] * change).max(pressures[1] + overshoots[1] * change);
+            if highest > control.pressure_limit {
+                OVER_LIMIT * highest / control.pressure_limit
+            } else {
+                0.0
+            }
+        };
+        let mut best = asked.abs() / self.largest_speed
+            + control.switching_cost * f64::from(all_switched)
+            + over(measured.pressures, 0.0);
         for pair in &self.pairs {
             let Some(a) = pair[0] else { continue };
-            let open = |edge: usize| self.openings[edge].iter().find(|o| o.mask == commanded[edge]).map_or(0.0, |o| o.k);
-            let others = all_switched - commanded[a].count_ones() - pair[1].map_or(0, |b| commanded[b].count_ones());
+            let open = |edge: usize| {
+                self.openings[edge]
+                    .iter()
+                    .find(|o| o.mask == commanded[edge])
+                    .map_or(0.0, |o| o.k)
+            };
+            let others = all_switched
+                - commanded[a].count_ones()
+                - pair[1].map_or(0, |b| commanded[b].count_ones());
             let mut weigh = |first: &Opening, second: Option<&Opening>| {
                 let k = [first.k, second.map_or(0.0, |second| second.k)];
-                let Some(steady) = circuit.steady(*pair, k, force) else { return };
+                let Some(steady) = circuit.steady(*pair, k, force) else {
+                    return;
+                };
                 let mut switched = others + (first.mask ^ commanded[a]).count_ones();
                 if let (Some(b), Some(second)) = (pair[1], second) {
                     switched += (second.mask ^ commanded[b]).count_ones();
@@ -136,17 +207,15 @@ impl Controller {
                     return;
                 }
                 // Also while one edge has switched already and the other not yet.
-                let mut highest = steady.pressures[0].max(steady.pressures[1]);
+                let mut worst = over(steady.pressures, steady.speed);
                 if let Some(b) = pair[1] {
                     for mixed in [[k[0], open(b)], [open(a), k[1]]] {
                         if let Some(between) = circuit.steady(*pair, mixed, force) {
-                            highest = highest.max(between.pressures[0]).max(between.pressures[1]);
+                            worst = worst.max(over(between.pressures, between.speed));
                         }
                     }
                 }
-                if highest > control.pressure_limit {
-                    cost += OVER_LIMIT;
-                }
+                cost += worst;
                 if cost < best {
                     best = cost;
                     *masks = [0; MOST_EDGES];
@@ -177,11 +246,48 @@ impl Controller {
     }
 }
 
+/// What the controller measures.
+struct Measured {
+    /// m
+    position: f64,
+    /// m/s
+    speed: f64,
+    /// Gauge, Pa.
+    pressures: [f64; 2],
+    /// Of the oil on the ram, filtered, N.
+    force: f64,
+}
+
+impl Measured {
+    /// How far each chamber's pressure overshoots for a change of speed, Pa s/m: the load swings on the oil with
+    /// `w = sqrt(k/M)`, `k = sum of B A^2/V`, by `dv/w`, and each chamber has `B A/V` for a way.
+    fn overshoots(&self, circuit: &Circuit) -> [f64; 2] {
+        let travels = circuit.areas().map(|area| area * self.position);
+        let per_way = [0, 1].map(|place| {
+            let chamber = &circuit.chambers[place];
+            let volume = (chamber.volume + travels[place]).max(0.01 * chamber.volume);
+            circuit.oil.effective(self.pressures[place]) * chamber.area / volume
+        });
+        let stiffness =
+            per_way[0] * circuit.chambers[0].area + per_way[1] * circuit.chambers[1].area;
+        per_way.map(|per_way| per_way / (stiffness / circuit.load.mass).sqrt())
+    }
+}
+
 /// The opening of B's edge that gives the speed `asked` while A's has `k`; 0 where none does.
 fn needed(circuit: &Circuit, pair: [Option<usize>; 2], k: f64, asked: f64, force: f64) -> f64 {
-    let level = |edge: Option<usize>| edge.map_or(0.0, |edge| circuit.levels[circuit.edges[edge].level].pressure);
+    let level = |edge: Option<usize>| {
+        edge.map_or(0.0, |edge| {
+            circuit.levels[circuit.edges[edge].level].pressure
+        })
+    };
     let [a, b] = [circuit.chambers[0].area, circuit.chambers[1].area];
-    let surplus = (level(pair[0]) * a - level(pair[1]) * b - force) * asked.signum() - circuit.load.coulomb;
+    let surplus =
+        (level(pair[0]) * a - level(pair[1]) * b - force) * asked.signum() - circuit.load.coulomb;
     let left = surplus / (asked * asked) - a * a * a / (k * k);
-    if left > 0.0 { (b * b * b / left).sqrt() } else { f64::INFINITY }
+    if left > 0.0 {
+        (b * b * b / left).sqrt()
+    } else {
+        f64::INFINITY
+    }
 }

@@ -8,7 +8,8 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 use crate::circuit::{
-    Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_LEVELS, MOST_VALVES, Oil, Valves,
+    Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_LEVELS, MOST_VALVES, Oil,
+    Valves,
 };
 use crate::coding::Coding;
 
@@ -129,22 +130,50 @@ struct WrittenControl {
 }
 
 fn refused<T>(field: &str, value: impl ToString, rule: impl ToString) -> Result<T, FileError> {
-    Err(FileError::Refused { field: field.to_owned(), value: value.to_string(), rule: rule.to_string() })
+    Err(FileError::Refused {
+        field: field.to_owned(),
+        value: value.to_string(),
+        rule: rule.to_string(),
+    })
 }
 
 /// The quantity in SI, within `[least, most]`.
-fn read(field: &str, written: &Quantity, dimension: D, least: f64, most: f64) -> Result<f64, FileError> {
+fn read(
+    field: &str,
+    written: &Quantity,
+    dimension: D,
+    least: f64,
+    most: f64,
+) -> Result<f64, FileError> {
     match written.si(dimension) {
-        Ok(value) => within(field, value, least, most, written, &format!(" {}", dimension.units()[0].symbol)),
+        Ok(value) => within(
+            field,
+            value,
+            least,
+            most,
+            written,
+            &format!(" {}", dimension.units()[0].symbol),
+        ),
         Err(error) => refused(field, written, error),
     }
 }
 
-fn within(field: &str, value: f64, least: f64, most: f64, written: impl ToString, unit: &str) -> Result<f64, FileError> {
+fn within(
+    field: &str,
+    value: f64,
+    least: f64,
+    most: f64,
+    written: impl ToString,
+    unit: &str,
+) -> Result<f64, FileError> {
     if (least..=most).contains(&value) {
         Ok(value)
     } else {
-        refused(field, written, format!("it must be from {least} to {most}{unit}"))
+        refused(
+            field,
+            written,
+            format!("it must be from {least} to {most}{unit}"),
+        )
     }
 }
 
@@ -152,8 +181,15 @@ fn number(field: &str, value: f64, least: f64, most: f64) -> Result<f64, FileErr
     within(field, value, least, most, value, "")
 }
 
-fn or_zero(field: &str, written: Option<&Quantity>, dimension: D, most: f64) -> Result<f64, FileError> {
-    written.map_or(Ok(0.0), |written| read(field, written, dimension, 0.0, most))
+fn or_zero(
+    field: &str,
+    written: Option<&Quantity>,
+    dimension: D,
+    most: f64,
+) -> Result<f64, FileError> {
+    written.map_or(Ok(0.0), |written| {
+        read(field, written, dimension, 0.0, most)
+    })
 }
 
 /// The thing of this name in a list.
@@ -164,7 +200,11 @@ fn named<T: Copy>(field: &str, name: &str, all: &[(&'static str, T)]) -> Result<
         None => refused(
             field,
             name,
-            format!("it must be one of {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(name, names())),
+            format!(
+                "it must be one of {}{}",
+                names().collect::<Vec<_>>().join(", "),
+                did_you_mean(name, names())
+            ),
         ),
     }
 }
@@ -172,7 +212,8 @@ fn named<T: Copy>(field: &str, name: &str, all: &[(&'static str, T)]) -> Result<
 /// Whether a YAML text is meant to be a circuit: it has edges.
 #[must_use]
 pub fn is_circuit(text: &str) -> bool {
-    text.lines().any(|line| line.trim_end() == "edges:" || line.starts_with("edges:"))
+    text.lines()
+        .any(|line| line.trim_end() == "edges:" || line.starts_with("edges:"))
 }
 
 /// The circuit that `text` describes.
@@ -180,31 +221,55 @@ pub fn is_circuit(text: &str) -> bool {
 /// # Errors
 /// [`FileError`], naming field, value and rule.
 pub fn parse(text: &str) -> Result<Circuit, FileError> {
-    let file: File = planesman_text::yaml::from_str(text).map_err(|error| FileError::Malformed(error.to_string()))?;
+    let file: File = planesman_text::yaml::from_str(text)
+        .map_err(|error| FileError::Malformed(error.to_string()))?;
     let mut levels: Vec<Level> = Vec::new();
     if !(2..=MOST_LEVELS).contains(&file.supply.len()) {
-        return refused("supply", format!("{} levels", file.supply.len()), format!("2 to {MOST_LEVELS} are taken, the tank T among them"));
+        return refused(
+            "supply",
+            format!("{} levels", file.supply.len()),
+            format!("2 to {MOST_LEVELS} are taken, the tank T among them"),
+        );
     }
     for (name, written) in &file.supply {
         let field = format!("supply.{name}");
         if name.is_empty() || name.len() > 8 || !name.chars().all(|c| c.is_ascii_alphanumeric()) {
-            return refused(&field, name, "a level's name is of 1 to 8 letters and digits");
+            return refused(
+                &field,
+                name,
+                "a level's name is of 1 to 8 letters and digits",
+            );
         }
-        levels.push(Level { name: name.clone(), pressure: read(&field, written, D::Pressure, 0.0, 1e8)? });
+        levels.push(Level {
+            name: name.clone(),
+            pressure: read(&field, written, D::Pressure, 0.0, 1e8)?,
+        });
     }
     if !file.supply.contains_key("T") {
-        return refused("supply", file.supply.keys().cloned().collect::<Vec<_>>().join(", "), "the tank T is missing");
+        return refused(
+            "supply",
+            file.supply.keys().cloned().collect::<Vec<_>>().join(", "),
+            "the tank T is missing",
+        );
     }
     let load = load(&file.load)?;
     let chambers = chambers(&file.chambers, &load)?;
     let valves = &file.valves;
-    let drop = read("valves.rated_drop", &valves.rated_drop, D::Pressure, 1e3, 1e8)?;
+    let drop = read(
+        "valves.rated_drop",
+        &valves.rated_drop,
+        D::Pressure,
+        1e3,
+        1e8,
+    )?;
     let delay = |field, written| read(field, written, D::Time, 0.0, 1.0);
     let common = Valves {
         opening: delay("valves.opening", &valves.opening)?,
         closing: delay("valves.closing", &valves.closing)?,
         scatter: or_zero("valves.scatter", valves.scatter.as_ref(), D::Time, 1.0)?,
-        transition: valves.transition.as_ref().map_or(Ok(5e4), |written| read("valves.transition", written, D::Pressure, 1e2, 1e6))?,
+        transition: valves.transition.as_ref().map_or(Ok(5e4), |written| {
+            read("valves.transition", written, D::Pressure, 1e2, 1e6)
+        })?,
         rated_life: number("valves.rated_life", valves.rated_life, 1.0, 1e12)?,
         energy: or_zero("valves.energy", valves.energy.as_ref(), D::Energy, 1e3)?,
     };
@@ -212,28 +277,61 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
     for (name, edge) in &file.edges {
         let field = format!("edges.{name}");
         let (level, chamber) = ends(&field, name, &levels, &chambers)?;
-        if edges.iter().any(|other: &Edge| (other.level, other.chamber) == (level, chamber)) {
-            return refused(&field, name, "this level and this chamber are connected already");
+        if edges
+            .iter()
+            .any(|other: &Edge| (other.level, other.chamber) == (level, chamber))
+        {
+            return refused(
+                &field,
+                name,
+                "this level and this chamber are connected already",
+            );
         }
-        edges.push(Edge { level, chamber, valves: edge_valves(&field, edge, drop)? });
+        edges.push(Edge {
+            level,
+            chamber,
+            valves: edge_valves(&field, edge, drop)?,
+        });
     }
     let oil = Oil {
-        bulk_modulus: read("oil.bulk_modulus", &file.oil.bulk_modulus, D::Pressure, 1e6, 1e11)?,
+        bulk_modulus: read(
+            "oil.bulk_modulus",
+            &file.oil.bulk_modulus,
+            D::Pressure,
+            1e6,
+            1e11,
+        )?,
         // Without any air a chamber that is drawn empty would have a pressure below zero.
         air: number("oil.air", file.oil.air, 1e-6, 0.5)?,
         polytropic: number("oil.polytropic", file.oil.polytropic, 1.0, 1.7)?,
     };
     let written = &file.control;
-    let period = (read("control.period", &written.period, D::Time, 1e-4, 10.0)? * 1e9).round() as i64;
+    let period =
+        (read("control.period", &written.period, D::Time, 1e-4, 10.0)? * 1e9).round() as i64;
     let control = Control {
         law: named("control.law", &written.law, &Law::ALL)?,
         period,
         gain: number("control.gain", written.gain, 0.0, 1e4)?,
-        dead_zone: or_zero("control.dead_zone", written.dead_zone.as_ref(), D::Length, 1.0)?,
+        dead_zone: or_zero(
+            "control.dead_zone",
+            written.dead_zone.as_ref(),
+            D::Length,
+            1.0,
+        )?,
         switching_cost: number("control.switching_cost", written.switching_cost, 0.0, 1.0)?,
         energy_cost: number("control.energy_cost", written.energy_cost, 0.0, 10.0)?,
-        pressure_limit: written.pressure_limit.as_ref().map_or(Ok(f64::INFINITY), |limit| read("control.pressure_limit", limit, D::Pressure, 1e3, 1e9))?,
-        force_filter: or_zero("control.force_filter", written.force_filter.as_ref(), D::Time, 10.0)?,
+        pressure_limit: written
+            .pressure_limit
+            .as_ref()
+            .map_or(Ok(f64::INFINITY), |limit| {
+                read("control.pressure_limit", limit, D::Pressure, 1e3, 1e9)
+            })?,
+        force_filter: or_zero(
+            "control.force_filter",
+            written.force_filter.as_ref(),
+            D::Time,
+            10.0,
+        )?,
     };
     let circuit = Circuit {
         name: file.name,
@@ -252,11 +350,19 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
         control,
     };
     if circuit.largest_speed() <= 0.0 {
-        return refused("edges", file.edges.keys().cloned().collect::<Vec<_>>().join(", "), "no pair of edges moves the ram");
+        return refused(
+            "edges",
+            file.edges.keys().cloned().collect::<Vec<_>>().join(", "),
+            "no pair of edges moves the ram",
+        );
     }
     let shortest = 1e-3 * circuit.load.travel / circuit.largest_speed();
     if !shortest.is_finite() || shortest < 1e-7 {
-        return refused("edges", format!("{} m/s", circuit.largest_speed()), "the valves would drive the ram through its travel in less than 0.1 ms");
+        return refused(
+            "edges",
+            format!("{} m/s", circuit.largest_speed()),
+            "the valves would drive the ram through its travel in less than 0.1 ms",
+        );
     }
     Ok(circuit)
 }
@@ -268,72 +374,160 @@ fn load(written: &WrittenLoad) -> Result<Load, FileError> {
         coulomb: read("load.coulomb", &written.coulomb, D::Force, 0.0, 1e8)?,
         stepping: number("load.stepping", written.stepping, 0.0, 1.0)?,
         spring: or_zero("load.spring", written.spring.as_ref(), D::Stiffness, 1e9)?,
-        force: written.force.as_ref().map_or(Ok(0.0), |force| read("load.force", force, D::Force, -1e8, 1e8))?,
+        force: written.force.as_ref().map_or(Ok(0.0), |force| {
+            read("load.force", force, D::Force, -1e8, 1e8)
+        })?,
         travel: read("load.travel", &written.travel, D::Length, 1e-4, 100.0)?,
         elastic_stop: match &written.elastic_stop {
             None => None,
             Some(stop) => Some(ElasticStop {
-                stiffness: read("load.elastic_stop.stiffness", &stop.stiffness, D::Stiffness, 1.0, 1e12)?,
+                stiffness: read(
+                    "load.elastic_stop.stiffness",
+                    &stop.stiffness,
+                    D::Stiffness,
+                    1.0,
+                    1e12,
+                )?,
                 damping: number("load.elastic_stop.damping", stop.damping, 0.0, 1e4)?,
             }),
         },
-        moment_arm: read("load.moment_arm", &written.moment_arm, D::Length, 1e-4, 100.0)?,
+        moment_arm: read(
+            "load.moment_arm",
+            &written.moment_arm,
+            D::Length,
+            1e-4,
+            100.0,
+        )?,
     })
 }
 
-fn chambers(written: &BTreeMap<String, WrittenChamber>, load: &Load) -> Result<[Chamber; 2], FileError> {
-    if let Some(name) = written.keys().find(|name| !["A", "B"].contains(&name.as_str())) {
-        return refused("chambers", name, "the chambers are A, which x > 0 enlarges, and B");
+fn chambers(
+    written: &BTreeMap<String, WrittenChamber>,
+    load: &Load,
+) -> Result<[Chamber; 2], FileError> {
+    if let Some(name) = written
+        .keys()
+        .find(|name| !["A", "B"].contains(&name.as_str()))
+    {
+        return refused(
+            "chambers",
+            name,
+            "the chambers are A, which x > 0 enlarges, and B",
+        );
     }
     let chamber = |name: &str| -> Result<Option<Chamber>, FileError> {
-        let Some(chamber) = written.get(name) else { return Ok(None) };
+        let Some(chamber) = written.get(name) else {
+            return Ok(None);
+        };
         let field = |what: &str| format!("chambers.{name}.{what}");
         let area = read(&field("area"), &chamber.area, D::Area, 1e-7, 10.0)?;
         let volume = read(&field("volume"), &chamber.volume, D::Volume, 1e-9, 100.0)?;
         if volume <= 1.01 * area * load.travel {
-            return refused(&field("volume"), &chamber.volume, format!("at mid-stroke it must be more than area times travel, {} m^3", area * load.travel));
+            return refused(
+                &field("volume"),
+                &chamber.volume,
+                format!(
+                    "at mid-stroke it must be more than area times travel, {} m^3",
+                    area * load.travel
+                ),
+            );
         }
         Ok(Some(Chamber { area, volume }))
     };
-    let Some(a) = chamber("A")? else { return refused("chambers", "", "chamber A is missing") };
+    let Some(a) = chamber("A")? else {
+        return refused("chambers", "", "chamber A is missing");
+    };
     // A single-acting cylinder: whatever stands in for B does not move.
-    Ok([a, chamber("B")?.unwrap_or(Chamber { area: 0.0, volume: 1.0 })])
+    Ok([
+        a,
+        chamber("B")?.unwrap_or(Chamber {
+            area: 0.0,
+            volume: 1.0,
+        }),
+    ])
 }
 
 /// Level and chamber of an edge: `P-A`, `B-T`.
-fn ends(field: &str, name: &str, levels: &[Level], chambers: &[Chamber; 2]) -> Result<(usize, usize), FileError> {
+fn ends(
+    field: &str,
+    name: &str,
+    levels: &[Level],
+    chambers: &[Chamber; 2],
+) -> Result<(usize, usize), FileError> {
     let level = |name: &str| levels.iter().position(|level| level.name == name);
-    let chamber = |name: &str| ["A", "B"].iter().position(|known| *known == name).filter(|place| chambers[*place].area > 0.0);
+    let chamber = |name: &str| {
+        ["A", "B"]
+            .iter()
+            .position(|known| *known == name)
+            .filter(|place| chambers[*place].area > 0.0)
+    };
     let ends = name.split_once('-').and_then(|(one, two)| {
-        level(one).zip(chamber(two)).or_else(|| level(two).zip(chamber(one)))
+        level(one)
+            .zip(chamber(two))
+            .or_else(|| level(two).zip(chamber(one)))
     });
     match ends {
         Some(ends) => Ok(ends),
         None => {
             let names: Vec<&str> = levels.iter().map(|level| level.name.as_str()).collect();
-            refused(field, name, format!("an edge is written as LEVEL-CHAMBER or CHAMBER-LEVEL, of the levels {} and the chambers given", names.join(", ")))
+            refused(
+                field,
+                name,
+                format!(
+                    "an edge is written as LEVEL-CHAMBER or CHAMBER-LEVEL, of the levels {} and the chambers given",
+                    names.join(", ")
+                ),
+            )
         }
     }
 }
 
 /// The flow coefficients of an edge's valves.
 fn edge_valves(field: &str, edge: &WrittenEdge, drop: f64) -> Result<Vec<f64>, FileError> {
-    let flow = |field: &str, written: &Quantity| Ok(read(field, written, D::Flow, 1e-12, 10.0)? / drop.sqrt());
+    let flow = |field: &str, written: &Quantity| {
+        Ok(read(field, written, D::Flow, 1e-12, 10.0)? / drop.sqrt())
+    };
     match edge {
-        WrittenEdge { coding: None, count: None, flow: None, flows: Some(flows) } => {
+        WrittenEdge {
+            coding: None,
+            count: None,
+            flow: None,
+            flows: Some(flows),
+        } => {
             if flows.len() > MOST_VALVES {
-                return refused(&format!("{field}.flows"), format!("{} valves", flows.len()), format!("at most {MOST_VALVES} are taken"));
+                return refused(
+                    &format!("{field}.flows"),
+                    format!("{} valves", flows.len()),
+                    format!("at most {MOST_VALVES} are taken"),
+                );
             }
-            flows.iter().enumerate().map(|(place, written)| flow(&format!("{field}.flows[{place}]"), written)).collect()
+            flows
+                .iter()
+                .enumerate()
+                .map(|(place, written)| flow(&format!("{field}.flows[{place}]"), written))
+                .collect()
         }
-        WrittenEdge { coding: Some(coding), count: Some(count), flow: Some(total), flows: None } => {
+        WrittenEdge {
+            coding: Some(coding),
+            count: Some(count),
+            flow: Some(total),
+            flows: None,
+        } => {
             let coding = named(&format!("{field}.coding"), coding, &Coding::ALL)?;
             if !(1..=MOST_VALVES).contains(count) {
-                return refused(&format!("{field}.count"), count, format!("it must be from 1 to {MOST_VALVES}"));
+                return refused(
+                    &format!("{field}.count"),
+                    count,
+                    format!("it must be from 1 to {MOST_VALVES}"),
+                );
             }
             Ok(coding.share(flow(&format!("{field}.flow"), total)?, *count))
         }
-        _ => refused(field, "", "give `coding`, `count` and `flow` (all valves open), or `flows` of each valve, at the rated drop"),
+        _ => refused(
+            field,
+            "",
+            "give `coding`, `count` and `flow` (all valves open), or `flows` of each valve, at the rated drop",
+        ),
     }
 }
 
@@ -358,15 +552,35 @@ mod tests {
     #[test]
     fn what_is_not_physical_is_refused_with_its_field() {
         let cases = [
-            ("volume: 0.30 L", "volume: -0.3 L", "chambers.A.volume: '-0.3 L' refused"),
-            ("bulk_modulus: 1.4 GPa", "bulk_modulus: 0 GPa", "oil.bulk_modulus: '0 GPa' refused"),
-            ("count: 5", "count: 1000000", "count: '1000000' refused: it must be from 1 to 8"),
+            (
+                "volume: 0.30 L",
+                "volume: -0.3 L",
+                "chambers.A.volume: '-0.3 L' refused",
+            ),
+            (
+                "bulk_modulus: 1.4 GPa",
+                "bulk_modulus: 0 GPa",
+                "oil.bulk_modulus: '0 GPa' refused",
+            ),
+            (
+                "count: 5",
+                "count: 1000000",
+                "count: '1000000' refused: it must be from 1 to 8",
+            ),
             ("air: 0.005", "air: .nan", "oil.air: 'NaN' refused"),
-            ("mass: 120 kg", "mass: .inf kg", "load.mass: '.inf kg' refused"),
+            (
+                "mass: 120 kg",
+                "mass: .inf kg",
+                "load.mass: '.inf kg' refused",
+            ),
             ("T: 0.3 MPa", "R: 0.3 MPa", "the tank T is missing"),
             ("A-T:", "A-X:", "an edge is written as LEVEL-CHAMBER"),
             ("law: model", "law: modle", "did you mean"),
-            ("rated_life: 1e8", "rated_life: -1", "valves.rated_life: '-1' refused"),
+            (
+                "rated_life: 1e8",
+                "rated_life: -1",
+                "valves.rated_life: '-1' refused",
+            ),
         ];
         for (from, to, said) in cases {
             let error = refusal(from, to);

@@ -47,7 +47,14 @@ impl Ledger {
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.supply
-            - (self.throttled() + self.seal + self.compression + self.viscous + self.friction + self.load + self.mechanical + self.stops)
+            - (self.throttled()
+                + self.seal
+                + self.compression
+                + self.viscous
+                + self.friction
+                + self.load
+                + self.mechanical
+                + self.stops)
     }
 
     /// What the balance is to be compared with: all the work that went through it, J.

@@ -16,7 +16,8 @@ mod simulation;
 
 pub use actuator::{Actuator, Demand};
 pub use circuit::{
-    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_EDGES, MOST_LEVELS, MOST_VALVES, Oil, Steady, Valves, root,
+    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_EDGES,
+    MOST_LEVELS, MOST_VALVES, Oil, Steady, Valves, root,
 };
 pub use control::Reference;
 pub use ledger::Ledger;

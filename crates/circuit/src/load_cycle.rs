@@ -44,7 +44,9 @@ pub enum LoadCycleError {
     #[error("the load cycle lasts {0} s; from 0.001 to 86400 s are taken")]
     Length(f64),
     /// The ram cannot go there.
-    #[error("point {point} of the load cycle, {position} m, is beyond the ram's travel of +-{travel} m")]
+    #[error(
+        "point {point} of the load cycle, {position} m, is beyond the ram's travel of +-{travel} m"
+    )]
     Travel {
         /// Its number, from 1.
         point: usize,
@@ -65,7 +67,10 @@ impl LoadCycle {
             return Err(LoadCycleError::Few(points.len()));
         }
         for (place, point) in points.iter().enumerate() {
-            if ![point.time, point.position, point.force].iter().all(|number| number.is_finite()) {
+            if ![point.time, point.position, point.force]
+                .iter()
+                .all(|number| number.is_finite())
+            {
                 return Err(LoadCycleError::NotFinite(place + 1));
             }
         }
@@ -89,9 +94,17 @@ impl LoadCycle {
     /// [`LoadCycleError::Travel`].
     pub fn fits(&self, circuit: &Circuit) -> Result<(), LoadCycleError> {
         let travel = circuit.load.travel;
-        match self.points.iter().position(|point| point.position.abs() > travel) {
+        match self
+            .points
+            .iter()
+            .position(|point| point.position.abs() > travel)
+        {
             None => Ok(()),
-            Some(place) => Err(LoadCycleError::Travel { point: place + 1, position: self.points[place].position, travel }),
+            Some(place) => Err(LoadCycleError::Travel {
+                point: place + 1,
+                position: self.points[place].position,
+                travel,
+            }),
         }
     }
 
@@ -106,12 +119,26 @@ impl LoadCycle {
     pub fn at(&self, time: f64) -> (Point, Point) {
         let later = self.points.partition_point(|point| point.time <= time);
         let rest = |point: Point| (Point { time, ..point }, Point::default());
-        match (later.checked_sub(1).map(|before| self.points[before]), self.points.get(later)) {
+        match (
+            later.checked_sub(1).map(|before| self.points[before]),
+            self.points.get(later),
+        ) {
             (Some(one), Some(two)) => {
                 let span = two.time - one.time;
-                let rate = Point { time: 1.0, position: (two.position - one.position) / span, force: (two.force - one.force) / span };
+                let rate = Point {
+                    time: 1.0,
+                    position: (two.position - one.position) / span,
+                    force: (two.force - one.force) / span,
+                };
                 let since = time - one.time;
-                (Point { time, position: one.position + rate.position * since, force: one.force + rate.force * since }, rate)
+                (
+                    Point {
+                        time,
+                        position: one.position + rate.position * since,
+                        force: one.force + rate.force * since,
+                    },
+                    rate,
+                )
             }
             (Some(last), None) => rest(last),
             (None, first) => rest(first.copied().unwrap_or_default()),
@@ -136,8 +163,9 @@ pub struct Figures {
     pub switchings: f64,
     /// Until the valve that switches most has reached its rated life, h.
     pub life: f64,
-    /// Work on the load (its force, spring and weight, kinetic energy, friction) as a share of what the supply gave.
-    pub efficiency: f64,
+    /// What an ideal proportional valve, without leakage and lag, would take from the highest level for the same motion, J: its
+    /// pressure times the volume of the chamber that is filled.
+    pub proportional: f64,
     /// The ledger at the end.
     pub ledger: Ledger,
     /// Steps of the integration.
@@ -146,13 +174,20 @@ pub struct Figures {
 
 /// Follows `cycle` once, from rest at its begin, and tells `trace` the time and `[x, v, p_A, p_B]` four times a sampling period.
 #[must_use]
-pub fn run(circuit: &Arc<Circuit>, cycle: &LoadCycle, accuracy: f64, seed: u64, mut trace: impl FnMut(f64, [f64; 4])) -> Figures {
+pub fn run(
+    circuit: &Arc<Circuit>,
+    cycle: &LoadCycle,
+    accuracy: f64,
+    seed: u64,
+    mut trace: impl FnMut(f64, [f64; 4]),
+) -> Figures {
     let period = circuit.control.period;
     let seconds = |nanos: i64| nanos as f64 * 1e-9;
     let start = cycle.at(0.0).0;
     let mut actuator = Actuator::new(circuit, accuracy, start.position, start.force, seed);
     let end = (cycle.duration() * 1e9).round() as i64;
-    let (mut squares, mut samples, mut largest) = (0.0, 0_u64, 0.0_f64);
+    let (mut squares, mut samples, mut largest, mut filled) = (0.0, 0_u64, 0.0_f64, 0.0);
+    let mut last = start.position;
     let mut begin = 0;
     trace(0.0, actuator.at(0));
     while begin < end {
@@ -160,8 +195,14 @@ pub fn run(circuit: &Arc<Circuit>, cycle: &LoadCycle, accuracy: f64, seed: u64, 
         // The force at the period's end as it will be, so that it is continuous.
         let then = cycle.at(seconds(begin + period)).0;
         let demand = Demand {
-            reference: Reference { position: point.position, speed: rate.position },
-            force: Force { begin: point.force, rate: (then.force - point.force) / seconds(period) },
+            reference: Reference {
+                position: point.position,
+                speed: rate.position,
+            },
+            force: Force {
+                begin: point.force,
+                rate: (then.force - point.force) / seconds(period),
+            },
         };
         for sample in 1..=SAMPLES {
             let now = (begin + period * sample / SAMPLES).min(end);
@@ -169,6 +210,9 @@ pub fn run(circuit: &Arc<Circuit>, cycle: &LoadCycle, accuracy: f64, seed: u64, 
             let row = actuator.at(now);
             let error = cycle.at(seconds(now)).0.position - row[0];
             squares += error * error;
+            let moved = row[0] - last;
+            filled += moved.abs() * circuit.chambers[usize::from(moved < 0.0)].area;
+            last = row[0];
             samples += 1;
             largest = largest.max(error.abs());
             trace(seconds(now), row);
@@ -187,7 +231,7 @@ pub fn run(circuit: &Arc<Circuit>, cycle: &LoadCycle, accuracy: f64, seed: u64, 
         lowest_pressure: lowest,
         switchings: simulation.total_switchings() as f64 / hours,
         life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
-        efficiency: (ledger.load + ledger.mechanical + ledger.viscous + ledger.friction) / ledger.supply,
+        proportional: circuit.pressures().0 * filled,
         ledger,
         steps: simulation.steps(),
     }

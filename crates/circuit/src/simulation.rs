@@ -117,9 +117,17 @@ impl Simulation {
         let (high, low) = c.pressures();
         let [a, b] = c.chambers;
         let needed = c.load.spring * position + c.load.force + force;
-        let p_b = if b.area > 0.0 { low + 0.5 * (high - low) } else { low };
+        let p_b = if b.area > 0.0 {
+            low + 0.5 * (high - low)
+        } else {
+            low
+        };
         let p_a = ((p_b * b.area + needed) / a.area).clamp(low, high);
-        let p_b = if b.area > 0.0 { ((p_a * a.area - needed) / b.area).clamp(low, high) } else { low };
+        let p_b = if b.area > 0.0 {
+            ((p_a * a.area - needed) / b.area).clamp(low, high)
+        } else {
+            low
+        };
         let mut row = [0.0; STATES];
         row[..4].copy_from_slice(&[position, 0.0, p_a, p_b]);
         let volume = a.area.max(b.area) * c.load.travel;
@@ -130,10 +138,16 @@ impl Simulation {
         }
         // The split of the compression has kinks that need not be resolved.
         scales[5] = f64::INFINITY;
-        let stiffness: f64 = c.chambers.iter().map(|chamber| {
-            let smallest = (chamber.volume - chamber.area * c.load.travel).max(0.01 * chamber.volume);
-            chamber.area * chamber.area * c.oil.bulk_modulus / smallest
-        }).sum::<f64>() + c.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
+        let stiffness: f64 = c
+            .chambers
+            .iter()
+            .map(|chamber| {
+                let smallest =
+                    (chamber.volume - chamber.area * c.load.travel).max(0.01 * chamber.volume);
+                chamber.area * chamber.area * c.oil.bulk_modulus / smallest
+            })
+            .sum::<f64>()
+            + c.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
         let longest = 0.25 * std::f64::consts::TAU * (c.load.mass / stiffness).sqrt();
         let valves = c.edges.len() * crate::circuit::MOST_VALVES;
         let mut new = Self {
@@ -144,7 +158,10 @@ impl Simulation {
             row,
             mode: Mode::Stuck,
             contact: None,
-            force: Force { begin: force, rate: 0.0 },
+            force: Force {
+                begin: force,
+                rate: 0.0,
+            },
             open: [0; MOST_EDGES],
             commanded: [0; MOST_EDGES],
             k: [0.0; MOST_EDGES],
@@ -197,6 +214,31 @@ impl Simulation {
         (self.highest, self.lowest)
     }
 
+    /// Whether the ram lies on a stop or presses into one.
+    #[must_use]
+    pub fn at_stop(&self) -> bool {
+        matches!(self.mode, Mode::AtStop(_)) || self.contact.is_some()
+    }
+
+    /// Net volume that the levels gave up to the last step, m^3.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        (0..self.circuit.edges.len())
+            .map(|edge| self.row[10 + 2 * edge])
+            .sum()
+    }
+
+    /// Work of the supply up to the last step, J.
+    #[must_use]
+    pub fn work(&self) -> f64 {
+        let edges = self.circuit.edges.iter().enumerate();
+        edges
+            .map(|(place, edge)| {
+                self.row[10 + 2 * place] * self.circuit.levels[edge.level].pressure
+            })
+            .sum()
+    }
+
     /// Steps taken.
     #[must_use]
     pub fn steps(&self) -> u64 {
@@ -212,7 +254,11 @@ impl Simulation {
     /// Position m, speed m/s, p_A and p_B gauge Pa at `time`, up to which it has been advanced.
     #[must_use]
     pub fn at(&self, time: f64) -> [f64; 4] {
-        let row = if time > self.time { self.stepped(time - self.time).0 } else { self.row };
+        let row = if time > self.time {
+            self.stepped(time - self.time).0
+        } else {
+            self.row
+        };
         [row[0], row[1], row[2], row[3]]
     }
 
@@ -223,7 +269,9 @@ impl Simulation {
         for (edge, mask) in masks.iter().enumerate().take(circuit.edges.len()) {
             let changed = mask ^ self.commanded[edge];
             self.commanded[edge] = *mask;
-            for valve in (0..circuit.edges[edge].valves.len()).filter(|valve| changed >> valve & 1 == 1) {
+            for valve in
+                (0..circuit.edges[edge].valves.len()).filter(|valve| changed >> valve & 1 == 1)
+            {
                 let open = mask >> valve & 1 == 1;
                 let common = &circuit.valves;
                 let delay = if open { common.opening } else { common.closing };
@@ -236,11 +284,24 @@ impl Simulation {
                 self.switchings[edge * crate::circuit::MOST_VALVES + valve] += 1;
                 self.total_switchings += 1;
                 let its = |pending: &&Transition| pending.edge == edge && pending.valve == valve;
-                self.pending.retain(|pending| !its(&pending) || pending.time < at);
-                let last = self.pending.iter().rfind(its).map_or(self.open[edge] >> valve & 1 == 1, |last| last.open);
+                self.pending
+                    .retain(|pending| !its(&pending) || pending.time < at);
+                let last = self
+                    .pending
+                    .iter()
+                    .rfind(its)
+                    .map_or(self.open[edge] >> valve & 1 == 1, |last| last.open);
                 if last != open {
                     let place = self.pending.partition_point(|pending| pending.time <= at);
-                    self.pending.insert(place, Transition { time: at, edge, valve, open });
+                    self.pending.insert(
+                        place,
+                        Transition {
+                            time: at,
+                            edge,
+                            valve,
+                            open,
+                        },
+                    );
                     self.stretch = None;
                 }
             }
@@ -263,20 +324,33 @@ impl Simulation {
         for pending in &mut self.pending {
             pending.time -= period;
         }
-        self.force = Force { begin: self.force.begin + self.force.rate * period, rate: 0.0 };
+        self.force = Force {
+            begin: self.force.begin + self.force.rate * period,
+            rate: 0.0,
+        };
     }
 
     /// Runs up to `time` in the cycle that is `period` s long. Going back has no effect.
     pub fn advance(&mut self, time: f64, period: f64) {
         loop {
-            while self.pending.first().is_some_and(|first| first.time <= self.time) {
+            while self
+                .pending
+                .first()
+                .is_some_and(|first| first.time <= self.time)
+            {
                 let moved = self.pending.remove(0);
                 self.open[moved.edge] ^= 1 << moved.valve;
                 let valves = &self.circuit.edges[moved.edge].valves;
                 let open = self.open[moved.edge];
-                self.k[moved.edge] = (0..valves.len()).filter(|valve| open >> valve & 1 == 1).map(|valve| valves[valve]).sum();
+                self.k[moved.edge] = (0..valves.len())
+                    .filter(|valve| open >> valve & 1 == 1)
+                    .map(|valve| valves[valve])
+                    .sum();
             }
-            let limit = self.pending.first().map_or(period, |first| first.time.min(period));
+            let limit = self
+                .pending
+                .first()
+                .map_or(period, |first| first.time.min(period));
             if self.time >= limit && limit >= period {
                 return;
             }
@@ -301,7 +375,11 @@ impl Simulation {
         let mut there = self.clone();
         if time > self.time {
             let after = self.stepped(time - self.time).0;
-            there.commit(&Stretch { end: time, after, event: None });
+            there.commit(&Stretch {
+                end: time,
+                after,
+                event: None,
+            });
         }
         there.ledger_here()
     }
@@ -334,19 +412,29 @@ impl Simulation {
         let load = &self.circuit.load;
         let [x, v, ..] = self.row;
         let depth = (x.abs() - load.travel).max(0.0);
-        let stop = load.elastic_stop.map_or(0.0, |stop| 0.5 * stop.stiffness * depth * depth);
+        let stop = load
+            .elastic_stop
+            .map_or(0.0, |stop| 0.5 * stop.stiffness * depth * depth);
         0.5 * load.mass * v * v + 0.5 * load.spring * x * x + load.force * x + stop
     }
 
     fn commit(&mut self, stretch: &Stretch) {
         let before = self.row;
         let h = stretch.end - self.time;
-        let slopes = (self.rates(self.time, &before), self.rates(stretch.end, &stretch.after));
+        let slopes = (
+            self.rates(self.time, &before),
+            self.rates(stretch.end, &stretch.after),
+        );
         for chamber in [2, 3] {
             if chamber == 3 && self.circuit.chambers[1].area == 0.0 {
                 continue;
             }
-            let (highest, lowest) = extremes(before[chamber], stretch.after[chamber], h * slopes.0[chamber], h * slopes.1[chamber]);
+            let (highest, lowest) = extremes(
+                before[chamber],
+                stretch.after[chamber],
+                h * slopes.0[chamber],
+                h * slopes.1[chamber],
+            );
             self.highest = self.highest.max(highest);
             self.lowest = self.lowest.min(lowest);
         }
@@ -379,7 +467,11 @@ impl Simulation {
     fn at_rest(&self) -> Mode {
         let net = self.net(self.time, &self.row);
         let held = self.circuit.break_away();
-        if net.abs() > held { Mode::Sliding(net.signum()) } else { Mode::Stuck }
+        if net.abs() > held {
+            Mode::Sliding(net.signum())
+        } else {
+            Mode::Stuck
+        }
     }
 
     /// The force on the ram besides friction, N.
@@ -387,7 +479,11 @@ impl Simulation {
     fn net(&self, time: f64, row: &[f64]) -> f64 {
         let load = &self.circuit.load;
         let [a, b] = self.circuit.areas();
-        row[2] * a + row[3] * b - load.spring * row[0] - load.force - self.force_at(time) - self.stop_force(row).0
+        row[2] * a + row[3] * b
+            - load.spring * row[0]
+            - load.force
+            - self.force_at(time)
+            - self.stop_force(row).0
     }
 
     #[inline(always)]
@@ -429,7 +525,9 @@ impl Simulation {
         let leak = c.seal_leakage * (p_a - p_b);
         rates[9] = leak * (p_a - p_b);
         let squeezed = [flows[0] - leak - a.area * v, flows[1] + leak + b.area * v];
-        let room = |chamber: &crate::circuit::Chamber, x: f64| (chamber.volume + x).max(0.01 * chamber.volume);
+        let room = |chamber: &crate::circuit::Chamber, x: f64| {
+            (chamber.volume + x).max(0.01 * chamber.volume)
+        };
         rates[2] = c.oil.effective(p_a) / room(a, a.area * x) * squeezed[0];
         let mut powers = [p_a * squeezed[0], 0.0];
         if b.area > 0.0 {
@@ -456,7 +554,8 @@ impl Simulation {
         }
         let mut few = [0.0; FEW_STATES];
         few.copy_from_slice(&self.row[..FEW_STATES]);
-        let (after, error) = dormand_prince_step(&few, h, &times, |time, row| self.rates(*time, row));
+        let (after, error) =
+            dormand_prince_step(&few, h, &times, |time, row| self.rates(*time, row));
         let (mut row, mut errors) = ([0.0; STATES], [0.0; STATES]);
         row[..FEW_STATES].copy_from_slice(&after);
         errors[..FEW_STATES].copy_from_slice(&error);
@@ -473,36 +572,68 @@ impl Simulation {
         }
         let after = loop {
             let (after, errors) = self.stepped(h);
-            let error = errors.iter().zip(&self.scales).map(|(error, scale)| (error / scale).abs()).fold(0.0, |one: f64, other| {
-                if other > one || other.is_nan() { other } else { one }
-            }) / self.accuracy;
+            let error = errors
+                .iter()
+                .zip(&self.scales)
+                .map(|(error, scale)| (error / scale).abs())
+                .fold(0.0, |one: f64, other| {
+                    if other > one || other.is_nan() {
+                        other
+                    } else {
+                        one
+                    }
+                })
+                / self.accuracy;
             let factor = (0.9 * libm::pow(error.max(1e-12), -0.125)).clamp(0.2, 4.0);
             if error <= 1.0 || h <= SHORTEST {
                 // A step cut short by the horizon says nothing against longer ones.
-                self.step = if h < self.step { self.step.max(h * factor) } else { h * factor };
+                self.step = if h < self.step {
+                    self.step.max(h * factor)
+                } else {
+                    h * factor
+                };
                 break after;
             }
-            let factor = if error.is_finite() { factor.min(0.8) } else { 0.2 };
+            let factor = if error.is_finite() {
+                factor.min(0.8)
+            } else {
+                0.2
+            };
             h = (h * factor).max(SHORTEST.min(horizon));
             self.step = h;
         };
         let end = if h == horizon { limit } else { self.time + h };
-        let mut stretch = Stretch { end, after, event: None };
-        let (begin_rates, end_rates) = (self.rates(self.time, &self.row), self.rates(self.time + h, &after));
+        let mut stretch = Stretch {
+            end,
+            after,
+            event: None,
+        };
+        let (begin_rates, end_rates) = (
+            self.rates(self.time, &self.row),
+            self.rates(self.time + h, &after),
+        );
         for event in self.possible() {
             let begin = self.margin(event, self.time, &self.row, &begin_rates);
             let end = self.margin(event, self.time + h, &after, &end_rates);
             let until = if end.0 < 0.0 {
                 h
             } else if begin.1 < 0.0 && end.1 > 0.0 {
-                let Some(lowest) = self.lowest_point(event, h) else { continue };
+                let Some(lowest) = self.lowest_point(event, h) else {
+                    continue;
+                };
                 lowest
             } else {
                 continue;
             };
             let at = self.zero(event, until, begin);
-            if self.time + at < stretch.end || (stretch.event.is_none() && self.time + at <= stretch.end) {
-                stretch = Stretch { end: self.time + at, after: self.stepped(at).0, event: Some(event) };
+            if self.time + at < stretch.end
+                || (stretch.event.is_none() && self.time + at <= stretch.end)
+            {
+                stretch = Stretch {
+                    end: self.time + at,
+                    after: self.stepped(at).0,
+                    event: Some(event),
+                };
             }
         }
         stretch
@@ -539,17 +670,27 @@ impl Simulation {
     }
 
     /// An event's margin, positive until it comes, and the margin's rate.
-    fn margin(&self, event: Event, time: f64, row: &[f64; STATES], rates: &[f64; STATES]) -> (f64, f64) {
+    fn margin(
+        &self,
+        event: Event,
+        time: f64,
+        row: &[f64; STATES],
+        rates: &[f64; STATES],
+    ) -> (f64, f64) {
         let travel = self.circuit.load.travel;
         let [a, b] = self.circuit.areas();
         let net = || self.net(time, row);
-        let net_rate = || rates[2] * a + rates[3] * b - self.circuit.load.spring * row[1] - self.force.rate;
+        let net_rate =
+            || rates[2] * a + rates[3] * b - self.circuit.load.spring * row[1] - self.force.rate;
         let held = self.circuit.break_away();
         match event {
             Event::Halt(sign) => (sign * row[1], sign * rates[1]),
             Event::BreakAway(sign) => (held - sign * net(), -sign * net_rate()),
             // On a stop without friction a hair of force lifts the ram.
-            Event::Release(side) => (held.max(1e-9 * a * self.scales[2]) + side * net(), side * net_rate()),
+            Event::Release(side) => (
+                held.max(1e-9 * a * self.scales[2]) + side * net(),
+                side * net_rate(),
+            ),
             Event::Stop(side) | Event::ContactOn(side) => (travel - side * row[0], -side * row[1]),
             Event::ContactOff(side) => (side * row[0] - travel, side * row[1]),
         }
@@ -570,7 +711,11 @@ impl Simulation {
             if value < 0.0 {
                 return Some(middle);
             }
-            if rate < 0.0 { low = middle } else { high = middle }
+            if rate < 0.0 {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         None
     }
@@ -601,7 +746,11 @@ impl Simulation {
                 break;
             }
             let at = ((low * above - high * below) / (above - below)).clamp(low, high);
-            let at = if at <= low || at >= high { 0.5 * (low + high) } else { at };
+            let at = if at <= low || at >= high {
+                0.5 * (low + high)
+            } else {
+                at
+            };
             let value = self.margin_after(event, at).0;
             if value > 0.0 {
                 (low, below) = (at, value);
@@ -629,7 +778,10 @@ fn extremes(begin: f64, end: f64, m0: f64, m1: f64) -> (f64, f64) {
     let (mut highest, mut lowest) = (begin.max(end), begin.min(end));
     if m0 * m1 < 0.0 {
         // p(s) = begin + m0 s + c s^2 + d s^3
-        let (c, d) = (3.0 * (end - begin) - 2.0 * m0 - m1, m0 + m1 - 2.0 * (end - begin));
+        let (c, d) = (
+            3.0 * (end - begin) - 2.0 * m0 - m1,
+            m0 + m1 - 2.0 * (end - begin),
+        );
         let root = (c * c - 3.0 * d * m0).max(0.0).sqrt();
         let denominator = c + if c < 0.0 { -root } else { root };
         for s in [-m0 / denominator, -denominator / (3.0 * d)] {
@@ -682,7 +834,11 @@ mod tests {
             simulation.advance(*time, 1.0);
             let [x, v, a, b] = simulation.at(*time);
             let ledger = simulation.ledger(*time);
-            assert!(ledger.residual().abs() <= 1e-9 * ledger.turnover(), "{ledger:?} {}", ledger.residual());
+            assert!(
+                ledger.residual().abs() <= 1e-9 * ledger.turnover(),
+                "{ledger:?} {}",
+                ledger.residual()
+            );
             [x, v, a, b, ledger.supply]
         };
         times.iter().map(at).collect()
@@ -692,7 +848,10 @@ mod tests {
         let scales = [0.04, 1.0, 1e7, 1e7, 600.0];
         for (found, expected) in found.iter().zip(expected) {
             for ((found, expected), scale) in found.iter().zip(expected).zip(scales) {
-                assert!((found - expected).abs() < 1e-10 * scale, "{found} for {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-10 * scale,
+                    "{found} for {expected}"
+                );
             }
         }
     }
@@ -703,21 +862,66 @@ mod tests {
         // file's head and the numbers of dfcu.yaml; twice as many digits agree with its run at 1e-10.
         let rigid = [
             [0.04, 0.0, 10000000.0, 300052.2268979533, 172.69389414477695],
-            [0.013046202445772037, -0.41732895417762833, 3684895.1473213346, 6084876.170318988, 308.109996455013],
-            [-0.04, 0.0, 3295344.5161680677, 7471668.478691589, 557.3234811884915],
-            [-0.03453833150667314, 0.08867352136843364, 5714682.161015375, 7633688.7697118195, 618.7157761863239],
+            [
+                0.013046202445772037,
+                -0.41732895417762833,
+                3684895.1473213346,
+                6084876.170318988,
+                308.109996455013,
+            ],
+            [
+                -0.04,
+                0.0,
+                3295344.5161680677,
+                7471668.478691589,
+                557.3234811884915,
+            ],
+            [
+                -0.03453833150667314,
+                0.08867352136843364,
+                5714682.161015375,
+                7633688.7697118195,
+                618.7157761863239,
+            ],
         ];
         let times = [0.05, 0.3, 0.4, 0.6];
         assert_near(&moved(&circuit(|_| ()), 1e-13, &times), &rigid);
         let elastic = [
-            [0.04268454053797805, -0.13460633818527232, 10131679.056834973, 238962.5119303316, 194.1447785725875],
-            [0.012648013608841439, -0.41830560176021414, 3702601.163291494, 6063775.8234613985, 328.51406708630583],
-            [-0.04043230620750861, -0.6514198443738468, 3866842.3780649607, 7018281.711854996, 577.2172152756269],
-            [-0.03534404759822354, 0.05623110327349541, 5785679.051717457, 7711328.163618324, 643.4955706692523],
+            [
+                0.04268454053797805,
+                -0.13460633818527232,
+                10131679.056834973,
+                238962.5119303316,
+                194.1447785725875,
+            ],
+            [
+                0.012648013608841439,
+                -0.41830560176021414,
+                3702601.163291494,
+                6063775.8234613985,
+                328.51406708630583,
+            ],
+            [
+                -0.04043230620750861,
+                -0.6514198443738468,
+                3866842.3780649607,
+                7018281.711854996,
+                577.2172152756269,
+            ],
+            [
+                -0.03534404759822354,
+                0.05623110327349541,
+                5785679.051717457,
+                7711328.163618324,
+                643.4955706692523,
+            ],
         ];
         let with_stop = circuit(|circuit| {
             circuit.load.spring = 2000.0;
-            circuit.load.elastic_stop = Some(crate::ElasticStop { stiffness: 5e6, damping: 2.0 });
+            circuit.load.elastic_stop = Some(crate::ElasticStop {
+                stiffness: 5e6,
+                damping: 2.0,
+            });
         });
         assert_near(&moved(&with_stop, 1e-13, &times), &elastic);
     }

@@ -2,9 +2,12 @@
 //!
 //! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
 //! 66-L03-005. [`BUILT_IN`] has the files that are built in; `auv_two_speed` is the example of a `small_volume`.
+//! A file with `edges` is a circuit of on/off valves ([`planesman_circuit::file`]).
 
 use std::path::Path;
+use std::sync::Arc;
 
+use planesman_circuit::{Circuit, file as circuit_file};
 use planesman_parameters::{Choice as _, file};
 use planesman_text::did_you_mean;
 use planesman_units::{DEGREE, Dimension, Quantity, Unit};
@@ -45,6 +48,11 @@ pub enum ActuatorFileError {
         /// The reason and the place.
         reason: String,
     },
+    /// A circuit of on/off valves, where an actuator of metered volumes is meant.
+    #[error(
+        "actuator file '{0}' is a circuit of on/off valves, and only an actuator of metered volumes has these; `planesman dha design {0}` is for circuits"
+    )]
+    Circuit(String),
     /// A value breaks a rule.
     #[error("actuator file '{file}': {field}: '{value}' refused: {rule}")]
     Refused {
@@ -61,8 +69,33 @@ pub enum ActuatorFileError {
 
 /// The names of the built-in actuators.
 fn names() -> String {
-    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+    let names: Vec<&str> = built_in().map(|(name, _)| name).collect();
     names.join(", ")
+}
+
+/// The built-in actuators and circuits: name and file.
+fn built_in() -> impl Iterator<Item = (&'static str, &'static str)> {
+    BUILT_IN.iter().chain(circuit_file::BUILT_IN).copied()
+}
+
+/// What an actuator file describes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ActuatorFile {
+    /// A ram moved in metered volumes, of the 1966 study's kind.
+    Metering(Box<ActuatorSet>),
+    /// A ram behind on/off valves in parallel.
+    Circuit(Arc<Circuit>),
+}
+
+impl ActuatorFile {
+    /// R, m: ram travel per radian of plane.
+    #[must_use]
+    pub fn moment_arm(&self) -> f64 {
+        match self {
+            Self::Metering(set) => set.moment_arm,
+            Self::Circuit(circuit) => circuit.load.moment_arm,
+        }
+    }
 }
 
 /// The built-in actuator `name`, or the one in the file at the path `name`.
@@ -70,8 +103,19 @@ fn names() -> String {
 /// # Errors
 /// [`ActuatorFileError`], naming file, field, value and rule.
 pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
-    if let Some((name, text)) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name) {
-        return parse(name, text);
+    match read(name)? {
+        ActuatorFile::Metering(set) => Ok(*set),
+        ActuatorFile::Circuit(_) => Err(ActuatorFileError::Circuit(name.to_owned())),
+    }
+}
+
+/// The built-in actuator or circuit `name`, or the one in the file at the path `name`.
+///
+/// # Errors
+/// [`ActuatorFileError`], naming file, field, value and rule.
+pub fn read(name: &str) -> Result<ActuatorFile, ActuatorFileError> {
+    if let Some((name, text)) = built_in().find(|(built_in, _)| *built_in == name) {
+        return of_text(name, text);
     }
     let text = file::read(Path::new(name)).map_err(|error| ActuatorFileError::Unreadable {
         file: name.to_owned(),
@@ -79,9 +123,34 @@ pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
             Some(Model::Ideal | Model::FirstOrder) => "it is a model without hydraulics".to_owned(),
             _ => error.to_string(),
         },
-        meant: did_you_mean(name, BUILT_IN.iter().map(|(name, _)| *name)),
+        meant: did_you_mean(name, built_in().map(|(name, _)| name)),
     })?;
-    parse(name, &text)
+    of_text(name, &text)
+}
+
+/// The actuator or circuit that `text` describes; `file` is what to call it in errors.
+///
+/// # Errors
+/// [`ActuatorFileError`], naming file, field, value and rule.
+pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError> {
+    if !circuit_file::is_circuit(text) {
+        return Ok(ActuatorFile::Metering(Box::new(parse(file, text)?)));
+    }
+    let file = file.to_owned();
+    match circuit_file::parse(text) {
+        Ok(circuit) => Ok(ActuatorFile::Circuit(Arc::new(circuit))),
+        Err(circuit_file::FileError::Malformed(reason)) => {
+            Err(ActuatorFileError::Malformed { file, reason })
+        }
+        Err(circuit_file::FileError::Refused { field, value, rule }) => {
+            Err(ActuatorFileError::Refused {
+                file,
+                field,
+                value,
+                rule,
+            })
+        }
+    }
 }
 
 /// The actuator that `text` describes; `file` is what to call it in errors.

@@ -1,9 +1,18 @@
 //! The actuator of the planes: the digital hydraulic actuator, or a simpler one to compare with.
 
-use crate::actuator_set::ActuatorSet;
+use planesman_circuit as circuit;
+
+use crate::actuator_file::ActuatorFile;
+
 use crate::dha::{Demand, Dha};
 use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
+
+/// Largest error of a step of a circuit's integration, as a share of each quantity's scale.
+const ACCURACY: f64 = 1e-8;
+
+/// Seed of the scatter of a circuit's valves.
+const SEED: u64 = 1;
 
 /// Which actuator stands behind the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
@@ -25,12 +34,14 @@ pub(crate) struct Request {
     pub lag: Lag,
 }
 
-/// An actuator behind the messages. Copying it copies its whole future.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// An actuator behind the messages. Cloning it clones its whole future.
+#[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // a few live in a node, and they are copied, not boxed
 pub(crate) enum ActuatorModel {
-    /// The digital hydraulic actuator.
+    /// The digital hydraulic actuator of metered volumes.
     Dha(Dha),
+    /// That of on/off valves in parallel, and its moment arm, m.
+    Circuit(Box<circuit::Actuator>, f64),
     /// A lag of first order with a rate limit.
     FirstOrder(FirstOrder),
     /// Planes at the angle asked for, rad, at once.
@@ -44,16 +55,52 @@ pub(crate) struct Planes {
     pub angle: f64,
     /// Plane rate, rad/s.
     pub rate: f64,
-    /// The reading of the hydraulics; `None` for an actuator without.
+    /// The reading of the metering hydraulics; `None` for an actuator without.
     pub reading: Option<Reading>,
+    /// That of a circuit of on/off valves.
+    pub chambers: Option<Chambers>,
+}
+
+/// The hydraulics of a circuit of on/off valves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chambers {
+    /// p_A and p_B, gauge, Pa.
+    pub pressures: [f64; 2],
+    /// The ram moves.
+    pub sliding: bool,
+    /// It lies on a stop.
+    pub at_stop: bool,
+    /// Net volume from the levels, m^3.
+    pub volume: f64,
+    /// Switchings commanded since the start.
+    pub switchings: u64,
+}
+
+impl Chambers {
+    fn of(actuator: &circuit::Actuator, pressures: [f64; 2]) -> Self {
+        let simulation = actuator.simulation();
+        Self {
+            pressures,
+            sliding: matches!(simulation.mode(), circuit::Mode::Sliding(_)),
+            at_stop: simulation.at_stop(),
+            volume: simulation.volume(),
+            switchings: simulation.total_switchings(),
+        }
+    }
 }
 
 impl ActuatorModel {
     /// Planes neutral and at rest.
     #[must_use]
-    pub(crate) fn new(model: Model, set: &ActuatorSet, lag: Lag) -> Self {
+    pub(crate) fn new(model: Model, file: &ActuatorFile, lag: Lag) -> Self {
         match model {
-            Model::Dha => Self::Dha(Dha::new(set)),
+            Model::Dha => match file {
+                ActuatorFile::Metering(set) => Self::Dha(Dha::new(set)),
+                ActuatorFile::Circuit(circuit) => {
+                    let actuator = circuit::Actuator::new(circuit, ACCURACY, 0.0, 0.0, SEED);
+                    Self::Circuit(Box::new(actuator), circuit.load.moment_arm)
+                }
+            },
             Model::FirstOrder => Self::FirstOrder(FirstOrder::new(lag)),
             Model::Ideal => Self::Ideal(0.0),
         }
@@ -71,6 +118,21 @@ impl ActuatorModel {
     pub(crate) fn advance_to(&mut self, nanos: i64, request: &Request) {
         match self {
             Self::Dha(dha) => dha.advance_to(nanos, request.demand),
+            Self::Circuit(actuator, arm) => {
+                let travel = actuator.simulation().circuit().load.travel;
+                let position = (request.demand.angle * *arm).clamp(-travel, travel);
+                let reference = circuit::Reference {
+                    position,
+                    speed: 0.0,
+                };
+                actuator.advance_to(
+                    nanos,
+                    circuit::Demand {
+                        reference,
+                        ..circuit::Demand::default()
+                    },
+                );
+            }
             Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
             Self::Ideal(angle) => *angle = request.demand.angle,
         }
@@ -81,7 +143,9 @@ impl ActuatorModel {
     pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         match self {
             Self::Dha(dha) => dha.sample(nanos, interval, count, angles),
-            Self::FirstOrder(_) | Self::Ideal(_) => angles.push(self.planes(nanos).angle),
+            Self::Circuit(..) | Self::FirstOrder(_) | Self::Ideal(_) => {
+                angles.push(self.planes(nanos).angle);
+            }
         }
     }
 
@@ -92,6 +156,7 @@ impl ActuatorModel {
             angle,
             rate,
             reading: None,
+            chambers: None,
         };
         match self {
             Self::Dha(dha) => {
@@ -99,6 +164,13 @@ impl ActuatorModel {
                 Planes {
                     reading: Some(reading),
                     ..bare(dha.plane_angle(&reading), dha.plane_rate(&reading))
+                }
+            }
+            Self::Circuit(actuator, arm) => {
+                let [x, v, a, b] = actuator.at(nanos);
+                Planes {
+                    chambers: Some(Chambers::of(actuator, [a, b])),
+                    ..bare(x / arm, v / arm)
                 }
             }
             Self::FirstOrder(servo) => {

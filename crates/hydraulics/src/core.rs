@@ -33,9 +33,10 @@ use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::Header;
 
-use crate::actuator_file;
+use crate::actuator_file::{self, ActuatorFile};
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
-use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
+use crate::actuator_set::MOST_CYCLES_IN_FLIGHT;
+use crate::condition::Condition;
 use crate::dha::{Counts, Demand};
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
@@ -70,14 +71,28 @@ struct Moved {
     commanded: f64,
     /// `None` for an actuator without pulses.
     counts: Option<Counts>,
+    /// Of a circuit: the work of its supply in the tick, J.
+    work: f64,
 }
 
 impl Moved {
+    /// Volumes commanded since the start; of a circuit, switchings of its valves.
+    fn pulses(&self) -> u64 {
+        let switchings = self
+            .planes
+            .chambers
+            .map_or(0, |chambers| chambers.switchings);
+        self.counts.map_or(switchings, |counts| counts.pulses)
+    }
+
     fn at_stop(&self) -> bool {
         self.planes.reading.is_some_and(|reading| {
             matches!(reading.mode.friction, FrictionState::AtStop(_))
                 || reading.mode.limited.is_some()
-        })
+        }) || self
+            .planes
+            .chambers
+            .is_some_and(|chambers| chambers.at_stop)
     }
 }
 
@@ -102,19 +117,18 @@ impl Output {
     /// The mean hydraulic power over the tick, of all groups, W.
     #[must_use]
     pub fn hydraulic_power(&self) -> f64 {
-        let counts = self.groups.iter().filter_map(|moved| moved.counts);
-        counts.map(|counts| self.power(&counts)).sum()
+        self.groups.iter().map(|moved| self.power(moved)).sum()
     }
 
     /// Calibrated volumes commanded since the start, of all groups.
     #[must_use]
     pub fn pulses(&self) -> u64 {
-        let counts = self.groups.iter().filter_map(|moved| moved.counts);
-        counts.map(|counts| counts.pulses).sum()
+        self.groups.iter().map(Moved::pulses).sum()
     }
 
-    fn power(&self, counts: &Counts) -> f64 {
-        counts.tally.work / (self.motion.duration.nanos() as f64 * 1e-9)
+    fn power(&self, moved: &Moved) -> f64 {
+        let work = moved.counts.map_or(moved.work, |counts| counts.tally.work);
+        work / (self.motion.duration.nanos() as f64 * 1e-9)
     }
 
     /// Each group's planes and ram by name at the stamp; the dive planes, bow and stern together, first.
@@ -141,13 +155,13 @@ impl Output {
             );
         }
         let groups = grouping.groups().iter().zip(&self.groups);
-        for ((group, Moved { planes, .. }), set) in groups.zip(&self.design.sets) {
+        for ((group, Moved { planes, .. }), file) in groups.zip(&self.design.files) {
             let ram = match group {
                 Group::DivePlanes => "ram".to_owned(),
                 other => format!("{}_ram", other.name()),
             };
             add(group.name().to_owned(), planes.angle, planes.rate);
-            let arm = set.moment_arm;
+            let arm = file.moment_arm();
             add(ram, planes.angle * arm, planes.rate * arm);
         }
         joints
@@ -156,10 +170,10 @@ impl Output {
     /// The state of each group's actuator: physical quantities at the stamp, decisions from the tick ahead.
     #[must_use]
     pub fn states(&self) -> Vec<DhaState> {
-        let Design { config, sets } = &*self.design;
-        let groups = config.members.iter().zip(sets).zip(&self.groups);
+        let Design { config, files } = &*self.design;
+        let groups = config.members.iter().zip(files).zip(&self.groups);
         groups
-            .map(|((member, set), moved)| self.state(config, member, set.moment_arm, moved))
+            .map(|((member, file), moved)| self.state(config, member, file.moment_arm(), moved))
             .collect()
     }
 
@@ -186,13 +200,22 @@ impl Output {
             state.at_stop = moved.at_stop();
             state.pressure_limited = reading.mode.clamped.is_some();
         }
+        state.hydraulic_power = self.power(moved);
+        state.pulses = moved.pulses();
+        if let Some(chambers) = planes.chambers {
+            state.pressure = chambers.pressures[0] - chambers.pressures[1];
+            state.volume = chambers.volume;
+            state.sign = if planes.rate < 0.0 { -1 } else { 1 };
+            state.sliding = chambers.sliding;
+            state.at_stop = chambers.at_stop;
+            state.error = moved.commanded - planes.angle;
+        }
         if let Some(counts) = moved.counts {
-            state.pulses = counts.pulses;
             state.small_pulses = counts.small_pulses;
             state.sign_changes = counts.sign_changes;
             state.inhibited = counts.tally.inhibited;
             state.slewing = counts.tally.slews();
-            state.hydraulic_power = self.power(&counts);
+
             state.error = counts.error;
             if let Some(cycle) = counts.limit_cycle {
                 state.limit_cycle_frequency = cycle.frequency;
@@ -215,7 +238,7 @@ pub struct Actuator {
 #[derive(Clone, Debug, PartialEq)]
 struct Design {
     /// The constants of each group's actuator.
-    sets: Vec<ActuatorSet>,
+    files: Vec<ActuatorFile>,
     config: Config,
 }
 
@@ -301,7 +324,7 @@ impl Demands {
 }
 
 /// Whether the parameters fit the actuators.
-fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), Error> {
+fn fit(config: &Config, files: &[ActuatorFile]) -> Result<(), Error> {
     if let Some(group) = config.faults.group
         && !config.parameters.groups.groups().contains(&group)
     {
@@ -324,12 +347,21 @@ fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), Error> {
         return Err(Error::NothingToFail(whom));
     }
     let hydraulic = |member: &&Member| member.model == Model::Dha;
-    for (member, set) in config
+    for (member, file) in config
         .members
         .iter()
-        .zip(sets)
+        .zip(files)
         .filter(|(m, _)| hydraulic(m))
     {
+        let set = match file {
+            ActuatorFile::Metering(set) => set,
+            ActuatorFile::Circuit(_) if config.condition(member.group) == Condition::SOUND => {
+                continue;
+            }
+            ActuatorFile::Circuit(_) => {
+                return Err(Error::SoundCircuit(member.actuator.clone()));
+            }
+        };
         if config.logic.two_speed && set.small.is_none() {
             return Err(Error::NoSmallVolume {
                 actuator: member.actuator.clone(),
@@ -358,14 +390,14 @@ impl Actuator {
         if tick_nanos <= 0 {
             return Err(Error::Tick(tick_nanos));
         }
-        let sets = config
+        let files = config
             .members
             .iter()
-            .map(|member| actuator_file::load(&member.actuator))
+            .map(|member| actuator_file::read(&member.actuator))
             .collect::<Result<Vec<_>, _>>()?;
-        fit(&config, &sets)?;
+        fit(&config, &files)?;
         Ok(Self {
-            design: Arc::new(Design { sets, config }),
+            design: Arc::new(Design { files, config }),
             tick: tick_nanos,
             run: None,
         })
@@ -399,13 +431,13 @@ impl Actuator {
     /// parameters do not fit the actuators. Nothing changes then.
     pub fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), Error> {
         let new = Config::new(parameters);
-        let Design { sets, config } = &*self.design;
+        let Design { files, config } = &*self.design;
         if new.members != config.members {
             return Err(Error::Fixed);
         }
-        fit(&new, sets)?;
+        fit(&new, files)?;
         self.design = Arc::new(Design {
-            sets: sets.clone(),
+            files: files.clone(),
             config: new,
         });
         Ok(())
@@ -474,9 +506,9 @@ impl Actuator {
             .config()
             .members
             .iter()
-            .zip(&self.design.sets)
-            .map(|(member, set)| {
-                ActuatorModel::new(member.model, set, self.config().parameters.first_order)
+            .zip(&self.design.files)
+            .map(|(member, file)| {
+                ActuatorModel::new(member.model, file, self.config().parameters.first_order)
             })
             .collect();
         self.run = None;
@@ -525,10 +557,17 @@ impl Actuator {
                 angles.push(self.angles(&acting, index, ahead, began, stamp));
                 let counts = match ahead {
                     ActuatorModel::Dha(dha) => Some(dha.take_counts()),
-                    ActuatorModel::FirstOrder(_) | ActuatorModel::Ideal(_) => None,
+                    _ => None,
+                };
+                let work = match (now, ahead) {
+                    (ActuatorModel::Circuit(now, _), ActuatorModel::Circuit(ahead, _)) => {
+                        ahead.simulation().work() - now.simulation().work()
+                    }
+                    _ => 0.0,
                 };
                 Moved {
                     planes: now.planes(stamp - began),
+                    work,
                     commanded: acting.at(index, stamp).demand.angle,
                     counts,
                 }

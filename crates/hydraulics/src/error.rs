@@ -23,6 +23,11 @@ pub enum Error {
     /// A fault where no digital hydraulic actuator is.
     #[error("fault.*: in fault.group '{0}' there is no digital hydraulic actuator that could fail")]
     NothingToFail(&'static str),
+    /// Wear or a fault of a circuit of on/off valves.
+    #[error(
+        "fault.*, leakage.scale and friction.stepping are those of an actuator of metered volumes; '{0}' is a circuit of on/off valves, whose leakage, friction and supply are in its file"
+    )]
+    SoundCircuit(String),
     /// Two-speed logic on an actuator of one volume.
     #[error(
         "logic.mode is two-speed, but the actuator '{actuator}' of the {group} has no small_volume; auv_two_speed has one"

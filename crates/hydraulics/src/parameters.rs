@@ -18,7 +18,8 @@ use crate::pulse_logic::{DriftOption, Options, SignChange};
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ActuatorParameters {
     /// Actuator constants: a built-in actuator (auv, auv_two_speed, table_3_1 or table_4_1 of IBM 66-L03-005, or
-    /// another; a wrong name lists them) or the path of an actuator file; ideal or first_order: that `model`.
+    /// another; a wrong name lists them), a circuit of on/off valves (dfcu), or the path of a file of either; ideal
+    /// or first_order: that `model`.
     #[parameter(default = "auv", read_only)]
     pub actuator: String,
     /// Actuator model: dha (digital hydraulic actuator), first_order (lag with rate limit) or ideal (no delay).

@@ -1,0 +1,360 @@
+//! Designs of a circuit of on/off valves beside each other: coding, number of valves and law, each over one load cycle.
+//!
+//! All designs have the file's flow with all valves of an edge open; the coding shares it. The figures that a paper would print:
+//!
+//! - **energy**: what the supply levels gave over the load cycle, pressure times volume, and the solenoids took, J;
+//! - **tracking**: root of the mean square of reference less position, m;
+//! - **peak pressure**: the highest in a chamber, gauge, Pa;
+//! - **switchings**: of all valves, opening and closing counted apart, an hour;
+//! - **life**: until the valve that switches most has reached its rated life, h.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use maud::{Markup, html};
+use planesman_circuit::coding::Coding;
+use planesman_circuit::{Circuit, Edge, Figures, Law, Ledger, LoadCycle, run};
+use planesman_console::Table;
+use planesman_pages::{document, figures};
+use planesman_plot::{Plot, Style};
+use planesman_text::number;
+
+/// Largest error of a step of the integration, as a share of each quantity's scale.
+const ACCURACY: f64 = 1e-6;
+/// Points of a time plot.
+const POINTS: usize = 1500;
+
+/// A design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// `None` for the file's own valves.
+    pub coding: Option<(Coding, usize)>,
+    /// The law.
+    pub law: Law,
+    /// The circuit.
+    pub circuit: Arc<Circuit>,
+}
+
+impl Design {
+    /// Its name: `pcm 5, model`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self.coding {
+            Some((coding, count)) => format!("{} {count}, {}", coding.name(), self.law.name()),
+            None => format!("as in the file, {}", self.law.name()),
+        }
+    }
+}
+
+/// The file's own circuit and every combination of the codings, numbers of valves and laws.
+#[must_use]
+pub fn designs(file: &Circuit, codings: &[Coding], counts: &[usize], laws: &[Law]) -> Vec<Design> {
+    let own = Design {
+        coding: None,
+        law: file.control.law,
+        circuit: Arc::new(file.clone()),
+    };
+    let mut designs = vec![own];
+    for coding in codings {
+        for count in counts {
+            for law in laws {
+                let mut circuit = file.clone();
+                circuit.control.law = *law;
+                for Edge { valves, .. } in &mut circuit.edges {
+                    if !valves.is_empty() {
+                        *valves = coding.share(valves.iter().sum(), *count);
+                    }
+                }
+                designs.push(Design {
+                    coding: Some((*coding, *count)),
+                    law: *law,
+                    circuit: Arc::new(circuit),
+                });
+            }
+        }
+    }
+    designs
+}
+
+/// The figures of a design on a load cycle: the mean of energy, tracking, switchings and life over the seeds of the valves'
+/// scatter, the worst peak.
+#[must_use]
+pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Figures {
+    let mut all = run(&design.circuit, cycle, ACCURACY, 1, |_, _| ());
+    for seed in 2..=seeds {
+        let one = run(&design.circuit, cycle, ACCURACY, seed, |_, _| ());
+        all.energy += one.energy;
+        all.tracking += one.tracking;
+        all.switchings += one.switchings;
+        all.life += one.life;
+        all.proportional += one.proportional;
+        all.largest_error = all.largest_error.max(one.largest_error);
+        all.peak_pressure = all.peak_pressure.max(one.peak_pressure);
+        all.lowest_pressure = all.lowest_pressure.min(one.lowest_pressure);
+    }
+    let count = seeds.max(1) as f64;
+    for figure in [
+        &mut all.energy,
+        &mut all.tracking,
+        &mut all.switchings,
+        &mut all.life,
+        &mut all.proportional,
+    ] {
+        *figure /= count;
+    }
+    all
+}
+
+/// Designs with their figures.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The designs, the file's own first.
+    pub designs: Vec<(Design, Figures)>,
+    /// Whether no other design is at least as good in every figure and better in one.
+    pub front: Vec<bool>,
+}
+
+impl Outcome {
+    /// The designs and who of them is not beaten.
+    #[must_use]
+    pub fn new(designs: Vec<(Design, Figures)>) -> Self {
+        let of = |figures: &Figures| {
+            [
+                figures.energy,
+                figures.tracking,
+                figures.peak_pressure,
+                figures.switchings,
+                -figures.life,
+            ]
+        };
+        let beats = |one: &[f64; 5], other: &[f64; 5]| {
+            one.iter().zip(other).all(|(one, other)| one <= other) && one != other
+        };
+        let all: Vec<[f64; 5]> = designs.iter().map(|(_, figures)| of(figures)).collect();
+        let front = all
+            .iter()
+            .map(|one| !all.iter().any(|other| beats(other, one)))
+            .collect();
+        Self { designs, front }
+    }
+
+    /// The table: all designs, or those not beaten, by tracking.
+    #[must_use]
+    pub fn table(&self, all: bool) -> Table {
+        let mut table = Table::new([
+            "design",
+            "energy, J",
+            "tracking, mm",
+            "peak, MPa",
+            "switchings/h",
+            "life, h",
+            "of proportional, %",
+            "not beaten",
+        ]);
+        let mut order: Vec<usize> = (0..self.designs.len())
+            .filter(|place| all || self.front[*place])
+            .collect();
+        order.sort_by(|one, other| {
+            self.designs[*one]
+                .1
+                .tracking
+                .total_cmp(&self.designs[*other].1.tracking)
+        });
+        for place in order {
+            let (design, figures) = &self.designs[place];
+            table.row([
+                design.name(),
+                number(figures.energy),
+                number(figures.tracking * 1e3),
+                number(figures.peak_pressure / 1e6),
+                format!("{:.0}", figures.switchings),
+                format!("{:.0}", figures.life),
+                format!("{:.1}", 100.0 * figures.energy / figures.proportional),
+                if self.front[place] {
+                    "yes".to_owned()
+                } else {
+                    String::new()
+                },
+            ]);
+        }
+        table
+    }
+
+    /// What is printed above the table.
+    #[must_use]
+    pub fn head(&self, cycle_name: &str, cycle: &LoadCycle) -> String {
+        let (design, _) = &self.designs[0];
+        let circuit = &design.circuit;
+        let count = self.front.iter().filter(|front| **front).count();
+        let mut text = format!("{}\n{}\n", circuit.name, circuit.source);
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            text,
+            "Load cycle {cycle_name}, {} s; {} designs, {count} of them not beaten in all of energy, tracking, peak pressure, switchings and life.",
+            number(cycle.duration()),
+            self.designs.len()
+        );
+        text
+    }
+
+    /// The design nearest to the best of all in tracking and energy, each as a share of its range over the front.
+    #[must_use]
+    pub fn middle(&self) -> usize {
+        let front = || {
+            self.designs
+                .iter()
+                .enumerate()
+                .filter(|(place, _)| self.front[*place])
+        };
+        let range = |of: fn(&Figures) -> f64| {
+            let all = front().map(|(_, (_, figures))| of(figures));
+            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
+                (low.min(it), high.max(it))
+            });
+            move |figures: &Figures| {
+                if high > low {
+                    (of(figures) - low) / (high - low)
+                } else {
+                    0.0
+                }
+            }
+        };
+        let (tracking, energy) = (range(|f| f.tracking), range(|f| f.energy));
+        let distance = |figures: &Figures| tracking(figures) + energy(figures);
+        let nearest =
+            front().min_by(|one, other| distance(&one.1.1).total_cmp(&distance(&other.1.1)));
+        nearest.map_or(0, |(place, _)| place)
+    }
+
+    /// The page.
+    #[must_use]
+    pub fn page(&self, cycle_name: &str, cycle: &LoadCycle) -> String {
+        let title = "Designs of a circuit of on/off valves";
+        let middle = self.middle();
+        let (design, of_design) = &self.designs[middle];
+        let body = html! {
+            h1 { (title) }
+            p.lead { (self.head(cycle_name, cycle)) }
+            h2 { "Designs" }
+            (figures(&self.plots()))
+            div.scroll { (self.table(false).html()) }
+            h2 { "All designs" }
+            div.scroll { (self.table(true).html()) }
+            h2 { "One of them over time: " (design.name()) }
+            p { "The design nearest to the best in tracking and in energy." }
+            (figures(&traces(design, cycle)))
+            h2 { "Where its energy goes" }
+            (ledger(&design.circuit, &of_design.ledger))
+        };
+        document(title, "", &body, "")
+    }
+
+    fn plots(&self) -> [Plot<'static>; 3] {
+        type Of = fn(&Figures) -> f64;
+        type Axis = (&'static str, Of);
+        let energy: Axis = ("energy, J", |f| f.energy);
+        let tracking: Axis = ("tracking, mm", |f| f.tracking * 1e3);
+        let peak: Axis = ("peak pressure, MPa", |f| f.peak_pressure / 1e6);
+        let switchings: Axis = ("switchings an hour", |f| f.switchings);
+        let one = |title: &'static str, x: Axis, y: Axis| {
+            let points = |law: Law| {
+                let of = self
+                    .designs
+                    .iter()
+                    .filter(move |(design, _)| design.law == law);
+                of.map(move |(_, figures)| ((x.1)(figures), (y.1)(figures)))
+            };
+            let mut plot = Plot::new(title, [x.0, y.0]).plane();
+            for (name, law) in Law::ALL {
+                if points(law).next().is_some() {
+                    plot = plot.with(Style::Dots, name, points(law));
+                }
+            }
+            let front = self
+                .designs
+                .iter()
+                .zip(&self.front)
+                .filter(|(_, front)| **front);
+            plot.with(
+                Style::Crosses,
+                "not beaten",
+                front.map(|((_, figures), _)| ((x.1)(figures), (y.1)(figures))),
+            )
+        };
+        [
+            one("Energy and tracking", tracking, energy),
+            one("Peak pressure and tracking", tracking, peak),
+            one("Switchings and tracking", tracking, switchings),
+        ]
+    }
+}
+
+/// Position and pressures of a design over the load cycle.
+fn traces(design: &Design, cycle: &LoadCycle) -> [Plot<'static>; 3] {
+    let mut rows: Vec<(f64, [f64; 4])> = Vec::new();
+    let _ = run(&design.circuit, cycle, ACCURACY, 1, |time, row| {
+        rows.push((time, row))
+    });
+    let every = rows.len().div_ceil(POINTS).max(1);
+    let drawn = || rows.iter().step_by(every);
+    let reference = drawn().map(|(time, _)| (*time, cycle.at(*time).0.position * 1e3));
+    let of = |place: usize, scale: f64| drawn().map(move |(time, row)| (*time, row[place] * scale));
+    let error = drawn().map(|(time, row)| (*time, (cycle.at(*time).0.position - row[0]) * 1e3));
+    let mut pressures = Plot::new("Pressures", ["t, s", "p, MPa"]).line("A", of(2, 1e-6));
+    if design.circuit.chambers[1].area > 0.0 {
+        pressures = pressures.line("B", of(3, 1e-6));
+    }
+    [
+        Plot::new("Position", ["t, s", "x, mm"])
+            .line("reference", reference)
+            .line("ram", of(0, 1e3)),
+        Plot::new("Error of position", ["t, s", "e, mm"]).line("reference less ram", error),
+        pressures,
+    ]
+}
+
+/// The ledger as a table.
+#[must_use]
+pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
+    let mut table = Table::new(["work", "J", "% of the supply"]);
+    let mut row = |name: String, work: f64| {
+        table.row([
+            name,
+            number(work),
+            format!("{:.2}", 100.0 * work / ledger.supply),
+        ]);
+    };
+    row("supply".to_owned(), ledger.supply);
+    for (level, work) in circuit.levels.iter().zip(ledger.levels) {
+        row(format!("  of level {}", level.name), work);
+    }
+    for (place, lost) in ledger
+        .throttling
+        .iter()
+        .enumerate()
+        .take(circuit.edges.len())
+    {
+        row(format!("throttling {}", circuit.edge_name(place)), *lost);
+    }
+    row("leakage past the piston".to_owned(), ledger.seal);
+    row("compression of the oil, net".to_owned(), ledger.compression);
+    row(
+        "  put in (the rest was given back)".to_owned(),
+        ledger.compressed,
+    );
+    row("viscous friction".to_owned(), ledger.viscous);
+    row("Coulomb friction".to_owned(), ledger.friction);
+    row("load".to_owned(), ledger.load);
+    row("kinetic, springs, weight".to_owned(), ledger.mechanical);
+    row("stops".to_owned(), ledger.stops);
+    row("missing in the balance".to_owned(), ledger.residual());
+    row(
+        "switching (electrical, beside it)".to_owned(),
+        ledger.switching,
+    );
+    table
+}
+
+fn ledger(circuit: &Circuit, ledger: &Ledger) -> Markup {
+    html! { div.scroll { (ledger_table(circuit, ledger).html()) } }
+}

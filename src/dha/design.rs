@@ -1,0 +1,248 @@
+//! `planesman dha design`: designs of a circuit of on/off valves, over a load cycle.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::Instant;
+
+use anyhow::{Context as _, Result, bail};
+use planesman_circuit::coding::Coding;
+use planesman_circuit::{Circuit, Law, LoadCycle, MOST_VALVES, Point};
+use planesman_console::Format;
+use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_flight::sink::write_text;
+use planesman_flight::{Loop, Scenario};
+use planesman_hydraulics::actuator_file::{self, ActuatorFile};
+use planesman_signals::{CsvSource, Request, Role, TableTime};
+use planesman_studies::circuit_design::{Outcome, designs, evaluate, ledger_table};
+use planesman_text::did_you_mean;
+
+use crate::arguments::output_file;
+
+/// Designs at most.
+const MOST: usize = 10_000;
+
+/// The arguments.
+#[derive(Clone, Debug, clap::Args)]
+pub struct DesignArgs {
+    /// A circuit of on/off valves: built in (dfcu), or a file
+    pub file: String,
+    /// Load cycle: a table of time (s), position (m) and, if there is one, force (N) against positive motion; or a
+    /// scenario, whose plane command is the reference
+    #[arg(long, value_name = "CSV|SCENARIO")]
+    pub load_cycle: String,
+    /// Codings of the valves, of pcm, pnm and fibonacci
+    #[arg(long, value_name = "NAMES", default_value = "pcm,pnm,fibonacci")]
+    pub codings: List<Named<Coding>>,
+    /// Valves of each edge, a list or FROM..TO
+    #[arg(long, value_name = "NUMBERS", default_value = "3..6")]
+    pub valves: List<Count>,
+    /// Laws of the controller, of nearest, model and pwm
+    #[arg(long, value_name = "NAMES", default_value = "nearest,model,pwm")]
+    pub controllers: List<Named<Law>>,
+    /// Evaluate each design with so many seeds of the valves' scatter
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    pub seeds: u64,
+    /// Print all designs, not only those that are not beaten
+    #[arg(long)]
+    pub all: bool,
+    /// How to print the table [default: table on a terminal, md elsewhere]
+    #[arg(long, value_parser = crate::arguments::format())]
+    pub format: Option<Format>,
+    /// Also write an HTML page with plots
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    pub html: Option<PathBuf>,
+}
+
+/// A list on the command line.
+#[derive(Clone, Debug)]
+pub struct List<T>(Vec<T>);
+
+impl<T: Items> FromStr for List<T> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let items: Result<Vec<Vec<T>>, String> =
+            text.split(',').map(|item| T::items(item.trim())).collect();
+        Ok(Self(items?.into_iter().flatten().collect()))
+    }
+}
+
+/// What stands between two commas.
+pub trait Items: Sized {
+    /// One item, or several.
+    ///
+    /// # Errors
+    /// What is expected.
+    fn items(text: &str) -> Result<Vec<Self>, String>;
+}
+
+/// A thing by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Named<T>(T);
+
+fn by_name<T: Copy>(text: &str, all: &[(&'static str, T)]) -> Result<Vec<Named<T>>, String> {
+    let names = || all.iter().map(|(name, _)| *name);
+    match all.iter().find(|(name, _)| *name == text) {
+        Some((_, thing)) => Ok(vec![Named(*thing)]),
+        None => Err(format!(
+            "'{text}' is none of {}{}",
+            names().collect::<Vec<_>>().join(", "),
+            did_you_mean(text, names())
+        )),
+    }
+}
+
+impl Items for Named<Coding> {
+    fn items(text: &str) -> Result<Vec<Self>, String> {
+        by_name(text, &Coding::ALL)
+    }
+}
+
+impl Items for Named<Law> {
+    fn items(text: &str) -> Result<Vec<Self>, String> {
+        by_name(text, &Law::ALL)
+    }
+}
+
+/// A number of valves.
+#[derive(Clone, Copy, Debug)]
+pub struct Count(usize);
+
+impl Items for Count {
+    fn items(text: &str) -> Result<Vec<Self>, String> {
+        let count = |text: &str| {
+            text.parse()
+                .ok()
+                .filter(|count| (1..=MOST_VALVES).contains(count))
+        };
+        let range = match text.split_once("..") {
+            Some((from, to)) => count(from).zip(count(to)),
+            None => count(text).map(|count| (count, count)),
+        };
+        match range {
+            Some((from, to)) if from <= to => Ok((from..=to).map(Count).collect()),
+            _ => Err(format!(
+                "'{text}': a number from 1 to {MOST_VALVES} is expected, or FROM..TO"
+            )),
+        }
+    }
+}
+
+/// Evaluates the designs, prints them, writes the page.
+///
+/// # Errors
+/// The circuit or the load cycle is refused.
+pub fn run(args: &DesignArgs) -> Result<()> {
+    let circuit = match actuator_file::read(&args.file)? {
+        ActuatorFile::Circuit(circuit) => circuit,
+        ActuatorFile::Metering(set) => bail!(
+            "'{}' is an actuator of metered volumes ({}), not a circuit of on/off valves; planesman dha size {} is for those",
+            args.file,
+            set.name,
+            args.file
+        ),
+    };
+    let cycle = load_cycle(&args.load_cycle, &circuit)?;
+    cycle
+        .fits(&circuit)
+        .with_context(|| args.load_cycle.clone())?;
+    let laws: Vec<Law> = args.controllers.0.iter().map(|it| it.0).collect();
+    let codings: Vec<Coding> = args.codings.0.iter().map(|it| it.0).collect();
+    let counts: Vec<usize> = args.valves.0.iter().map(|it| it.0).collect();
+    let designs = designs(&circuit, &codings, &counts, &laws);
+    if designs.len() > MOST {
+        bail!(
+            "{} designs are more than {MOST}; ask for fewer",
+            designs.len()
+        );
+    }
+    if args.html.is_none() {
+        end_with_reader();
+    }
+    let begun = Instant::now();
+    let figures = on_all_cores("designs", &designs, |design| {
+        evaluate(design, &cycle, args.seeds)
+    });
+    let seconds = begun.elapsed().as_secs_f64();
+    planesman_console::err!("{} designs in {seconds:.1} s", designs.len());
+    let outcome = Outcome::new(designs.into_iter().zip(figures).collect());
+    let format = Format::or_by_output(args.format);
+    if matches!(format, Format::Table | Format::Md) {
+        planesman_console::print_wrapped(outcome.head(&args.load_cycle, &cycle))?;
+        planesman_console::print("\n")?;
+    }
+    planesman_console::print(outcome.table(args.all).text(format))?;
+    if matches!(format, Format::Table | Format::Md) {
+        let (design, figures) = &outcome.designs[outcome.middle()];
+        planesman_console::print(format!(
+            "\nWhere the energy of '{}' goes:\n\n",
+            design.name()
+        ))?;
+        planesman_console::print(ledger_table(&design.circuit, &figures.ledger).text(format))?;
+    }
+    if let Some(file) = &args.html {
+        write_text(file, outcome.page(&args.load_cycle, &cycle))?;
+        if matches!(format, Format::Table | Format::Md) {
+            planesman_console::out!("{}", file.display())?;
+        }
+    }
+    Ok(())
+}
+
+/// The load cycle in a table, or the plane command of a scenario flown with ideal planes.
+fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
+    if Path::new(name)
+        .extension()
+        .is_some_and(|extension| extension != "yaml")
+        || !Scenario::is_there(name)
+    {
+        return of_table(Path::new(name));
+    }
+    let scenario = Scenario::load_with(name, &["dha_actuator.actuator=ideal".to_owned()])?;
+    scenario.check()?;
+    let mut points = Vec::new();
+    for tick in Loop::new(&scenario)? {
+        let tick = tick?;
+        points.push(Point {
+            time: tick.stamp.nanos() as f64 * 1e-9,
+            position: tick.command.dive_planes * circuit.load.moment_arm,
+            force: 0.0,
+        });
+    }
+    LoadCycle::new(points).with_context(|| name.to_owned())
+}
+
+fn of_table(path: &Path) -> Result<LoadCycle> {
+    let table = CsvSource::open(path, &TableTime::default())?;
+    let has_force = table.signals().iter().any(|name| name.starts_with("force"));
+    let mut requests = vec![Request {
+        name: "position".to_owned(),
+        role: Role::Output,
+    }];
+    if has_force {
+        requests.push(Request {
+            name: "force".to_owned(),
+            role: Role::Input,
+        });
+    }
+    let mut points: Vec<Point> = Vec::new();
+    let mut take = |signal: usize, stamp: i64, value: Option<f64>| {
+        let time = stamp as f64 * 1e-9;
+        if points.last().is_none_or(|last| last.time != time) {
+            points.push(Point {
+                time,
+                ..Point::default()
+            });
+        }
+        if let Some(point) = points.last_mut() {
+            // An empty cell is refused with its row.
+            *[&mut point.position, &mut point.force][signal] = value.unwrap_or(f64::NAN);
+        }
+        true
+    };
+    let reading = table.read(&requests, &mut take, &|_| ())?;
+    for note in reading.notes.iter().chain(&reading.clock) {
+        planesman_console::err!("{note}");
+    }
+    LoadCycle::new(points).with_context(|| path.display().to_string())
+}
