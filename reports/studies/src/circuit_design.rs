@@ -65,15 +65,34 @@ pub fn designs(file: &Circuit, codings: &[Coding], counts: &[usize], laws: &[Law
                         *valves = coding.share(valves.iter().sum(), *count);
                     }
                 }
-                designs.push(Design {
-                    coding: Some((*coding, *count)),
-                    law: *law,
-                    circuit: Arc::new(circuit),
-                });
+                // The file's own valves need not stand there twice.
+                if !is_same(&circuit, file) {
+                    designs.push(Design {
+                        coding: Some((*coding, *count)),
+                        law: *law,
+                        circuit: Arc::new(circuit),
+                    });
+                }
             }
         }
     }
     designs
+}
+
+/// Whether two circuits that differ in valves and law at most are the same, but for rounding.
+fn is_same(one: &Circuit, other: &Circuit) -> bool {
+    let valves = |circuit: &Circuit| -> Vec<f64> {
+        circuit
+            .edges
+            .iter()
+            .flat_map(|edge| edge.valves.clone())
+            .collect()
+    };
+    let (one_valves, other_valves) = (valves(one), valves(other));
+    let near = |(one, other): (&f64, &f64)| (one - other).abs() <= 1e-12 * other;
+    one.control.law == other.control.law
+        && one_valves.len() == other_valves.len()
+        && one_valves.iter().zip(&other_valves).all(near)
 }
 
 /// The figures of a design on a load cycle: the mean of energy, tracking, switchings and life over the seeds of the valves'
@@ -164,12 +183,12 @@ impl Outcome {
             let (design, figures) = &self.designs[place];
             table.row([
                 design.name(),
-                number(figures.energy),
-                number(figures.tracking * 1e3),
-                number(figures.peak_pressure / 1e6),
+                format!("{:.0}", figures.energy),
+                format!("{:.2}", figures.tracking * 1e3),
+                format!("{:.2}", figures.peak_pressure / 1e6),
                 format!("{:.0}", figures.switchings),
                 format!("{:.0}", figures.life),
-                format!("{:.1}", 100.0 * figures.energy / figures.proportional),
+                format!("{:.0}", 100.0 * figures.energy / figures.proportional),
                 if self.front[place] {
                     "yes".to_owned()
                 } else {
@@ -234,7 +253,7 @@ impl Outcome {
         let (design, of_design) = &self.designs[middle];
         let body = html! {
             h1 { (title) }
-            p.lead { (self.head(cycle_name, cycle)) }
+            @for line in self.head(cycle_name, cycle).lines() { p { (line) } }
             h2 { "Designs" }
             (figures(&self.plots()))
             div.scroll { (self.table(false).html()) }
@@ -264,22 +283,22 @@ impl Outcome {
                     .filter(move |(design, _)| design.law == law);
                 of.map(move |(_, figures)| ((x.1)(figures), (y.1)(figures)))
             };
-            let mut plot = Plot::new(title, [x.0, y.0]).plane();
-            for (name, law) in Law::ALL {
-                if points(law).next().is_some() {
-                    plot = plot.with(Style::Dots, name, points(law));
-                }
-            }
             let front = self
                 .designs
                 .iter()
                 .zip(&self.front)
                 .filter(|(_, front)| **front);
-            plot.with(
-                Style::Crosses,
-                "not beaten",
-                front.map(|((_, figures), _)| ((x.1)(figures), (y.1)(figures))),
-            )
+            let front = front.map(|((_, figures), _)| ((x.1)(figures), (y.1)(figures)));
+            let mut plot =
+                Plot::new(title, [x.0, y.0])
+                    .plane()
+                    .with(Style::Crosses, "not beaten", front);
+            for (name, law) in Law::ALL {
+                if points(law).next().is_some() {
+                    plot = plot.with(Style::Dots, name, points(law));
+                }
+            }
+            plot
         };
         [
             one("Energy and tracking", tracking, energy),
