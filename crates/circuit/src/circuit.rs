@@ -183,21 +183,27 @@ impl Law {
 }
 
 impl Oil {
-    /// The effective bulk modulus at the gauge pressure `pressure`, Pa: oil and air in series,
-    /// `1/B = (1/B_oil + a/(n p)) / (1 + a)` with the air's volume `a = air (p_0/p)^(1/n)` (H. E. Merritt, *Hydraulic
-    /// Control Systems*, 1967, section 2-3).
+    /// The air's volume at the gauge pressure `pressure`, Pa, as a share of the oil's: `a = air (p_0/p)^(1/n)`.
+    #[must_use]
+    pub fn air_at(&self, pressure: f64) -> f64 {
+        self.air * libm::pow(ATMOSPHERE / (pressure + ATMOSPHERE), 1.0 / self.polytropic)
+    }
+
+    /// The effective bulk modulus at the gauge pressure `pressure`, Pa, where the air has the volume `air`: oil and air in series,
+    /// `1/B = (1/B_oil + a/(n p)) / (1 + a)` (H. E. Merritt, *Hydraulic Control Systems*, 1967, section 2-3).
     #[inline]
     #[must_use]
-    pub fn effective(&self, pressure: f64) -> f64 {
+    pub fn effective(&self, pressure: f64, air: f64) -> f64 {
         let absolute = pressure + ATMOSPHERE;
-        let ratio = ATMOSPHERE / absolute;
-        let air = self.air
-            * if self.polytropic == 1.0 {
-                ratio
-            } else {
-                libm::pow(ratio, 1.0 / self.polytropic)
-            };
         (1.0 + air) / (1.0 / self.bulk_modulus + air / (self.polytropic * absolute))
+    }
+
+    /// How fast the air's volume changes as the pressure does by `rate`, Pa/s: `da/dt = -a/(n p) dp/dt`. So a simulation carries it
+    /// along, instead of a power at each step.
+    #[inline]
+    #[must_use]
+    pub fn air_rate(&self, pressure: f64, air: f64, rate: f64) -> f64 {
+        -air / (self.polytropic * (pressure + ATMOSPHERE)) * rate
     }
 }
 

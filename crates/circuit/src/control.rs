@@ -266,7 +266,12 @@ impl Measured {
         let per_way = [0, 1].map(|place| {
             let chamber = &circuit.chambers[place];
             let volume = (chamber.volume + travels[place]).max(0.01 * chamber.volume);
-            circuit.oil.effective(self.pressures[place]) * chamber.area / volume
+            let pressure = self.pressures[place];
+            circuit
+                .oil
+                .effective(pressure, circuit.oil.air_at(pressure))
+                * chamber.area
+                / volume
         });
         let stiffness =
             per_way[0] * circuit.chambers[0].area + per_way[1] * circuit.chambers[1].area;
