@@ -1,5 +1,8 @@
 //! How the flow of an edge is shared among its valves.
 
+/// Flows that differ by less than this share are the same but for rounding.
+pub(crate) const SAME_FLOW: f64 = 1e-9;
+
 /// A coding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coding {
@@ -86,7 +89,7 @@ pub fn levels(valves: &[f64]) -> usize {
     let mut count = 0;
     let mut last = 0.0;
     for opening in openings(valves) {
-        if opening.k > last * (1.0 + 1e-9) {
+        if opening.k > last * (1.0 + SAME_FLOW) {
             count += 1;
             last = opening.k;
         }

@@ -7,8 +7,8 @@
 //! measured force, by switchings, power, and the pressures it leads to: the steady ones, those while one edge has switched and the
 //! other not yet, and how far they overshoot when load and oil spring take up the change of speed.
 
-use crate::circuit::{Circuit, Law, MOST_EDGES};
-use crate::coding::{Opening, openings};
+use crate::circuit::{Circuit, Law, MOST_EDGES, MOST_VALVES};
+use crate::coding::{Opening, SAME_FLOW, openings};
 use crate::simulation::Simulation;
 
 /// What a pressure beyond the limit costs, of the largest speed: more than any error of speed.
@@ -123,6 +123,29 @@ impl Controller {
         simulation.command(0.0, &masks);
     }
 
+    /// Of the openings of an edge that have the same flow, that which switches least, of valves that have switched least.
+    fn choices(&self, simulation: &Simulation, edge: usize) -> Vec<Opening> {
+        let commanded = simulation.commanded()[edge];
+        let cost = |opening: &Opening| {
+            let switched = opening.mask ^ commanded;
+            let wear = (0..MOST_VALVES).filter(|valve| switched >> valve & 1 == 1);
+            let most = wear.map(|valve| simulation.switchings(edge, valve)).max();
+            (switched.count_ones(), most)
+        };
+        let mut choices: Vec<Opening> = Vec::new();
+        for opening in &self.openings[edge] {
+            match choices.last_mut() {
+                Some(last) if opening.k <= last.k * (1.0 + SAME_FLOW) => {
+                    if cost(opening) < cost(last) {
+                        *last = *opening;
+                    }
+                }
+                _ => choices.push(*opening),
+            }
+        }
+        choices
+    }
+
     /// Each edge at the opening whose flow at half of the supply pressure is nearest.
     fn nearest(
         &self,
@@ -138,6 +161,7 @@ impl Controller {
         let root = (0.5 * (high - low)).sqrt();
         for (chamber, edge) in pair.into_iter().enumerate() {
             let Some(edge) = edge else { continue };
+            let choices = self.choices(simulation, edge);
             let wanted = circuit.chambers[chamber].area * asked.abs() / root;
             let largest = self.openings[edge].last().map_or(1.0, |all| all.k);
             let cost = |opening: &&Opening| {
@@ -145,7 +169,7 @@ impl Controller {
                 (opening.k - wanted).abs() / largest
                     + circuit.control.switching_cost * f64::from(switched)
             };
-            let best = self.openings[edge]
+            let best = choices
                 .iter()
                 .min_by(|one, other| cost(one).total_cmp(&cost(other)));
             masks[edge] = best.map_or(0, |best| best.mask);
@@ -225,12 +249,12 @@ impl Controller {
                     }
                 }
             };
-            for first in &self.openings[a] {
+            let list = pair[1].map_or_else(Vec::new, |b| self.choices(simulation, b));
+            for first in &self.choices(simulation, a) {
                 let Some(b) = pair[1] else {
                     weigh(first, None);
                     continue;
                 };
-                let list = &self.openings[b];
                 let wanted = needed(circuit, *pair, first.k, asked, force);
                 let place = list.partition_point(|opening| opening.k < wanted);
                 for near in [place.wrapping_sub(1), place] {

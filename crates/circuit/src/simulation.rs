@@ -209,6 +209,11 @@ impl Simulation {
         self.total_switchings
     }
 
+    /// Switchings commanded of one valve.
+    pub(crate) fn switchings(&self, edge: usize, valve: usize) -> u32 {
+        self.switchings[edge * crate::circuit::MOST_VALVES + valve]
+    }
+
     /// Switchings of the valve that has most.
     #[must_use]
     pub fn most_switchings(&self) -> u32 {
