@@ -18,5 +18,5 @@ fuzz_target!(|data: &[u8]| {
     if let Ok(file) = planesman_equations::text_of(text) {
         let _ = planesman_equations::Equations::new(file);
     }
-    let _ = planesman_hydraulics::actuator_file::parse("fuzz", text);
+    let _ = planesman_hydraulics::actuator_file::of_text("fuzz", text);
 });

@@ -11,7 +11,7 @@ use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_flight::sink::write_text;
 use planesman_flight::{Loop, Scenario};
-use planesman_hydraulics::actuator_file::{self, ActuatorFile};
+use planesman_hydraulics::{ActuatorFile, actuator_file};
 use planesman_signals::{CsvSource, Request, Role, TableTime};
 use planesman_studies::circuit_design::{Outcome, designs, evaluate, ledger_table};
 use planesman_text::did_you_mean;
@@ -194,7 +194,6 @@ fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
     if Path::new(name)
         .extension()
         .is_some_and(|extension| extension != "yaml")
-        || !Scenario::is_there(name)
     {
         return of_table(Path::new(name));
     }

@@ -9,6 +9,7 @@ mod bag_diff;
 mod bags;
 #[path = "../browser/mod.rs"]
 mod browser;
+mod circuit;
 mod command_line;
 mod following_gains;
 #[path = "../foreign/mod.rs"]

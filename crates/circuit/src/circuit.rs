@@ -257,6 +257,26 @@ impl Circuit {
         }
     }
 
+    /// The oil in a chamber where the ram leaves it least, m^3.
+    #[must_use]
+    pub fn least_volume(&self, chamber: usize) -> f64 {
+        let Chamber { area, volume } = self.chambers[chamber];
+        (volume - area * self.load.travel).max(0.01 * volume)
+    }
+
+    /// The highest frequency, Hz, at which the load can swing on its oil, its spring and its elastic stops.
+    #[must_use]
+    pub fn highest_frequency(&self) -> f64 {
+        let oil: f64 = (0..2)
+            .map(|chamber| {
+                let area = self.chambers[chamber].area;
+                area * area * self.oil.bulk_modulus / self.least_volume(chamber)
+            })
+            .sum();
+        let stop = self.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
+        ((oil + stop + self.load.spring) / self.load.mass).sqrt() / std::f64::consts::TAU
+    }
+
     /// The largest steady speed without load, m/s: over all pairs of edges, both with all valves open.
     #[must_use]
     pub fn largest_speed(&self) -> f64 {

@@ -16,6 +16,10 @@ use crate::coding::Coding;
 /// The built-in circuits: name and file.
 pub const BUILT_IN: &[(&str, &str)] = &[("dfcu", include_str!("../circuits/dfcu.yaml"))];
 
+/// The shortest time constant that is taken, s, and the highest frequency: what is faster would be simulated for ever.
+const SHORTEST_TIME: f64 = 1e-6;
+const MOST_FREQUENCY: f64 = 20_000.0;
+
 /// Why a text describes no circuit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
@@ -334,8 +338,8 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
         )?,
     };
     let circuit = Circuit {
-        name: file.name,
-        source: file.source,
+        name: file.name.clone(),
+        source: file.source.clone(),
         load,
         chambers,
         seal_leakage: match &file.seal_leakage {
@@ -356,15 +360,71 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
             "no pair of edges moves the ram",
         );
     }
-    let shortest = 1e-3 * circuit.load.travel / circuit.largest_speed();
-    if !shortest.is_finite() || shortest < 1e-7 {
+    fast_enough(&circuit, &file)?;
+    Ok(circuit)
+}
+
+/// What would take steps so short that a simulation never ends is refused.
+fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
+    let load = &circuit.load;
+    let frequency = circuit.highest_frequency();
+    if frequency > MOST_FREQUENCY {
         return refused(
-            "edges",
-            format!("{} m/s", circuit.largest_speed()),
-            "the valves would drive the ram through its travel in less than 0.1 ms",
+            "load.mass",
+            &file.load.mass,
+            format!(
+                "load and oil would swing at {frequency:.0} Hz; at most {MOST_FREQUENCY} Hz are taken"
+            ),
         );
     }
-    Ok(circuit)
+    if load.viscous > 0.0 && load.mass / load.viscous < SHORTEST_TIME {
+        return refused(
+            "load.viscous",
+            &file.load.viscous,
+            format!("mass over damping must be at least {SHORTEST_TIME} s"),
+        );
+    }
+    for (place, edge) in circuit.edges.iter().enumerate() {
+        let k: f64 = edge.valves.iter().sum();
+        let time = circuit.least_volume(edge.chamber) * circuit.valves.transition.sqrt()
+            / (k * circuit.oil.bulk_modulus);
+        if time < SHORTEST_TIME {
+            return refused(
+                &format!("edges.{}", circuit.edge_name(place)),
+                format!("{k} m^3/s/sqrt(Pa)"),
+                format!(
+                    "its valves would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
+                ),
+            );
+        }
+    }
+    let speed = circuit.largest_speed();
+    if load.travel / speed < 1e3 * SHORTEST_TIME {
+        return refused(
+            "edges",
+            format!("{speed} m/s"),
+            "the valves would drive the ram through its travel within a millisecond",
+        );
+    }
+    if let Some(stop) = load.elastic_stop
+        && stop.damping * speed > 10.0
+    {
+        return refused(
+            "load.elastic_stop.damping",
+            stop.damping,
+            format!("times the largest speed, {speed:.3} m/s, it must be at most 10"),
+        );
+    }
+    let longest = circuit.valves.opening.max(circuit.valves.closing) + circuit.valves.scatter;
+    let period = circuit.control.period as f64 * 1e-9;
+    if longest > 100.0 * period {
+        return refused(
+            "control.period",
+            &file.control.period,
+            format!("the valves' delay, {longest} s with scatter, must be at most 100 periods"),
+        );
+    }
+    Ok(())
 }
 
 fn load(written: &WrittenLoad) -> Result<Load, FileError> {
@@ -534,6 +594,8 @@ fn edge_valves(field: &str, edge: &WrittenEdge, drop: f64) -> Result<Vec<f64>, F
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::RngExt as _;
+    use rand_pcg::{Pcg64, rand_core::SeedableRng as _};
 
     fn refusal(from: &str, to: &str) -> String {
         let text = BUILT_IN[0].1;
@@ -586,5 +648,58 @@ mod tests {
             let error = refusal(from, to);
             assert!(error.contains(said), "{to}: {error}");
         }
+    }
+
+    /// The text with each of its numbers multiplied by a power of ten of up to so many digits.
+    fn stretched(text: &str, random: &mut Pcg64, digits: f64) -> String {
+        let mut stretched = String::new();
+        for piece in text.split_inclusive([' ', '{', ',', '\n']) {
+            match piece.trim_end_matches([' ', ',', '\n', '}']).parse::<f64>() {
+                Ok(number) if random.random::<f64>() < 0.15 => {
+                    let factor = libm::pow(10.0, digits * (2.0 * random.random::<f64>() - 1.0));
+                    let rest =
+                        piece.trim_start_matches(|c: char| c.is_ascii_digit() || ".-e".contains(c));
+                    stretched += &format!("{:e}{rest}", number * factor);
+                }
+                _ => stretched += piece,
+            }
+        }
+        stretched
+    }
+
+    #[test]
+    fn whatever_is_taken_is_simulated_to_its_end_in_finite_numbers() {
+        let mut random = Pcg64::seed_from_u64(3);
+        let (mut taken, mut refused) = (0, 0);
+        for _ in 0..1500 {
+            let digits = 5.0 * random.random::<f64>();
+            let text = stretched(BUILT_IN[0].1, &mut random, digits);
+            let Ok(circuit) = parse(&text) else {
+                refused += 1;
+                continue;
+            };
+            taken += 1;
+            let travel = circuit.load.travel;
+            let point = |time, position, force| crate::Point {
+                time,
+                position,
+                force,
+            };
+            let points = vec![
+                point(0.0, -0.5 * travel, 0.0),
+                point(0.02, 0.5 * travel, 1e4),
+                point(0.04, 0.0, -1e4),
+            ];
+            let cycle = crate::LoadCycle::new(points).unwrap();
+            let figures = crate::run(&circuit.into(), &cycle, 1e-6, 1, |_, row| {
+                assert!(row.iter().all(|number| number.is_finite()), "{text}");
+            });
+            assert!(figures.steps < 100_000, "{} {text}", figures.steps);
+            assert!(
+                figures.energy.is_finite() && figures.life >= 0.0,
+                "{figures:?} {text}"
+            );
+        }
+        assert!(taken > 50 && refused > 50, "{taken} {refused}");
     }
 }

@@ -145,17 +145,7 @@ impl Simulation {
         scales[11] = c.oil.air;
         // The split of the compression has kinks that need not be resolved.
         scales[5] = f64::INFINITY;
-        let stiffness: f64 = c
-            .chambers
-            .iter()
-            .map(|chamber| {
-                let smallest =
-                    (chamber.volume - chamber.area * c.load.travel).max(0.01 * chamber.volume);
-                chamber.area * chamber.area * c.oil.bulk_modulus / smallest
-            })
-            .sum::<f64>()
-            + c.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
-        let longest = 0.25 * std::f64::consts::TAU * (c.load.mass / stiffness).sqrt();
+        let longest = 0.25 / c.highest_frequency();
         let valves = c.edges.len() * crate::circuit::MOST_VALVES;
         let mut new = Self {
             accuracy,

@@ -7,14 +7,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use planesman_circuit::{Circuit, file as circuit_file};
+use planesman_circuit::file as circuit_file;
 use planesman_parameters::{Choice as _, file};
 use planesman_text::did_you_mean;
 use planesman_units::{DEGREE, Dimension, Quantity, Unit};
 use serde::Deserialize;
 
 use crate::actuator_model::Model;
-use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume};
+use crate::actuator_set::{
+    ActuatorFile, ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume,
+};
 
 /// The built-in actuators: name and file.
 pub const BUILT_IN: &[(&str, &str)] = &[
@@ -76,26 +78,6 @@ fn names() -> String {
 /// The built-in actuators and circuits: name and file.
 fn built_in() -> impl Iterator<Item = (&'static str, &'static str)> {
     BUILT_IN.iter().chain(circuit_file::BUILT_IN).copied()
-}
-
-/// What an actuator file describes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ActuatorFile {
-    /// A ram moved in metered volumes, of the 1966 study's kind.
-    Metering(Box<ActuatorSet>),
-    /// A ram behind on/off valves in parallel.
-    Circuit(Arc<Circuit>),
-}
-
-impl ActuatorFile {
-    /// R, m: ram travel per radian of plane.
-    #[must_use]
-    pub fn moment_arm(&self) -> f64 {
-        match self {
-            Self::Metering(set) => set.moment_arm,
-            Self::Circuit(circuit) => circuit.load.moment_arm,
-        }
-    }
 }
 
 /// The built-in actuator `name`, or the one in the file at the path `name`.

@@ -2,7 +2,7 @@
 
 use planesman_circuit as circuit;
 
-use crate::actuator_file::ActuatorFile;
+use crate::actuator_set::ActuatorFile;
 
 use crate::dha::{Demand, Dha};
 use crate::first_order::{FirstOrder, Lag};

@@ -3,6 +3,30 @@
 //! Symbols as in IBM 66-L03-005 (1966), Tables 3-1 and 4-1 and the list of symbols. Positive
 //! is ram to the right, which is pressure, volume and pulses positive, and planes to dive.
 
+use std::sync::Arc;
+
+use planesman_circuit::Circuit;
+
+/// What an actuator file describes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ActuatorFile {
+    /// A ram moved in metered volumes, of the 1966 study's kind.
+    Metering(Box<ActuatorSet>),
+    /// A ram behind on/off valves in parallel.
+    Circuit(Arc<Circuit>),
+}
+
+impl ActuatorFile {
+    /// R, m: ram travel per radian of plane.
+    #[must_use]
+    pub fn moment_arm(&self) -> f64 {
+        match self {
+            Self::Metering(set) => set.moment_arm,
+            Self::Circuit(circuit) => circuit.load.moment_arm,
+        }
+    }
+}
+
 /// The constants of one actuator. Made by [`crate::actuator_file`], which validates them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSet {

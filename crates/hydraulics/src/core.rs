@@ -33,9 +33,9 @@ use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::Header;
 
-use crate::actuator_file::{self, ActuatorFile};
+use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
-use crate::actuator_set::MOST_CYCLES_IN_FLIGHT;
+use crate::actuator_set::{ActuatorFile, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::Condition;
 use crate::dha::{Counts, Demand};
 use crate::error::Error;

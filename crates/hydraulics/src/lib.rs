@@ -42,7 +42,7 @@ mod valves;
 
 pub use crate::core::{Actuator, Output};
 pub use actuator_model::Model;
-pub use actuator_set::ActuatorSet;
+pub use actuator_set::{ActuatorFile, ActuatorSet};
 pub use condition::{Condition, Encoder, Leakages, Sound, StuckValve};
 pub use dha::{Demand, Dha};
 pub use error::Error;
