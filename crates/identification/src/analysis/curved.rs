@@ -229,6 +229,7 @@ mod tests {
     use super::*;
     use crate::analysis::{analyse, analyse_validated};
     use crate::comparison::GivenModel;
+    use planesman_parallel::on_all_cores;
     use planesman_record::{filter, noise};
 
     const SAMPLES: usize = 600;
@@ -288,7 +289,8 @@ mod tests {
 
     #[test]
     fn a_curve_is_found_by_default_with_intervals_that_hold_it_and_judges_other_data() {
-        for (side, curve, _) in all() {
+        on_all_cores(&all(), |(side, curve, _)| {
+            let (side, curve) = (*side, curve.clone());
             let (first, second) = (record(3, side, &curve), record(8, side, &curve));
             let found = analyse_validated(&first, &Options::default(), &second).unwrap();
             let curved = found.curved.as_ref().unwrap();
@@ -319,7 +321,7 @@ mod tests {
                 .sum();
             let rms = (missed / SAMPLES as f64).sqrt();
             assert!((rms - 0.02).abs() < 0.003, "{rms} {curve:?}");
-        }
+        });
     }
 
     #[test]
