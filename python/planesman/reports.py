@@ -8,7 +8,7 @@ from planesman._tables import Table
 
 
 def reproduce() -> Table:
-    """Recompute every number of the two reports, a row each.
+    """Recompute every number of the two reports and of Hopsan's validations, a row each.
 
     A row has `report`, `number`, `family` and `name` in words, `source` (page or table), `unit` (the report's own), `printed`,
     `recomputed`, `within` (how far off it may be), `verdict`, `note`, and the `erratum` with its `explanation` of a number that is

@@ -59,7 +59,7 @@ pub(crate) fn parameter_file(scenario: &str, node: Option<&str>) -> PyResult<Str
 #[pyfunction]
 pub(crate) fn reproduced(py: Python<'_>) -> PyResult<String> {
     released(py, || {
-        let rows = rows::all(&[brunner_1988::REPORT, ibm_1966::REPORT])?;
+        let rows = rows::all(&[brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT])?;
         Ok(serde_json::to_string(&rows)?)
     })
 }

@@ -1,4 +1,4 @@
-//! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
+//! `planesman reproduce`: every number of the two historical reports, and of Hopsan's recorded validations, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
 
@@ -16,7 +16,7 @@ use planesman_flight::sink::write_text;
 pub mod listing;
 
 /// The reports.
-const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
+const REPORTS: [Report; 3] = [brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT];
 
 /// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
