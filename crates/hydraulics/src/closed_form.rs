@@ -40,6 +40,17 @@ impl Turns {
     }
 }
 
+/// Integrals over the time of a motion, of what its energy is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Integrals {
+    /// Of V_e, m^3 s.
+    pub squeezed: f64,
+    /// Of V_e^2, m^6 s.
+    pub squeezed_squared: f64,
+    /// Of v^2, m^2/s.
+    pub velocity_squared: f64,
+}
+
 /// The motion within one mode and one constant flow, from the state it began in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClosedForm {
@@ -328,6 +339,69 @@ impl ClosedForm {
         }
     }
 
+    /// The times between 0 and `t` at which a quantity turns; `end` is the state at `t`.
+    pub(crate) fn turns_within(
+        &self,
+        quantity: Quantity,
+        t: f64,
+        end: &State,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let (before, after) = (
+            self.value_and_rate_at_start(quantity).1,
+            self.value_and_rate_in(quantity, end).1,
+        );
+        let swings = match &self.law {
+            Law::CompressibleSliding(law) => law.spread < 0.0 && t * law.root > 3.0,
+            Law::Stuck { .. } | Law::Clamped { .. } => false,
+        };
+        // Rates of one sign: it has not turned, or twice.
+        let turns = if before * after < 0.0 || swings {
+            self.turns(quantity)
+        } else {
+            None
+        };
+        let turns = turns.unwrap_or(Turns::NONE);
+        std::iter::successors(Some(turns.first), move |last| Some(last + turns.interval))
+            .take_while(move |time| *time < t)
+            .take(MOST_TURNS)
+    }
+
+    /// The integrals over the first `t` seconds; `end` is the state then.
+    #[must_use]
+    pub(crate) fn integrals(&self, t: f64, end: &State) -> Integrals {
+        let start = &self.start;
+        // Of x' = rate - decay x, by x - x_0 = (rate - decay x_0) d(t): the integrals of x and of x^2.
+        let of_decay = |x: f64, rate: f64, decay: f64| {
+            let slope = rate - decay * x;
+            let [first, second] = decay_integrals(decay, t);
+            (
+                x * t + slope * first,
+                x * x * t + slope * (2.0 * x * first + slope * second),
+            )
+        };
+        match &self.law {
+            Law::Stuck { flow, leakage_rate } => {
+                let (squeezed, squeezed_squared) = of_decay(start.squeezed, *flow, *leakage_rate);
+                Integrals {
+                    squeezed,
+                    squeezed_squared,
+                    velocity_squared: 0.0,
+                }
+            }
+            // The pressure is the clamp's, whatever V_e is.
+            Law::Clamped {
+                drive,
+                viscous_rate,
+                ..
+            } => Integrals {
+                squeezed: 0.0,
+                squeezed_squared: 0.0,
+                velocity_squared: of_decay(start.velocity, *drive, *viscous_rate).1,
+            },
+            Law::CompressibleSliding(law) => law.integrals(t, start, end, self.area),
+        }
+    }
+
     /// A time, s, short beside everything that happens on this motion.
     #[must_use]
     pub(crate) fn short_time(&self) -> f64 {
@@ -386,6 +460,78 @@ impl CompressibleSliding {
         let after = times(&self.transition(t, area), before);
         let moved = self.moved(t, before, after);
         (moved, self.steady_velocity + after[1], after[0] - before[0])
+    }
+
+    /// As of [`ClosedForm::integrals`]. The deviation after t is even d + odd n of the one at the start, d, and of
+    /// n = (A - mu I) d: its square needs the integrals of even^2, even odd and odd^2.
+    fn integrals(&self, t: f64, start: &State, end: &State, area: f64) -> Integrals {
+        let [dw, dv] = self.deviations(start);
+        let half = 0.5 * (self.viscous_rate - self.leakage_rate);
+        let (nw, nv) = (
+            half * dw - area * dv,
+            self.acceleration_per_oil * dw - half * dv,
+        );
+        let [even, mixed, odd] = self.square_integrals(t, half);
+        let square = |d: f64, n: f64| d * d * even + n * (2.0 * d * mixed + n * odd);
+        let moved = end.position - start.position;
+        // M v' = A_L P_d - C v - s Delta F over t.
+        let squeezed =
+            (end.velocity - start.velocity + self.viscous_rate * moved + self.friction * t)
+                / self.acceleration_per_oil;
+        // (x_s + d)^2 = x_s (2 x - x_s) + d^2.
+        let of = |steady: f64, integral: f64, squared: f64| {
+            steady * (2.0 * integral - steady * t) + squared
+        };
+        Integrals {
+            squeezed,
+            squeezed_squared: of(self.steady_squeezed, squeezed, square(dw, nw)),
+            velocity_squared: of(self.steady_velocity, moved, square(dv, nv)),
+        }
+    }
+
+    /// The integrals of even^2, even odd and odd^2 of [`CompressibleSliding::exponentials`] from 0 to t:
+    ///
+    /// ```text
+    /// even^2 = e^(s t) (1 + cosh z t)/2    even odd = e^(s t) sinh(z t)/z    odd^2 = 2 e^(s t) (cosh(z t) - 1)/z^2
+    /// ```
+    ///
+    /// with s = 2 mu and z = 2 r. Near critical damping, where z is small beside s, by powers of z^2.
+    fn square_integrals(&self, t: f64, half: f64) -> [f64; 3] {
+        let (s, z) = (2.0 * self.mu, 2.0 * self.root);
+        let whole = decayed(-s, t);
+        if self.spread.abs() > NEAR_CRITICAL * half * half {
+            let (cosh, sinh) = if self.spread < 0.0 {
+                let decay = libm::exp(s * t);
+                let (sine, cosine) = libm::sincos(z * t);
+                let over = 1.0 / (s * s + z * z);
+                (
+                    over * (decay * (s * cosine + z * sine) - s),
+                    over * (decay * (s * sine - z * cosine) + z),
+                )
+            } else {
+                let (slow, fast) = (decayed(-(s + z), t), decayed(z - s, t));
+                (0.5 * (slow + fast), 0.5 * (slow - fast))
+            };
+            let odd = 2.0 * (cosh - whole) / (4.0 * self.spread);
+            return [0.5 * (whole + cosh), sinh / z, odd];
+        }
+        // Of e^(s t) t^k, each by parts from the one before; t^k, and the coefficients z^(2 j)/k!.
+        let decay = libm::exp(s * t);
+        let (mut moment, mut power, mut coefficient) = (whole, 1.0, 1.0);
+        let [mut cosh, mut sinh, mut cosh_less_one] = [whole, 0.0, 0.0];
+        for k in 1..=POWERS {
+            power *= t;
+            moment = (power * decay - f64::from(k) * moment) / s;
+            coefficient /= f64::from(k);
+            if k % 2 == 1 {
+                sinh += coefficient * moment;
+            } else {
+                cosh_less_one += coefficient * moment;
+                coefficient *= 4.0 * self.spread;
+                cosh += coefficient * moment;
+            }
+        }
+        [0.5 * (whole + cosh), sinh, 2.0 * cosh_less_one]
     }
 
     /// Of `V_e` and v from the equilibrium.
@@ -466,6 +612,43 @@ impl CompressibleSliding {
 fn times(matrix: &[[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     matrix.map(|row| row[0] * x + row[1] * y)
 }
+
+/// More turns than this within one motion are no physics: those that come later are left out.
+const MOST_TURNS: usize = 64;
+
+/// |r^2| beside ((a - c)/2)^2 below which the integrals are a series: rounding costs 1e-13 there.
+const NEAR_CRITICAL: f64 = 1e-3;
+
+/// The highest power of t in that series; what it leaves out is (r/mu)^10.
+const POWERS: u32 = 10;
+
+/// The integrals of d(t) = [`decayed`] and of its square from 0 to t, s^2 and s^3.
+fn decay_integrals(rate: f64, t: f64) -> [f64; 2] {
+    let z = rate * t;
+    if z > 0.03 {
+        let (once, twice) = (decayed(rate, t), decayed(2.0 * rate, t));
+        return [(t - once) / rate, (t - 2.0 * once + twice) / (rate * rate)];
+    }
+    // The sums of (-z)^n/(n + 2)! and of (-z)^n (2^(n + 2) - 2)/(n + 3)!.
+    let (mut first, mut second) = (0.0, 0.0);
+    for [of_first, of_second] in DECAY_SERIES.iter().rev() {
+        first = of_first - z * first;
+        second = of_second - z * second;
+    }
+    [t * t * first, t * t * t * second]
+}
+
+/// 1/(n + 2)! and (2^(n + 2) - 2)/(n + 3)!.
+const DECAY_SERIES: [[f64; 2]; 8] = [
+    [1.0 / 2.0, 2.0 / 6.0],
+    [1.0 / 6.0, 6.0 / 24.0],
+    [1.0 / 24.0, 14.0 / 120.0],
+    [1.0 / 120.0, 30.0 / 720.0],
+    [1.0 / 720.0, 62.0 / 5040.0],
+    [1.0 / 5040.0, 126.0 / 40_320.0],
+    [1.0 / 40_320.0, 254.0 / 362_880.0],
+    [1.0 / 362_880.0, 510.0 / 3_628_800.0],
+];
 
 /// (1 - e^(-rate t))/rate, s.
 fn decayed(rate: f64, t: f64) -> f64 {

@@ -123,11 +123,13 @@ pub enum Dimension {
     Pressure,
     /// Stiffness of enclosed oil, Pa/m^3: pressure per volume pressed in.
     OilStiffness,
+    /// Energy, J.
+    Energy,
 }
 
 impl Dimension {
     /// All of them.
-    const ALL: [Self; 20] = [
+    const ALL: [Self; 21] = [
         Self::Angle,
         Self::Rate,
         Self::Length,
@@ -148,6 +150,7 @@ impl Dimension {
         Self::RotaryDamping,
         Self::Pressure,
         Self::OilStiffness,
+        Self::Energy,
     ];
 
     /// The dimension whose SI unit is written so, as `m/s`.
@@ -272,6 +275,7 @@ impl Dimension {
                     ]
                 }
             }
+            Self::Energy => const { &[U::new("J", 1.0), U::fraction("mJ", 1e3)] },
         }
     }
 }

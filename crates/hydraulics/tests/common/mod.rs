@@ -3,7 +3,7 @@
 
 use planesman_hydraulics::actuator_file::load;
 use planesman_hydraulics::{
-    ActuatorSet, Condition, Constants, Leakages, PulseTrain, Reading, Sound,
+    ActuatorSet, Condition, Constants, Energy, Leakages, PulseTrain, Reading, Sound,
 };
 use planesman_units::{INCH, PSI};
 use rand_pcg::Pcg64;
@@ -90,6 +90,11 @@ impl Bench {
     /// The reading at `t`, s; times must not go back.
     pub(crate) fn reading(&mut self, t: f64) -> Reading {
         self.train.at(t)
+    }
+
+    /// The energies up to `t`, s; times must not go back.
+    pub(crate) fn energy(&mut self, t: f64) -> Energy {
+        self.train.energy(t)
     }
 
     /// The distance the load has slid against friction up to `t`, m; times must not go back.
