@@ -57,7 +57,7 @@ fn follow(mut dha: Dha, angle: impl Fn(f64) -> f64, every: i64) -> u64 {
             dha.advance_to(nanos, demand);
             black_box(dha.plane_angle(&dha.reading(nanos)));
         }
-        black_box(dha.energy((tick + 1) * TICK * 1_000_000));
+        black_box(dha.energy());
     }
     dha.pulses()
 }

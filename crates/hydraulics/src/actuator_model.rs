@@ -2,6 +2,7 @@
 
 use crate::actuator_set::ActuatorSet;
 use crate::dha::{Demand, Dha};
+use crate::energy::Energy;
 use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
 
@@ -53,7 +54,7 @@ impl ActuatorModel {
     #[must_use]
     pub(crate) fn new(model: Model, set: &ActuatorSet, lag: Lag) -> Self {
         match model {
-            Model::Dha => Self::Dha(Dha::new(set)),
+            Model::Dha => Self::Dha(Dha::new(set).keeping_energy()),
             Model::FirstOrder => Self::FirstOrder(FirstOrder::new(lag)),
             Model::Ideal => Self::Ideal(0.0),
         }
@@ -73,6 +74,15 @@ impl ActuatorModel {
             Self::Dha(dha) => dha.advance_to(nanos, request.demand),
             Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
             Self::Ideal(angle) => *angle = request.demand.angle,
+        }
+    }
+
+    /// The energies since the start; `None` for an actuator without hydraulics.
+    #[must_use]
+    pub(crate) fn energy(&self) -> Option<Energy> {
+        match self {
+            Self::Dha(dha) => dha.energy(),
+            Self::FirstOrder(_) | Self::Ideal(_) => None,
         }
     }
 

@@ -37,6 +37,7 @@ use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::dha::{Counts, Demand};
+use crate::energy::Energy;
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
 use crate::modes::FrictionState;
@@ -70,6 +71,8 @@ struct Moved {
     commanded: f64,
     /// `None` for an actuator without pulses.
     counts: Option<Counts>,
+    /// Those at the stamp; `None` for an actuator without hydraulics.
+    energy: Option<Energy>,
 }
 
 impl Moved {
@@ -111,6 +114,13 @@ impl Output {
     pub fn pulses(&self) -> u64 {
         let counts = self.groups.iter().filter_map(|moved| moved.counts);
         counts.map(|counts| counts.pulses).sum()
+    }
+
+    /// The energies since the start, of all groups; `None` where none has hydraulics.
+    #[must_use]
+    pub fn energy(&self) -> Option<Energy> {
+        let energies = self.groups.iter().filter_map(|moved| moved.energy);
+        energies.reduce(|sum, of_group| sum + of_group)
     }
 
     fn power(&self, counts: &Counts) -> f64 {
@@ -198,6 +208,9 @@ impl Output {
                 state.limit_cycle_frequency = cycle.frequency;
                 state.limit_cycle_amplitude = cycle.amplitude;
             }
+        }
+        if let Some(energy) = moved.energy {
+            energy.fill(&mut state);
         }
         state
     }
@@ -531,6 +544,7 @@ impl Actuator {
                     planes: now.planes(stamp - began),
                     commanded: acting.at(index, stamp).demand.angle,
                     counts,
+                    energy: now.energy(),
                 }
             })
             .collect();

@@ -140,10 +140,10 @@ impl Dha {
         self
     }
 
-    /// The energies up to the instant `nanos`, to which it has been advanced; `None` where they are not kept.
+    /// The energies up to the last change of flow or law, at most a valve cycle ago; `None` where they are not kept.
     #[must_use]
-    pub fn energy(&self, nanos: i64) -> Option<Energy> {
-        self.hydraulics.energy(self.time_in_cycle(nanos))
+    pub fn energy(&self) -> Option<Energy> {
+        self.hydraulics.booked_energy()
     }
 
     /// Runs to the instant `nanos` after the start. Cycles that begin before it act on

@@ -24,6 +24,8 @@
 
 use std::ops::{Add, Sub};
 
+use planesman_msgs::planesman_msgs::msg::DhaState;
+
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::{ClosedForm, Integrals, Quantity};
 use crate::events::first_below_zero;
@@ -152,6 +154,45 @@ impl Energy {
     #[must_use]
     pub fn proportional_efficiency(&self) -> Option<f64> {
         (self.proportional_valve > 0.0).then(|| self.load() / self.proportional_valve)
+    }
+
+    /// Writes the energies into a message.
+    pub(crate) fn fill(&self, state: &mut DhaState) {
+        state.energy_supply = self.supply;
+        state.energy_switching = self.switching;
+        state.energy_viscous = self.viscous;
+        state.energy_kinetic = self.kinetic;
+        state.energy_stops = self.stops;
+        state.energy_friction = self.friction;
+        state.energy_throttling = self.throttling;
+        state.energy_throttling_small = self.throttling_small;
+        state.energy_leakage = self.leakage;
+        state.energy_compressed = self.compressed;
+        state.energy_recovered = self.recovered;
+        state.energy_stored = self.stored;
+        state.energy_returned = self.returned;
+        state.energy_proportional_valve = self.proportional_valve;
+    }
+}
+
+impl From<&DhaState> for Energy {
+    fn from(state: &DhaState) -> Self {
+        Self {
+            supply: state.energy_supply,
+            switching: state.energy_switching,
+            viscous: state.energy_viscous,
+            kinetic: state.energy_kinetic,
+            stops: state.energy_stops,
+            friction: state.energy_friction,
+            throttling: state.energy_throttling,
+            throttling_small: state.energy_throttling_small,
+            leakage: state.energy_leakage,
+            compressed: state.energy_compressed,
+            recovered: state.energy_recovered,
+            stored: state.energy_stored,
+            returned: state.energy_returned,
+            proportional_valve: state.energy_proportional_valve,
+        }
     }
 }
 

@@ -83,6 +83,12 @@ impl Hydraulics {
         self.ram.energy(time)
     }
 
+    /// As [`Hydraulics::energy`], up to the last change of law or flow: at no cost.
+    #[must_use]
+    pub fn booked_energy(&self) -> Option<Energy> {
+        self.ram.booked_energy()
+    }
+
     /// Finishes the present cycle; the next one begins in `condition`.
     pub fn set_condition(&mut self, condition: Condition) {
         if condition == self.condition {

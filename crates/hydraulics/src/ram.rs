@@ -122,6 +122,13 @@ impl Ram {
         Some(ledger.energy(end.velocity))
     }
 
+    /// The energies up to the last change of law or flow.
+    #[must_use]
+    pub(crate) fn booked_energy(&self) -> Option<Energy> {
+        let ledger = self.ledger.as_ref()?;
+        Some(ledger.energy(self.state.velocity))
+    }
+
     /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
     /// which need not be what the last piece called its end, and the piece ends at `until`. The flow is `flows` by
     /// its paths, where the energies are kept.
