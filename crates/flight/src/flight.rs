@@ -826,3 +826,37 @@ fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, Unreadable> 
         Some(field) => Err(Unreadable::NotFinite(field)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rams_state_from_before_it_had_energies_is_read_whatever_its_last_text() {
+        let with_faults = |length: usize| DhaState {
+            group: "dive_planes".to_owned(),
+            pulses: 7,
+            faults: "f".repeat(length),
+            ..DhaState::default()
+        };
+        let size = |length| cdr::to_bytes(&with_faults(length)).len();
+        let old = TopicKind {
+            type_name: DhaState::TYPE_NAME.to_owned(),
+            type_hash: "RIHS01_of_an_earlier_version".to_owned(),
+            ..TopicKind::default()
+        };
+        let new = TopicKind {
+            type_hash: DhaState::TYPE_HASH.to_owned(),
+            ..old.clone()
+        };
+        for length in 0..9 {
+            // Letters that fit before the energies move are padding of the old message's last text.
+            let padding = (1..9).find(|more| size(length + more) > size(length));
+            let end = size(length) - size_of::<Energy>() - (padding.unwrap_or(1) - 1);
+            let state = with_faults(length);
+            let whole = cdr::to_bytes(&state);
+            assert_eq!(ram_state(&old, &whole[..end]).ok(), Some(state), "{length}");
+            assert!(ram_state(&new, &whole[..end]).is_err(), "{length}");
+        }
+    }
+}

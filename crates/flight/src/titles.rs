@@ -28,11 +28,8 @@ const TITLES: [(&str, &str); 45] = [
         "energy_proportional_valve",
         "energy of an ideal proportional valve",
     ),
-    ("efficiency", "efficiency of the actuators"),
-    (
-        "efficiency_proportional",
-        "efficiency with an ideal proportional valve",
-    ),
+    ("efficiency", "actuator efficiency"),
+    ("efficiency_proportional", "efficiency, proportional valve"),
     ("samples", "samples of the model"),
     ("fit", "one-step fit"),
     ("steady_state_gain", "steady-state gain"),

@@ -31,6 +31,9 @@ pub const BUILT_IN: &[(&str, &str)] = &[
 /// takes nothing while it holds.
 pub const SWITCHING_ENERGY: f64 = 0.55;
 
+/// No solenoid takes more for a switching, J.
+const MOST_SWITCHING_ENERGY: f64 = 1e3;
+
 /// Why an actuator was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum ActuatorFileError {
@@ -322,7 +325,12 @@ impl Reader<'_> {
                 Ok(SWITCHING_ENERGY),
                 |written| {
                     let field = "valves.switching_energy";
-                    read(field, written, D::Energy, NotNegative)
+                    match read(field, written, D::Energy, NotNegative) {
+                        Ok(energy) if energy > MOST_SWITCHING_ENERGY => {
+                            Err(self.refused(field, written, "it must not exceed 1 kJ"))
+                        }
+                        read => read,
+                    }
                 },
             )?,
             rate_gain: read_as_angle(
@@ -583,6 +591,9 @@ mod tests {
             ("stiffness:", "  stiffness: 1e300 Pa/m^3", "10000 rad"),
             ("area_ratio:", "  area_ratio: .nan", "exceed 1"),
             ("return:", "  return: 200 psi", "below oil.supply"),
+            ("switching_energy:", "  switching_energy: -1 J", "negative"),
+            ("switching_energy:", "  switching_energy: 1e300 J", "1 kJ"),
+            ("switching_energy:", "  switching_energy: 1 W", "J, mJ"),
         ] {
             let error = auv_with(field, line).expect_err(line).to_string();
             assert!(
