@@ -99,6 +99,8 @@ struct CompressibleSliding {
     root: f64,
     /// 1/root.
     time: f64,
+    /// Where the roots are real, that nearer to 0, by the product of both: mu + root cancels where damping is strong.
+    slow: f64,
     /// a/b, m^2 s.
     leakage_over_acceleration: f64,
     /// 1/(A_L + a c/b).
@@ -433,6 +435,8 @@ impl CompressibleSliding {
             start.squeezed - steady_squeezed,
         );
         let root = spread.abs().sqrt();
+        let mu = -0.5 * (leakage_rate + viscous_rate);
+        let product = leakage_rate * viscous_rate + constants.area * acceleration_per_oil;
         let velocity_per_oil = (constants.stiffness / constants.mass).sqrt();
         let velocity_reach = dv.abs() + velocity_per_oil * dw.abs();
         Self {
@@ -441,10 +445,11 @@ impl CompressibleSliding {
             acceleration_per_oil,
             viscous_rate,
             friction,
-            mu: -0.5 * (leakage_rate + viscous_rate),
+            mu,
             spread,
             root,
             time: 1.0 / root,
+            slow: product / (mu - root),
             leakage_over_acceleration,
             per_area,
             steady_squeezed,
@@ -516,7 +521,7 @@ impl CompressibleSliding {
                     over * (decay * (s * sine - z * cosine) + z),
                 )
             } else {
-                let (slow, fast) = (decayed(-(s + z), t), decayed(z - s, t));
+                let (slow, fast) = (decayed(-2.0 * self.slow, t), decayed(z - s, t));
                 (0.5 * (slow + fast), 0.5 * (slow - fast))
             };
             let odd = 2.0 * (cosh - whole) / z_squared;
@@ -607,7 +612,7 @@ impl CompressibleSliding {
             let (sine, cosine) = libm::sincos(angle);
             (decay * cosine, decay * sine * self.time)
         } else {
-            let slow = libm::exp((self.mu + self.root) * t);
+            let slow = libm::exp(self.slow * t);
             let fast = libm::exp((self.mu - self.root) * t);
             (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
         }

@@ -1,6 +1,8 @@
 //! The energy ledger: beside scipy, beside closed forms, and closed in every valve cycle of random runs.
 
-use crate::common::{self, Bench, CUBIC_INCH, actuator, random_bench, random_condition};
+use crate::common::{
+    self, Bench, CUBIC_INCH, SETS, actuator, random_bench, random_commands, random_condition,
+};
 use planesman_hydraulics::{ActuatorSet, Condition, Demand, Dha, Energy};
 use planesman_units::{DEGREE, PSI};
 
@@ -161,5 +163,33 @@ fn it_closes_while_faults_come_and_go_and_the_motion_is_that_without_it() {
         }
         assert_eq!(without.energy(), None);
         assert!(with.energy().and_then(|it| it.closure()) < Some(1e-9));
+    }
+}
+
+/// Constants a hundred times more or less: from a ram that swings hundreds of times in a cycle to one that creeps for minutes.
+#[test]
+fn it_closes_with_constants_of_any_size() {
+    for seed in 0..150 {
+        let mut dice = common::Dice::new(seed);
+        let mut set = actuator(SETS[(seed % 3) as usize], true, dice.unit() < 0.8);
+        for constant in [
+            &mut set.mass,
+            &mut set.viscous,
+            &mut set.stiffness,
+            &mut set.rate_gain,
+            &mut set.error_rate,
+        ] {
+            *constant *= libm::pow(100.0, 2.0 * dice.unit() - 1.0);
+        }
+        let commands = random_commands(&mut dice, 40);
+        let cycle = set.cycle();
+        let volume_work = set.supply * set.volume;
+        let mut bench = Bench::worn(set, random_condition(&mut dice), 1, &commands);
+        for n in [1, 7, 20, 39, 60] {
+            let energy = bench.energy(f64::from(n) * cycle);
+            let scale = energy.throttling.max(volume_work) + energy.leakage.abs();
+            let closure = energy.residual().abs() / scale;
+            assert!(closure < 1e-9, "{seed}, cycle {n}: {closure:e} {energy:?}");
+        }
     }
 }
