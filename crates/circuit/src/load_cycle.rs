@@ -163,8 +163,7 @@ pub struct Figures {
     pub switchings: f64,
     /// Until the valve that switches most has reached its rated life, h.
     pub life: f64,
-    /// What an ideal proportional valve, without leakage and lag, would take from the highest level for the same motion, J: its
-    /// pressure times the volume of the chamber that is filled.
+    /// What an ideal proportional valve would take for the same motion ([`Simulation::proportional`](crate::Simulation::proportional)), J.
     pub proportional: f64,
     /// The ledger at the end.
     pub ledger: Ledger,
@@ -186,8 +185,7 @@ pub fn run(
     let start = cycle.at(0.0).0;
     let mut actuator = Actuator::new(circuit, accuracy, start.position, start.force, seed);
     let end = (cycle.duration() * 1e9).round() as i64;
-    let (mut squares, mut samples, mut largest, mut filled) = (0.0, 0_u64, 0.0_f64, 0.0);
-    let mut last = start.position;
+    let (mut squares, mut samples, mut largest) = (0.0, 0_u64, 0.0_f64);
     let mut begin = 0;
     trace(0.0, actuator.at(0));
     while begin < end {
@@ -210,9 +208,6 @@ pub fn run(
             let row = actuator.at(now);
             let error = cycle.at(seconds(now)).0.position - row[0];
             squares += error * error;
-            let moved = row[0] - last;
-            filled += moved.abs() * circuit.chambers[usize::from(moved < 0.0)].area;
-            last = row[0];
             samples += 1;
             largest = largest.max(error.abs());
             trace(seconds(now), row);
@@ -231,7 +226,7 @@ pub fn run(
         lowest_pressure: lowest,
         switchings: simulation.total_switchings() as f64 / hours,
         life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
-        proportional: circuit.pressures().0 * filled,
+        proportional: simulation.proportional(),
         ledger,
         steps: simulation.steps(),
     }

@@ -105,6 +105,7 @@ pub struct Simulation {
     switchings: Vec<u32>,
     total_switchings: u64,
     slid: f64,
+    proportional: f64,
     impacts: f64,
     first: f64,
     highest: f64,
@@ -169,6 +170,7 @@ impl Simulation {
             switchings: vec![0; valves],
             total_switchings: 0,
             slid: 0.0,
+            proportional: 0.0,
             impacts: 0.0,
             first: 0.0,
             highest: p_a.max(p_b),
@@ -214,6 +216,13 @@ impl Simulation {
     #[must_use]
     pub fn peaks(&self) -> (f64, f64) {
         (self.highest, self.lowest)
+    }
+
+    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to the last step, J: the highest
+    /// level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
+    #[must_use]
+    pub fn proportional(&self) -> f64 {
+        self.proportional
     }
 
     /// Whether the ram lies on a stop or presses into one.
@@ -383,10 +392,12 @@ impl Simulation {
                 event: None,
             });
         }
-        there.ledger_here()
+        there.ledger_so_far()
     }
 
-    fn ledger_here(&self) -> Ledger {
+    /// The ledger up to the last step.
+    #[must_use]
+    pub fn ledger_so_far(&self) -> Ledger {
         let c = &*self.circuit;
         let mut ledger = Ledger {
             compression: self.row[4],
@@ -440,7 +451,12 @@ impl Simulation {
             self.highest = self.highest.max(highest);
             self.lowest = self.lowest.min(lowest);
         }
-        self.slid += (stretch.after[0] - before[0]).abs();
+        let moved = stretch.after[0] - before[0];
+        self.slid += moved.abs();
+        let (high, low) = self.circuit.pressures();
+        let [filled, emptied] = if moved > 0.0 { [0, 1] } else { [1, 0] }
+            .map(|chamber| self.circuit.chambers[chamber].area * moved.abs());
+        self.proportional += high * filled - low * emptied;
         self.row = stretch.after;
         self.time = stretch.end;
         self.stretch = None;

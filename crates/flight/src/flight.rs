@@ -8,8 +8,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::Result;
+use planesman_bag::TopicKind;
 use planesman_bag::reader::{BagReader, Messages, Order};
+
 use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
+use planesman_hydraulics::Energy;
 use planesman_linear::{StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
@@ -72,6 +75,8 @@ pub struct Step {
 pub struct Actuator {
     /// Pulses issued.
     pub pulses: u64,
+    /// Its energies at the last state; all 0 of a recording from before there were any.
+    pub energy: Energy,
     /// Differential pressure across the ram, Pa.
     pub pressure: Points,
 }
@@ -382,6 +387,7 @@ impl Collected for Motions {
 #[derive(Default)]
 struct Rams {
     pulses: u64,
+    energy: Energy,
     pressure: TimeHistory,
 }
 
@@ -390,6 +396,7 @@ impl Collected for Rams {
 
     fn take(&mut self, t: f64, state: &DhaState) {
         self.pulses = state.pulses;
+        self.energy = Energy::from(state);
         self.pressure.take(t, state.pressure);
     }
 }
@@ -470,7 +477,7 @@ impl Account {
         let damage = each(&mut messages, |message| {
             let topic = &message.topic;
             let name = topic.name.strip_prefix(&namespace).unwrap_or_default();
-            let outcome = self.take_one(name, &topic.kind.type_name, &message.payload);
+            let outcome = self.take_one(name, &topic.kind, &message.payload);
             if let Err(reason) = outcome {
                 let (count, _) = self
                     .refused
@@ -493,8 +500,9 @@ impl Account {
         damage
     }
 
-    fn take_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), Unreadable> {
+    fn take_one(&mut self, name: &str, kind: &TopicKind, payload: &[u8]) -> Result<(), Unreadable> {
         let Self { origin, .. } = self;
+        let type_name = &kind.type_name;
         match name {
             "state" => {
                 let state = decode(type_name, payload)?;
@@ -534,7 +542,7 @@ impl Account {
                 }
             }
             _ => {
-                let state: DhaState = decode(type_name, payload)?;
+                let state = ram_state(kind, payload)?;
                 if !self.rams.contains_key(&state.group) && self.rams.len() == ACTUATORS {
                     return Err(Unreadable::TooManyActuators);
                 }
@@ -597,6 +605,7 @@ impl Account {
         let actuator = |(group, line): (&String, &Line<Rams>)| {
             let actuator = Actuator {
                 pulses: line.data.pulses,
+                energy: line.data.energy,
                 pressure: points(&line.data.pressure, shift),
             };
             (group.clone(), actuator)
@@ -790,6 +799,21 @@ enum Unreadable {
     TooManyActuators,
 }
 
+/// The state of an actuator. One of a version before it had energies ends in front of them: they are 0.
+fn ram_state(kind: &TopicKind, payload: &[u8]) -> Result<DhaState, Unreadable> {
+    let state = decode(&kind.type_name, payload);
+    if kind.type_hash == DhaState::TYPE_HASH {
+        return state;
+    }
+    state.or_else(|error| {
+        let fields = payload.len().saturating_sub(cdr::HEADER);
+        let energies = size_of::<Energy>();
+        let mut longer = payload.to_vec();
+        longer.resize(cdr::HEADER + fields.next_multiple_of(8) + energies, 0);
+        decode(&kind.type_name, &longer).map_err(|_| error)
+    })
+}
+
 /// The message in a payload of messages called `type_name`, if it is one that a node would take.
 fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, Unreadable> {
     if type_name != M::TYPE_NAME {
@@ -800,5 +824,39 @@ fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, Unreadable> 
     match message.first_non_finite() {
         None => Ok(message),
         Some(field) => Err(Unreadable::NotFinite(field)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rams_state_from_before_it_had_energies_is_read_whatever_its_last_text() {
+        let with_faults = |length: usize| DhaState {
+            group: "dive_planes".to_owned(),
+            pulses: 7,
+            faults: "f".repeat(length),
+            ..DhaState::default()
+        };
+        let size = |length| cdr::to_bytes(&with_faults(length)).len();
+        let old = TopicKind {
+            type_name: DhaState::TYPE_NAME.to_owned(),
+            type_hash: "RIHS01_of_an_earlier_version".to_owned(),
+            ..TopicKind::default()
+        };
+        let new = TopicKind {
+            type_hash: DhaState::TYPE_HASH.to_owned(),
+            ..old.clone()
+        };
+        for length in 0..9 {
+            // Letters that fit before the energies move are padding of the old message's last text.
+            let padding = (1..9).find(|more| size(length + more) > size(length));
+            let end = size(length) - size_of::<Energy>() - (padding.unwrap_or(1) - 1);
+            let state = with_faults(length);
+            let whole = cdr::to_bytes(&state);
+            assert_eq!(ram_state(&old, &whole[..end]).ok(), Some(state), "{length}");
+            assert!(ram_state(&new, &whole[..end]).is_err(), "{length}");
+        }
     }
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub use crate::error::PartError;
 use crate::error::{Error, Result, refused};
 use planesman_control::Controller;
-use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
+use planesman_hydraulics::{Actuator as Hydraulic, Energy, Group, Output};
 use planesman_identifier::{DueEstimate, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -174,6 +174,11 @@ pub trait Motion: fmt::Debug + Send + Sync {
     fn pulses(&self) -> u64 {
         0
     }
+
+    /// The energies of all actuators since the start.
+    fn energy(&self) -> Option<Energy> {
+        None
+    }
 }
 
 /// What identifies the vehicle while it flies.
@@ -316,6 +321,10 @@ impl Motion for Output {
 
     fn pulses(&self) -> u64 {
         Self::pulses(self)
+    }
+
+    fn energy(&self) -> Option<Energy> {
+        Self::energy(self)
     }
 }
 

@@ -4,9 +4,11 @@ use std::fmt;
 
 use crate::error::{Result, refused};
 use planesman_control::ControllerParameters;
+use planesman_hydraulics::Energy;
 use planesman_linear::{Complex, ComplexFunctions as _, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
+use planesman_text::number;
 
 use crate::flight::Flight;
 use crate::model_summary::{ModelSummary, identified, slowest_first};
@@ -42,6 +44,8 @@ pub struct Summary {
     pub held_ticks: u64,
     /// Pulses that all actuators issued.
     pub pulses: u64,
+    /// The energies of all actuators; `None` of those without hydraulics.
+    pub energy: Option<Energy>,
     /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
 }
@@ -70,6 +74,9 @@ impl Summary {
                 .actuators
                 .values()
                 .fold(0, |sum, actuator| actuator.pulses.saturating_add(sum)),
+            energy: (flight.actuators.values().map(|it| it.energy))
+                .reduce(|sum, it| sum + it)
+                .filter(|it| it.supply != 0.0),
             notes: flight.notes.clone(),
         })
     }
@@ -96,6 +103,10 @@ impl Summary {
             Some(_) => Err("more than 1000 %"),
         };
         let signal = self.test_signal.as_deref();
+        let energy = self.energy.ok_or("none");
+        let percent = |of: fn(&Energy) -> Option<f64>| {
+            Ok(100.0 * energy.and_then(|it| of(&it).ok_or("none"))?)
+        };
         [
             (
                 "depth_setpoint",
@@ -120,6 +131,14 @@ impl Summary {
             ),
             ("test_signal", "", 0, Err(signal.unwrap_or("none"))),
             ("pulses", "", 0, Ok(self.pulses as f64)),
+            ("energy_supply", " J", 3, energy.map(|it| it.supply)),
+            ("efficiency", " %", 1, percent(Energy::efficiency)),
+            (
+                "efficiency_proportional",
+                " %",
+                1,
+                percent(Energy::proportional_efficiency),
+            ),
             ("held_ticks", "", 0, Ok(self.held_ticks as f64)),
             ("pole_error", " %", 1, pole_error),
         ]
@@ -232,6 +251,41 @@ fn first_markov_parameter(model: &TransferFunction) -> f64 {
     }
     .copied()
     .unwrap_or(0.0)
+}
+
+/// The energies of actuators, in three lines.
+#[must_use]
+pub fn energy_lines(energy: &Energy) -> [String; 3] {
+    let percent = |share: Option<f64>| {
+        share.map_or_else(|| "none".to_owned(), |it| format!("{:.1} %", 100.0 * it))
+    };
+    let shares = energy
+        .terms()
+        .map(|(name, it)| (name, percent(Some(it / energy.supply))));
+    let named = shares
+        .into_iter()
+        .filter(|(_, share)| !["0.0 %", "-0.0 %"].contains(&share.as_str()));
+    let named: Vec<_> = named
+        .map(|(name, share)| format!("{name} {share}"))
+        .collect();
+    [
+        format!(
+            "Energy of the supply: {} J: {}; the balance closes to {:.0e}",
+            number(energy.supply),
+            named.join(", "),
+            energy.closure().unwrap_or_default()
+        ),
+        format!(
+            "efficiency {}; with an ideal proportional valve on the same motion {} of {} J",
+            percent(energy.efficiency()),
+            percent(energy.proportional_efficiency()),
+            number(energy.proportional_valve)
+        ),
+        format!(
+            "electrical, of the solenoids: {} J",
+            number(energy.switching)
+        ),
+    ]
 }
 
 /// A step response in one line.
@@ -361,6 +415,9 @@ impl fmt::Display for Summary {
             "\nActuator: {} pulses; ticks without its answer: {}",
             self.pulses, self.held_ticks
         )?;
+        if let Some(lines) = self.energy.as_ref().map(energy_lines) {
+            write!(f, "\n{}", lines.join("\n  "))?;
+        }
         for note in &self.notes {
             write!(f, "\nNote: {note}")?;
         }

@@ -2,7 +2,7 @@
 //! `Settling time (5 %) [s]` on every page.
 
 /// Names as columns and fields have them, without their units, and as people read them.
-const TITLES: [(&str, &str); 33] = [
+const TITLES: [(&str, &str); 45] = [
     // A flight, as `planesman sweep` and `planesman report` tell it.
     ("depth_setpoint", "depth setpoint"),
     ("rise_time", "rise time (10-90 %)"),
@@ -15,6 +15,21 @@ const TITLES: [(&str, &str); 33] = [
     ("test_signal", "test signal"),
     ("pulses", "actuator pulses"),
     ("hydraulic_work", "hydraulic work"),
+    ("energy_supply", "energy of the supply"),
+    ("energy_switching", "energy of the solenoids"),
+    ("energy_load", "work on the load"),
+    ("energy_friction", "energy lost to friction"),
+    ("energy_stops", "energy lost to the stops"),
+    ("energy_throttling", "energy lost to throttling"),
+    ("energy_leakage", "energy lost to leakage"),
+    ("energy_compression", "energy in the compressed oil"),
+    ("energy_auxiliary", "energy in the auxiliary pistons"),
+    (
+        "energy_proportional_valve",
+        "energy of an ideal proportional valve",
+    ),
+    ("efficiency", "actuator efficiency"),
+    ("efficiency_proportional", "efficiency, proportional valve"),
     ("samples", "samples of the model"),
     ("fit", "one-step fit"),
     ("steady_state_gain", "steady-state gain"),

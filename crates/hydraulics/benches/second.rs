@@ -8,7 +8,8 @@
 //! Three loads on each built-in actuator: the hydraulics slewing, with a volume in every cycle
 //! and the direction changed every 20; the whole actuator in its position loop under a square
 //! wave of +-10 degrees at 2 Hz, its plane angle read every millisecond, as `plane_motion` samples
-//! it; and the whole actuator holding 5 degrees, read every tick of 50 ms. Times are per second
+//! it; and the whole actuator holding 5 degrees, read every tick of 50 ms. Then the last two keeping their energies, read
+//! every tick. Times are per second
 //! of actuator, the best of several rounds: what else the machine does only ever adds.
 
 use std::{hint::black_box, time::Instant};
@@ -47,9 +48,8 @@ fn slew(set: &ActuatorSet, cycles: u32) -> f64 {
 }
 
 /// Follows `angle`, rad at a time in s, and reads the plane every `every` milliseconds.
-fn follow(set: &ActuatorSet, angle: impl Fn(f64) -> f64, every: i64) -> u64 {
+fn follow(mut dha: Dha, angle: impl Fn(f64) -> f64, every: i64) -> u64 {
     const TICK: i64 = 50;
-    let mut dha = Dha::new(set);
     for tick in 0..i64::from(SECONDS) * 1000 / TICK {
         let demand = Demand::angle(angle((tick * TICK) as f64 * 1e-3));
         for sample in 1..=TICK / every {
@@ -57,6 +57,7 @@ fn follow(set: &ActuatorSet, angle: impl Fn(f64) -> f64, every: i64) -> u64 {
             dha.advance_to(nanos, demand);
             black_box(dha.plane_angle(&dha.reading(nanos)));
         }
+        black_box(dha.energy());
     }
     dha.pulses()
 }
@@ -79,14 +80,22 @@ fn main() {
         let slewing = best(|| {
             black_box(slew(black_box(&set), cycles(SECONDS)));
         });
-        let following = best(|| {
-            black_box(follow(black_box(&set), square, 1));
+        let dha = Dha::new(&set);
+        let [following, with_energy] = [dha, dha.keeping_energy()].map(|dha| {
+            best(|| {
+                black_box(follow(black_box(dha), square, 1));
+            })
         });
-        let holding = best(|| {
-            black_box(follow(black_box(&set), |_| 5.0 * DEGREE, 50));
+        let [holding, holding_with_energy] = [dha, dha.keeping_energy()].map(|dha| {
+            best(|| {
+                black_box(follow(black_box(dha), |_| 5.0 * DEGREE, 50));
+            })
         });
         println!(
             "{name}: hydraulics slewing {slewing:.1} us, whole actuator slewing and read at 1 kHz {following:.1} us, holding {holding:.1} us"
+        );
+        println!(
+            "{name}: with energies, slewing {with_energy:.1} us, holding {holding_with_energy:.1} us"
         );
         println!(
             "{name}: after {} cycles of slewing X_1 = {:.9} in",

@@ -5,6 +5,7 @@ use planesman_circuit as circuit;
 use crate::actuator_set::ActuatorFile;
 
 use crate::dha::{Demand, Dha};
+use crate::energy::Energy;
 use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
 
@@ -95,7 +96,7 @@ impl ActuatorModel {
     pub(crate) fn new(model: Model, file: &ActuatorFile, lag: Lag) -> Self {
         match model {
             Model::Dha => match file {
-                ActuatorFile::Metering(set) => Self::Dha(Dha::new(set)),
+                ActuatorFile::Metering(set) => Self::Dha(Dha::new(set).keeping_energy()),
                 ActuatorFile::Circuit(circuit) => {
                     let actuator = circuit::Actuator::new(circuit, ACCURACY, 0.0, 0.0, SEED);
                     Self::Circuit(Box::new(actuator), circuit.load.moment_arm)
@@ -135,6 +136,22 @@ impl ActuatorModel {
             }
             Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
             Self::Ideal(angle) => *angle = request.demand.angle,
+        }
+    }
+
+    /// The energies since the start; `None` for an actuator without hydraulics.
+    #[must_use]
+    pub(crate) fn energy(&self) -> Option<Energy> {
+        match self {
+            Self::Dha(dha) => dha.energy(),
+            Self::Circuit(actuator, _) => {
+                let simulation = actuator.simulation();
+                Some(Energy::of_circuit(
+                    &simulation.ledger_so_far(),
+                    simulation.proportional(),
+                ))
+            }
+            Self::FirstOrder(_) | Self::Ideal(_) => None,
         }
     }
 

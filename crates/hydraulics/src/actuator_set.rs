@@ -70,6 +70,8 @@ pub struct ActuatorSet {
     pub flow_time: f64,
     /// T_D, s: what the interface adds to T_v.
     pub extra_delay: f64,
+    /// Electrical energy of a valve's solenoid for one switching, J.
+    pub switching_energy: f64,
     /// q_L, m^3/s: drift, with the sign valve's polarity.
     pub rate_gain: f64,
     /// q_LC, m^3/s: constant leakage.

@@ -40,6 +40,17 @@ impl Turns {
     }
 }
 
+/// Integrals over the time of a motion, of what its energy is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Integrals {
+    /// Of V_e, m^3 s.
+    pub squeezed: f64,
+    /// Of V_e^2, m^6 s.
+    pub squeezed_squared: f64,
+    /// Of v^2, m^2/s.
+    pub velocity_squared: f64,
+}
+
 /// The motion within one mode and one constant flow, from the state it began in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ClosedForm {
@@ -88,6 +99,8 @@ struct CompressibleSliding {
     root: f64,
     /// 1/root.
     time: f64,
+    /// Where the roots are real, that nearer to 0, by the product of both: mu + root cancels where damping is strong.
+    slow: f64,
     /// a/b, m^2 s.
     leakage_over_acceleration: f64,
     /// 1/(A_L + a c/b).
@@ -328,6 +341,69 @@ impl ClosedForm {
         }
     }
 
+    /// The times between 0 and `t` at which a quantity turns; `end` is the state at `t`.
+    pub(crate) fn turns_within(
+        &self,
+        quantity: Quantity,
+        t: f64,
+        end: &State,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let (before, after) = (
+            self.value_and_rate_at_start(quantity).1,
+            self.value_and_rate_in(quantity, end).1,
+        );
+        let swings = match &self.law {
+            Law::CompressibleSliding(law) => law.spread < 0.0 && t * law.root > 3.0,
+            Law::Stuck { .. } | Law::Clamped { .. } => false,
+        };
+        // Rates of one sign: it has not turned, or twice.
+        let turns = if before * after < 0.0 || swings {
+            self.turns(quantity)
+        } else {
+            None
+        };
+        let turns = turns.unwrap_or(Turns::NONE);
+        std::iter::successors(Some(turns.first), move |last| Some(last + turns.interval))
+            .take_while(move |time| *time < t)
+            .take(MOST_TURNS)
+    }
+
+    /// The integrals over the first `t` seconds; `end` is the state then.
+    #[must_use]
+    pub(crate) fn integrals(&self, t: f64, end: &State) -> Integrals {
+        let start = &self.start;
+        // Of x' = rate - decay x, by x - x_0 = (rate - decay x_0) d(t): the integrals of x and of x^2.
+        let of_decay = |x: f64, rate: f64, decay: f64| {
+            let slope = rate - decay * x;
+            let [first, second] = decay_integrals(decay, t);
+            (
+                x * t + slope * first,
+                x * x * t + slope * (2.0 * x * first + slope * second),
+            )
+        };
+        match &self.law {
+            Law::Stuck { flow, leakage_rate } => {
+                let (squeezed, squeezed_squared) = of_decay(start.squeezed, *flow, *leakage_rate);
+                Integrals {
+                    squeezed,
+                    squeezed_squared,
+                    velocity_squared: 0.0,
+                }
+            }
+            // The pressure is the clamp's, whatever V_e is.
+            Law::Clamped {
+                drive,
+                viscous_rate,
+                ..
+            } => Integrals {
+                squeezed: 0.0,
+                squeezed_squared: 0.0,
+                velocity_squared: of_decay(start.velocity, *drive, *viscous_rate).1,
+            },
+            Law::CompressibleSliding(law) => law.integrals(t, start, end, self.area),
+        }
+    }
+
     /// A time, s, short beside everything that happens on this motion.
     #[must_use]
     pub(crate) fn short_time(&self) -> f64 {
@@ -359,6 +435,8 @@ impl CompressibleSliding {
             start.squeezed - steady_squeezed,
         );
         let root = spread.abs().sqrt();
+        let mu = -0.5 * (leakage_rate + viscous_rate);
+        let product = leakage_rate * viscous_rate + constants.area * acceleration_per_oil;
         let velocity_per_oil = (constants.stiffness / constants.mass).sqrt();
         let velocity_reach = dv.abs() + velocity_per_oil * dw.abs();
         Self {
@@ -367,10 +445,11 @@ impl CompressibleSliding {
             acceleration_per_oil,
             viscous_rate,
             friction,
-            mu: -0.5 * (leakage_rate + viscous_rate),
+            mu,
             spread,
             root,
             time: 1.0 / root,
+            slow: product / (mu - root),
             leakage_over_acceleration,
             per_area,
             steady_squeezed,
@@ -386,6 +465,83 @@ impl CompressibleSliding {
         let after = times(&self.transition(t, area), before);
         let moved = self.moved(t, before, after);
         (moved, self.steady_velocity + after[1], after[0] - before[0])
+    }
+
+    /// As of [`ClosedForm::integrals`]. The deviation after t is even d + odd n of the one at the start, d, and of
+    /// n = (A - mu I) d: its square needs the integrals of even^2, even odd and odd^2.
+    fn integrals(&self, t: f64, start: &State, end: &State, area: f64) -> Integrals {
+        let [dw, dv] = self.deviations(start);
+        let half = 0.5 * (self.viscous_rate - self.leakage_rate);
+        let (nw, nv) = (
+            half * dw - area * dv,
+            self.acceleration_per_oil * dw - half * dv,
+        );
+        let settled = dw.abs() < SETTLED * self.steady_squeezed.abs()
+            && dv.abs() < SETTLED * self.steady_velocity.abs();
+        let [even, mixed, odd] = if settled {
+            [0.0; 3]
+        } else {
+            self.square_integrals(t, half)
+        };
+        let square = |d: f64, n: f64| d * d * even + n * (2.0 * d * mixed + n * odd);
+        let moved = end.position - start.position;
+        // M v' = A_L P_d - C v - s Delta F over t.
+        let squeezed =
+            (end.velocity - start.velocity + self.viscous_rate * moved + self.friction * t)
+                / self.acceleration_per_oil;
+        // (x_s + d)^2 = x_s (2 x - x_s) + d^2.
+        let of = |steady: f64, integral: f64, squared: f64| {
+            steady * (2.0 * integral - steady * t) + squared
+        };
+        Integrals {
+            squeezed,
+            squeezed_squared: of(self.steady_squeezed, squeezed, square(dw, nw)),
+            velocity_squared: of(self.steady_velocity, moved, square(dv, nv)),
+        }
+    }
+
+    /// The integrals of even^2, even odd and odd^2 of [`CompressibleSliding::exponentials`] from 0 to t:
+    ///
+    /// ```text
+    /// even^2 = e^(s t) (1 + cosh z t)/2    even odd = e^(s t) sinh(z t)/z    odd^2 = 2 e^(s t) (cosh(z t) - 1)/z^2
+    /// ```
+    ///
+    /// with s = 2 mu and z = 2 r. Near critical damping, where z is small beside s, by powers of z^2.
+    fn square_integrals(&self, t: f64, half: f64) -> [f64; 3] {
+        let (s, z) = (2.0 * self.mu, 2.0 * self.root);
+        let whole = decayed(-s, t);
+        let decay = 1.0 + s * whole;
+        let z_squared = 4.0 * self.spread;
+        if self.spread.abs() > NEAR_CRITICAL * half * half {
+            let (cosh, sinh) = if self.spread < 0.0 {
+                let (sine, cosine) = libm::sincos(z * t);
+                let over = 1.0 / (s * s + z * z);
+                (
+                    over * (decay * (s * cosine + z * sine) - s),
+                    over * (decay * (s * sine - z * cosine) + z),
+                )
+            } else {
+                let (slow, fast) = (decayed(-2.0 * self.slow, t), decayed(z - s, t));
+                (0.5 * (slow + fast), 0.5 * (slow - fast))
+            };
+            let odd = 2.0 * (cosh - whole) / z_squared;
+            return [0.5 * (whole + cosh), sinh / z, odd];
+        }
+        // Of e^(s t) t^k/k!, each by parts from the one before, two at a time.
+        let per_s = 1.0 / s;
+        let (mut moment, mut power, mut weight) = (whole, decay, 1.0);
+        let [mut cosh, mut sinh, mut cosh_less_one] = [whole, 0.0, 0.0];
+        for [of_odd, of_even] in RECIPROCALS {
+            power *= t * of_odd;
+            moment = (power - moment) * per_s;
+            sinh += weight * moment;
+            power *= t * of_even;
+            moment = (power - moment) * per_s;
+            cosh_less_one += weight * moment;
+            weight *= z_squared;
+            cosh += weight * moment;
+        }
+        [0.5 * (whole + cosh), sinh, 2.0 * cosh_less_one]
     }
 
     /// Of `V_e` and v from the equilibrium.
@@ -456,7 +612,7 @@ impl CompressibleSliding {
             let (sine, cosine) = libm::sincos(angle);
             (decay * cosine, decay * sine * self.time)
         } else {
-            let slow = libm::exp((self.mu + self.root) * t);
+            let slow = libm::exp(self.slow * t);
             let fast = libm::exp((self.mu - self.root) * t);
             (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
         }
@@ -466,6 +622,52 @@ impl CompressibleSliding {
 fn times(matrix: &[[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
     matrix.map(|row| row[0] * x + row[1] * y)
 }
+
+/// More turns than this within one motion are no physics: those that come later are left out.
+const MOST_TURNS: usize = 64;
+
+/// |r^2| beside ((a - c)/2)^2 below which the integrals are a series: rounding costs 1e-13 there.
+const NEAR_CRITICAL: f64 = 1e-3;
+
+/// 1/k for the powers k of t in that series; what it leaves out is (r/mu)^10.
+const RECIPROCALS: [[f64; 2]; 5] = [
+    [1.0, 1.0 / 2.0],
+    [1.0 / 3.0, 1.0 / 4.0],
+    [1.0 / 5.0, 1.0 / 6.0],
+    [1.0 / 7.0, 1.0 / 8.0],
+    [1.0 / 9.0, 1.0 / 10.0],
+];
+
+/// Deviations from a steady motion that are smaller than this beside it: their squares are rounding.
+const SETTLED: f64 = 1e-7;
+
+/// The integrals of d(t) = [`decayed`] and of its square from 0 to t, s^2 and s^3.
+fn decay_integrals(rate: f64, t: f64) -> [f64; 2] {
+    let z = rate * t;
+    if z > 0.03 {
+        let (once, twice) = (decayed(rate, t), decayed(2.0 * rate, t));
+        return [(t - once) / rate, (t - 2.0 * once + twice) / (rate * rate)];
+    }
+    // The sums of (-z)^n/(n + 2)! and of (-z)^n (2^(n + 2) - 2)/(n + 3)!.
+    let (mut first, mut second) = (0.0, 0.0);
+    for [of_first, of_second] in DECAY_SERIES.iter().rev() {
+        first = of_first - z * first;
+        second = of_second - z * second;
+    }
+    [t * t * first, t * t * t * second]
+}
+
+/// 1/(n + 2)! and (2^(n + 2) - 2)/(n + 3)!.
+const DECAY_SERIES: [[f64; 2]; 8] = [
+    [1.0 / 2.0, 2.0 / 6.0],
+    [1.0 / 6.0, 6.0 / 24.0],
+    [1.0 / 24.0, 14.0 / 120.0],
+    [1.0 / 120.0, 30.0 / 720.0],
+    [1.0 / 720.0, 62.0 / 5040.0],
+    [1.0 / 5040.0, 126.0 / 40_320.0],
+    [1.0 / 40_320.0, 254.0 / 362_880.0],
+    [1.0 / 362_880.0, 510.0 / 3_628_800.0],
+];
 
 /// (1 - e^(-rate t))/rate, s.
 fn decayed(rate: f64, t: f64) -> f64 {
@@ -618,6 +820,46 @@ mod tests {
                     assert!(value >= one.min(other) - hair, "{name} {quantity:?}");
                     assert!(value <= one.max(other) + hair, "{name} {quantity:?}");
                 }
+            }
+        }
+    }
+
+    /// Simpson's rule on the motion itself.
+    #[test]
+    fn the_integrals_are_those_of_the_motion() {
+        for (name, motion) in motions() {
+            for t in [1e-5, 0.003] {
+                const STEPS: u32 = 400;
+                let step = t / f64::from(STEPS);
+                let mut sums = [0.0; 3];
+                for i in 0..=STEPS {
+                    let weight = match i {
+                        0 | STEPS => 1.0,
+                        i if i % 2 == 1 => 4.0,
+                        _ => 2.0,
+                    };
+                    let State {
+                        velocity, squeezed, ..
+                    } = motion.at(f64::from(i) * step);
+                    let values = [squeezed, squeezed * squeezed, velocity * velocity];
+                    for (sum, value) in sums.iter_mut().zip(values) {
+                        *sum += weight * value * step / 3.0;
+                    }
+                }
+                let found = motion.integrals(t, &motion.at(t));
+                let close = |found: f64, sum: f64, scale: f64| {
+                    assert!(
+                        (found - sum).abs() <= 2e-7 * scale,
+                        "{name} {t}: {found} {sum}"
+                    );
+                };
+                // Each beside the root of its square's.
+                let [_, squares, speeds] = sums;
+                if !matches!(motion.law, Law::Clamped { .. }) {
+                    close(found.squeezed, sums[0], (squares * t).sqrt());
+                    close(found.squeezed_squared, squares, squares);
+                }
+                close(found.velocity_squared, speeds, speeds);
             }
         }
     }

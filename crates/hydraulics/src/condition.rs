@@ -22,6 +22,7 @@
 //! with the latch's excess, about 5 % of Delta F, it steps as the report's did.
 
 use crate::actuator_set::ActuatorSet;
+use crate::energy::Pressures;
 use crate::modes::Constants;
 
 /// A valve that switches no more.
@@ -126,8 +127,7 @@ pub struct Leakages {
 pub struct Sound {
     constants: Constants,
     leakages: Leakages,
-    supply: f64,
-    return_pressure: f64,
+    pressures: Pressures,
 }
 
 impl Sound {
@@ -140,8 +140,18 @@ impl Sound {
                 rate_gain: set.rate_gain,
                 error_rate: set.error_rate,
             },
-            supply: set.supply,
-            return_pressure: set.return_pressure,
+            pressures: Pressures::new(set),
+        }
+    }
+
+    /// The pressures at the ram in a condition.
+    #[must_use]
+    pub(crate) fn pressures(&self, condition: &Condition) -> Pressures {
+        let left = 1.0 - condition.lost_supply;
+        Pressures {
+            supply: self.pressures.supply * left,
+            back: self.pressures.back,
+            resting: self.pressures.resting * left,
         }
     }
 
@@ -149,8 +159,9 @@ impl Sound {
     #[must_use]
     pub fn in_condition(&self, condition: &Condition) -> (Constants, Leakages) {
         let left = 1.0 - condition.lost_supply;
-        let supply = self.supply * left;
-        let drive = (supply - self.return_pressure) / (self.supply - self.return_pressure);
+        let sound = &self.pressures;
+        let supply = sound.supply * left;
+        let drive = (supply - sound.back) / (sound.supply - sound.back);
         let scale = condition.leakage_scale * drive.max(0.0);
         let leakages = Leakages {
             rate_gain: self.leakages.rate_gain * scale,

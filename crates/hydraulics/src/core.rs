@@ -38,6 +38,7 @@ use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
 use crate::actuator_set::{ActuatorFile, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::Condition;
 use crate::dha::{Counts, Demand};
+use crate::energy::Energy;
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
 use crate::modes::FrictionState;
@@ -73,6 +74,8 @@ struct Moved {
     counts: Option<Counts>,
     /// Of a circuit: the work of its supply in the tick, J.
     work: f64,
+    /// Those at the stamp; `None` for an actuator without hydraulics.
+    energy: Option<Energy>,
 }
 
 impl Moved {
@@ -129,6 +132,13 @@ impl Output {
     fn power(&self, moved: &Moved) -> f64 {
         let work = moved.counts.map_or(moved.work, |counts| counts.tally.work);
         work / (self.motion.duration.nanos() as f64 * 1e-9)
+    }
+
+    /// The energies since the start, of all groups; `None` where none has hydraulics.
+    #[must_use]
+    pub fn energy(&self) -> Option<Energy> {
+        let energies = self.groups.iter().filter_map(|moved| moved.energy);
+        energies.reduce(|sum, of_group| sum + of_group)
     }
 
     /// Each group's planes and ram by name at the stamp; the dive planes, bow and stern together, first.
@@ -221,6 +231,9 @@ impl Output {
                 state.limit_cycle_frequency = cycle.frequency;
                 state.limit_cycle_amplitude = cycle.amplitude;
             }
+        }
+        if let Some(energy) = moved.energy {
+            energy.fill(&mut state);
         }
         state
     }
@@ -570,6 +583,7 @@ impl Actuator {
                     work,
                     commanded: acting.at(index, stamp).demand.angle,
                     counts,
+                    energy: now.energy(),
                 }
             })
             .collect();

@@ -9,6 +9,7 @@
 use crate::actuator_set::ActuatorSet;
 use crate::condition::{Condition, Encoder};
 use crate::cycle_clock::CycleClock;
+use crate::energy::Energy;
 use crate::hydraulics::{Hydraulics, Reading};
 use crate::limit_cycle::{LimitCycle, Oscillation};
 use crate::position_loop::PositionLoop;
@@ -130,6 +131,19 @@ impl Dha {
             limit_cycle: LimitCycle::new(),
             tally: Tally::default(),
         }
+    }
+
+    /// It keeps its energies from now on: see [`Dha::energy`]. Its motion is the same with and without.
+    #[must_use]
+    pub fn keeping_energy(mut self) -> Self {
+        self.hydraulics.keep_energy();
+        self
+    }
+
+    /// The energies up to the last change of flow or law, at most a valve cycle ago; `None` where they are not kept.
+    #[must_use]
+    pub fn energy(&self) -> Option<Energy> {
+        self.hydraulics.booked_energy()
     }
 
     /// Runs to the instant `nanos` after the start. Cycles that begin before it act on

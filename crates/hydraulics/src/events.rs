@@ -264,7 +264,11 @@ const NEWTON_STEP: f64 = 1e-9;
 
 /// Where a margin falls below zero between `low`, where it has not, and `high`, where it has:
 /// Newton's method, kept within the bracket by halving.
-fn first_below_zero(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
+pub(crate) fn first_below_zero(
+    mut low: f64,
+    mut high: f64,
+    margin: impl Fn(f64) -> (f64, f64),
+) -> f64 {
     let close_enough = NEWTON_STEP * (high - low);
     let mut t = 0.5 * (low + high);
     while high - low > close_enough {

@@ -5,6 +5,7 @@
 
 use crate::actuator_set::ActuatorSet;
 use crate::condition::{Condition, Sound};
+use crate::energy::Energy;
 use crate::metering::Metering;
 use crate::modes::{Mode, State};
 use crate::pulse_logic::Command;
@@ -22,6 +23,8 @@ pub struct Hydraulics {
     ram: Ram,
     /// The piece of flow the ram is in.
     piece: usize,
+    /// Of each of the three valves' solenoids for a switching, J: large and small volume's, direction valve's.
+    switching_energy: [f64; 3],
 }
 
 /// A reading of the hydraulics, SI.
@@ -64,7 +67,26 @@ impl Hydraulics {
             metering: Metering::new(set, polarity),
             ram: Ram::resting_at(set, position),
             piece: 0,
+            switching_energy: [1.0, f64::from(u8::from(set.small.is_some())), 1.0]
+                .map(|valves| valves * set.switching_energy),
         }
+    }
+
+    /// Keeps the energies, before the first cycle: see [`Hydraulics::energy`].
+    pub fn keep_energy(&mut self) {
+        self.ram.keep_energy();
+    }
+
+    /// The energies since they are kept, up to `time`, to which it has been advanced; `None` where they are not kept.
+    #[must_use]
+    pub fn energy(&self, time: f64) -> Option<Energy> {
+        self.ram.energy(time)
+    }
+
+    /// As [`Hydraulics::energy`], up to the last change of law or flow: at no cost.
+    #[must_use]
+    pub fn booked_energy(&self) -> Option<Energy> {
+        self.ram.booked_energy()
     }
 
     /// Finishes the present cycle; the next one begins in `condition`.
@@ -74,7 +96,8 @@ impl Hydraulics {
         }
         self.finish_cycle();
         let (constants, leakages) = self.sound.in_condition(&condition);
-        self.ram.set_constants(constants);
+        self.ram
+            .set_constants(constants, self.sound.pressures(&condition));
         self.metering.set_condition(&condition, leakages);
         self.valves.set_stuck(condition.stuck);
         self.condition = condition;
@@ -86,6 +109,14 @@ impl Hydraulics {
         let stroke = self.valves.obey(command);
         self.metering.begin_cycle(stroke);
         self.begin_piece(0);
+        if let Some(ledger) = self.ram.ledger() {
+            let driven = stroke.driven.iter().zip(self.switching_energy);
+            ledger.switch(
+                driven
+                    .map(|(driven, it)| f64::from(u8::from(*driven)) * it)
+                    .sum(),
+            );
+        }
         stroke
     }
 
@@ -145,8 +176,10 @@ impl Hydraulics {
             0 => 0.0,
             later => pieces[later - 1].until,
         };
-        self.ram
-            .begin(pieces[piece].flow, from, pieces[piece].until);
+        let (flow, until) = (pieces[piece].flow, pieces[piece].until);
+        let keeps = self.ram.ledger().is_some();
+        let flows = keeps.then(|| self.metering.flows(from, &self.metering.pieces()[piece]));
+        self.ram.begin(flow, from, until, flows);
         self.piece = piece;
     }
 }

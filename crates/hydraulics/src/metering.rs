@@ -27,6 +27,29 @@ pub(crate) struct Piece {
     pub polarity: i8,
 }
 
+/// The flows of a piece by their paths, m^3/s, none negative but for drift and constant leakage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Flows {
+    /// Through the large and the small volume's valve: from the supply into the ram, from the ram to the return.
+    pub metered: [[f64; 2]; 2],
+    /// d q_L, past the calibrating piston.
+    pub drift: f64,
+    /// Whether the sign valve has the piston at the supply; else at the return.
+    pub from_supply: bool,
+    /// q_LC.
+    pub constant_leakage: f64,
+}
+
+impl Flows {
+    /// No flow.
+    pub(crate) const NONE: Self = Self {
+        metered: [[0.0; 2]; 2],
+        drift: 0.0,
+        from_supply: true,
+        constant_leakage: 0.0,
+    };
+}
+
 /// The most pieces a cycle can have: begin and end of both flows, and the turn of the drift, for
 /// every command that reaches into it.
 const MOST_PIECES: usize = 5 * MOST_CYCLES_IN_FLIGHT + 1;
@@ -259,28 +282,50 @@ impl Metering {
 
     /// The flow over a stretch within which nothing changes.
     fn piece(&self, from: f64, until: f64) -> Piece {
-        let middle = 0.5 * (from + until);
         let mut metered = 0.0;
-        let mut polarity = self.settled_polarity;
-        for age in (0..self.reach).rev() {
-            let begin = self.flow_begin(age);
-            if begin <= middle {
-                let delivery = &self.deliveries[age];
-                polarity = delivery.polarity;
-                for flow in &delivery.flows {
-                    let flowed = middle - (begin + flow.late);
-                    if (0.0..flow.lasts).contains(&flowed) {
-                        metered += flow.volume / flow.lasts;
-                    }
-                }
-            }
-        }
+        let polarity = self.flowing(from, until, |_, flow| metered += flow);
         Piece {
             until,
             flow: metered
                 + (f64::from(polarity) * self.leakages.rate_gain + self.leakages.error_rate),
             polarity,
         }
+    }
+
+    /// The same flow by where it comes from and goes to, for a piece of the present cycle that begins at `from`.
+    pub(crate) fn flows(&self, from: f64, piece: &Piece) -> Flows {
+        let mut metered = [[0.0; 2]; 2];
+        self.flowing(from, piece.until, |valve, flow| {
+            metered[valve][usize::from(flow < 0.0)] += flow.abs();
+        });
+        Flows {
+            metered,
+            drift: f64::from(piece.polarity) * self.leakages.rate_gain,
+            from_supply: piece.polarity > 0,
+            constant_leakage: self.leakages.error_rate,
+        }
+    }
+
+    /// Tells each calibrated flow over a stretch within which nothing changes, m^3/s, with its valve: 0 for the
+    /// large volume's, 1 for the small one's. Returns the drift polarity.
+    fn flowing(&self, from: f64, until: f64, mut tell: impl FnMut(usize, f64)) -> i8 {
+        let middle = 0.5 * (from + until);
+        let mut polarity = self.settled_polarity;
+        for age in (0..self.reach).rev() {
+            let begin = self.flow_begin(age);
+            if begin <= middle {
+                let delivery = &self.deliveries[age];
+                polarity = delivery.polarity;
+                let flows = delivery.flows.iter().enumerate();
+                for (valve, flow) in flows.filter(|(_, flow)| flow.volume != 0.0) {
+                    let flowed = middle - (begin + flow.late);
+                    if (0.0..flow.lasts).contains(&flowed) {
+                        tell(valve, flow.volume / flow.lasts);
+                    }
+                }
+            }
+        }
+        polarity
     }
 }
 

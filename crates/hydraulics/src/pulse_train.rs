@@ -2,6 +2,7 @@
 
 use crate::actuator_set::ActuatorSet;
 use crate::condition::Condition;
+use crate::energy::Energy;
 use crate::hydraulics::{Hydraulics, Reading};
 use crate::pulse_logic::{Command, Volume};
 
@@ -35,6 +36,7 @@ impl PulseTrain {
             cycle: 0,
             condition,
         };
+        train.hydraulics.keep_energy();
         train.begin_cycle();
         train
     }
@@ -49,6 +51,12 @@ impl PulseTrain {
     pub fn slid(&mut self, time: f64) -> f64 {
         let time = self.advance(time);
         self.hydraulics.slid(time)
+    }
+
+    /// The energies from the start to `time`, s; times must not go back.
+    pub fn energy(&mut self, time: f64) -> Energy {
+        let time = self.advance(time);
+        self.hydraulics.energy(time).unwrap_or_default()
     }
 
     fn begin_cycle(&mut self) {

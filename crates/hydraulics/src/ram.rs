@@ -7,7 +7,9 @@
 
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::ClosedForm;
+use crate::energy::{Energy, Ledger, Pressures};
 use crate::events::{Event, break_away_force, next_event, outward_flow};
+use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
@@ -18,6 +20,7 @@ const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ram {
     constants: Constants,
+    pressures: Pressures,
     mode: Mode,
     /// The state at `time`, where the present segment began.
     state: State,
@@ -33,6 +36,8 @@ pub(crate) struct Ram {
     slid: f64,
     /// Whether the constants have changed since the present piece began.
     changed: bool,
+    /// The energies up to `time`, where they are kept.
+    ledger: Option<Ledger>,
 }
 
 impl Ram {
@@ -56,6 +61,7 @@ impl Ram {
         };
         Self {
             constants,
+            pressures: Pressures::new(set),
             mode,
             state,
             time: 0.0,
@@ -67,6 +73,7 @@ impl Ram {
             events_left: 0,
             slid: 0.0,
             changed: false,
+            ledger: None,
         }
     }
 
@@ -90,16 +97,47 @@ impl Ram {
 
     /// Changes the constants from the next piece on, which has to begin next: position, speed
     /// and oil stay, the pressure follows.
-    pub(crate) fn set_constants(&mut self, constants: Constants) {
+    pub(crate) fn set_constants(&mut self, constants: Constants, pressures: Pressures) {
         self.changed |= constants != self.constants;
         self.constants = constants;
+        self.pressures = pressures;
+    }
+
+    /// Keeps the energies from now on, before the first piece.
+    pub(crate) fn keep_energy(&mut self) {
+        self.ledger = Some(Ledger::new(self.constants, self.pressures));
+    }
+
+    /// The ledger, where one is kept.
+    pub(crate) fn ledger(&mut self) -> Option<&mut Ledger> {
+        self.ledger.as_mut()
+    }
+
+    /// The energies up to `time`, as of [`Ram::at`]; `None` where they are not kept.
+    #[must_use]
+    pub(crate) fn energy(&self, time: f64) -> Option<Energy> {
+        let mut ledger = self.ledger?;
+        let (t, end) = (time - self.time, self.at(time));
+        ledger.book(self.mode, &self.motion, &self.state, &end, t);
+        Some(ledger.energy(end.velocity))
+    }
+
+    /// The energies up to the last change of law or flow.
+    #[must_use]
+    pub(crate) fn booked_energy(&self) -> Option<Energy> {
+        let ledger = self.ledger.as_ref()?;
+        Some(ledger.energy(self.state.velocity))
     }
 
     /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
-    /// which need not be what the last piece called its end, and the piece ends at `until`.
-    pub(crate) fn begin(&mut self, flow: f64, from: f64, until: f64) {
+    /// which need not be what the last piece called its end, and the piece ends at `until`. The flow is `flows` by
+    /// its paths, where the energies are kept.
+    pub(crate) fn begin(&mut self, flow: f64, from: f64, until: f64, flows: Option<Flows>) {
         self.advance(self.piece_ends);
         self.commit();
+        if let (Some(ledger), Some(flows)) = (&mut self.ledger, flows) {
+            ledger.begin(self.constants, self.pressures, flows);
+        }
         self.time = from;
         self.flow = flow;
         self.piece_ends = until;
@@ -169,6 +207,10 @@ impl Ram {
     /// Moves to the end of the segment. A new one must be planned then.
     fn commit(&mut self) {
         let state = self.at(self.ends);
+        if let Some(ledger) = &mut self.ledger {
+            let t = self.ends - self.time;
+            ledger.book(self.mode, &self.motion, &self.state, &state, t);
+        }
         self.slid += (state.position - self.state.position).abs();
         self.state = state;
         self.time = self.ends;
@@ -190,6 +232,9 @@ impl Ram {
             }
             Event::VolumeRelease => self.mode.limited = None,
             Event::Stop(side) => {
+                if let Some(ledger) = &mut self.ledger {
+                    ledger.hit_stop(self.state.velocity);
+                }
                 self.state.position = side.sign() * self.constants.stop;
                 self.state.velocity = 0.0;
                 self.mode.friction = self.at_rest(Some(side));

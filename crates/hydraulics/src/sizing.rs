@@ -13,6 +13,7 @@
 //! 0.75 is what Table 4-1 has, and its stiction is within a sixth. Polaris has hardly the force that its
 //! slewing takes, and is slower for it; here there is twice as much.
 
+use crate::actuator_file::SWITCHING_ENERGY;
 use crate::actuator_set::{ActuatorSet, LimitOption};
 use crate::linearised::dead_time;
 use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
@@ -137,6 +138,7 @@ pub fn for_load(load: &Load) -> Result<ActuatorSet, SizingError> {
         valve_time: load.valve_time,
         flow_time,
         extra_delay: 0.0,
+        switching_energy: SWITCHING_ENERGY,
         rate_gain: 0.0,
         error_rate: 0.0,
         quantum: load.resolution,

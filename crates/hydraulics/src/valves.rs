@@ -54,6 +54,8 @@ pub struct Stroke {
     pub polarity: i8,
     /// Whether the large volume's actuating valve has switched down, by the latch that may be slow.
     pub down: bool,
+    /// Which valves' drivers switched: the large volume's actuating valve, the small one's, the direction valve.
+    pub driven: [bool; 3],
 }
 
 impl Stroke {
@@ -65,6 +67,7 @@ impl Stroke {
             small: 0,
             polarity,
             down: false,
+            driven: [false; 3],
         }
     }
 }
@@ -90,6 +93,7 @@ impl Positions {
             small: moved(before.small_up, self.small_up),
             polarity,
             down: before.large_up && !self.large_up,
+            driven: [false; 3],
         }
     }
 }
@@ -124,8 +128,10 @@ impl Valves {
     pub(crate) fn obey(&mut self, command: Command) -> Stroke {
         let sign_changes = (command.sign > 0) != self.driven.direction_right;
         self.driven.direction_right ^= sign_changes;
-        self.driven.large_up ^= (command.volume == Volume::Large) != sign_changes;
-        self.driven.small_up ^= (command.volume == Volume::Small) != sign_changes;
+        let switch = |volume| (command.volume == volume) != sign_changes;
+        let (large, small) = (switch(Volume::Large), switch(Volume::Small));
+        self.driven.large_up ^= large;
+        self.driven.small_up ^= small;
         let before = self.settled;
         self.settled = self.driven;
         match self.stuck {
@@ -133,7 +139,10 @@ impl Valves {
             Some(StuckValve::Direction) => self.settled.direction_right = before.direction_right,
             None => {}
         }
-        self.settled.stroke_since(before)
+        Stroke {
+            driven: [large, small, sign_changes],
+            ..self.settled.stroke_since(before)
+        }
     }
 }
 

@@ -13,8 +13,9 @@ use super::{document, figures, poles, space};
 use planesman_console::Table;
 use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
-use planesman_flight::summary::{Summary, distance_text};
+use planesman_flight::summary::{Summary, distance_text, energy_lines};
 use planesman_flight::titles;
+use planesman_text::number;
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,7 +79,7 @@ pub fn page(flights: &[Flown]) -> String {
             }
         }
         div.columns {
-            div { (response_table(flights)) (modes_table(flights)) }
+            div { (response_table(flights)) (modes_table(flights)) (energy_table(flights)) }
             div {
                 @for flown in flights {
                     (side_view(flown, alone))
@@ -105,6 +106,8 @@ pub fn page(flights: &[Flown]) -> String {
 const STYLE: &str = "
 .side svg { width: 100%; max-width: 60rem; height: auto; background: var(--surface); display: block; }
 .verdicts h2 { margin-top: 1rem; }
+.energy td:last-child { width: 12rem; }
+.energy td div { height: .8rem; background: var(--accent); }
 .side .controls { display: flex; flex-wrap: wrap; gap: .8rem; align-items: center; max-width: 60rem; margin: .3rem 0; }
 .side input { flex: 1; min-width: 8rem; accent-color: var(--accent); }
 .side output { font-variant-numeric: tabular-nums; }
@@ -203,6 +206,32 @@ fn modes_table(flights: &[Flown]) -> Markup {
                 }
             }
         } }
+    }
+}
+
+/// Where the supply's work went, each term with a bar; electrical energy and efficiencies below.
+fn energy_table(flights: &[Flown]) -> Markup {
+    let known = |flown: &'_ Flown| Some((flown.name.clone(), flown.summary.energy?));
+    let energies: Vec<_> = flights.iter().filter_map(known).collect();
+    html! {
+        @if !energies.is_empty() { h2 { "Energy of the actuators" } }
+        @for (name, energy) in &energies {
+            @if flights.len() > 1 { h3 { (name) } }
+            div.scroll { table.energy {
+                thead { tr { td {} th { "J" } th { "of the supply" } td {} } }
+                @for (term, joule) in energy.terms().iter().filter(|(_, joule)| *joule != 0.0) {
+                    @let share = 100.0 * joule / energy.supply;
+                    tr {
+                        td { (term) } td { (number(*joule)) } td { (format!("{share:.2} %")) }
+                        td { div style=(format!("width:{:.2}%", share.abs().min(100.0))) {} }
+                    }
+                }
+                tr { td { "work of the supply" } td { (number(energy.supply)) } td { "100 %" } td {} }
+            } }
+            @let [_, efficiency, electrical] = energy_lines(energy);
+            p { "The terms add up to the supply's work to " (format!("{:.0e}", energy.closure().unwrap_or_default()))
+                " of it; " (efficiency) "; " (electrical) "." }
+        }
     }
 }
 

@@ -275,7 +275,6 @@ impl Dimension {
                 }
             }
             Self::Stiffness => const { &[U::new("N/m", 1.0), U::new("lb/in", POUND_FORCE / INCH)] },
-            Self::Energy => const { &[U::new("J", 1.0), U::fraction("mJ", 1e3)] },
             Self::OilStiffness => {
                 const {
                     &[
@@ -284,6 +283,7 @@ impl Dimension {
                     ]
                 }
             }
+            Self::Energy => const { &[U::new("J", 1.0), U::fraction("mJ", 1e3)] },
         }
     }
 }

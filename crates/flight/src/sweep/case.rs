@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use planesman_control::gains::FIRST_PAIR;
+use planesman_hydraulics::Energy;
 use planesman_linear::{Complex, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
@@ -24,12 +25,14 @@ pub(super) struct Metrics {
     pulses: u64,
     /// Their hydraulic work, J.
     work: f64,
+    /// Their energies, of those that have hydraulics.
+    energy: Option<Energy>,
     /// The last valid model of the first pair.
     model: Option<ModelEstimate>,
 }
 
 /// The columns of a case's numbers, before those of the poles.
-pub const COLUMNS: [&str; 14] = [
+pub const COLUMNS: [&str; 25] = [
     "depth_setpoint [m]",
     "rise_time [s]",
     "overshoot [%]",
@@ -40,6 +43,17 @@ pub const COLUMNS: [&str; 14] = [
     "plane_travel [rad]",
     "pulses [1]",
     "hydraulic_work [J]",
+    "energy_supply [J]",
+    "energy_switching [J]",
+    "energy_load [J]",
+    "energy_friction [J]",
+    "energy_stops [J]",
+    "energy_throttling [J]",
+    "energy_leakage [J]",
+    "energy_compression [J]",
+    "energy_auxiliary [J]",
+    "energy_proportional_valve [J]",
+    "efficiency [%]",
     "samples [1]",
     "fit [%]",
     "steady_state_gain",
@@ -83,6 +97,7 @@ impl Metrics {
             }
             metrics.work += actuator.hydraulic_power() * scenario.tick;
             metrics.pulses = actuator.pulses();
+            metrics.energy = actuator.energy();
             due.extend(models.into_iter().filter(|due| due.name() == FIRST_PAIR));
             if due.len() >= MOST_DUE {
                 metrics.model = last_valid(&mut due).or(metrics.model);
@@ -101,6 +116,7 @@ impl Metrics {
         let response = |of: fn(&StepMetrics) -> Option<f64>| self.response.as_ref().and_then(of);
         let summary = self.model.as_ref().map(identified);
         let model = |of: fn(&ModelEstimate) -> f64| self.model.as_ref().map(of);
+        let energy = |of: fn(&Energy) -> f64| self.energy.as_ref().map(of);
         let mut numbers = vec![
             self.setpoint,
             response(|it| it.rise_time),
@@ -112,6 +128,17 @@ impl Metrics {
             Some(self.travel),
             Some(self.pulses as f64),
             Some(self.work),
+            energy(|it| it.supply),
+            energy(|it| it.switching),
+            energy(Energy::load),
+            energy(|it| it.friction),
+            energy(|it| it.stops),
+            energy(|it| it.throttling + it.throttling_small),
+            energy(|it| it.leakage),
+            energy(Energy::compression),
+            energy(Energy::auxiliary),
+            energy(|it| it.proportional_valve),
+            self.energy.and_then(|it| Some(100.0 * it.efficiency()?)),
             model(|it| it.samples as f64),
             model(|it| it.fit),
             summary.as_ref().and_then(|it| it.steady_state_gain),
@@ -183,6 +210,9 @@ parameters:
         assert_eq!(metrics.model, flight.model);
         let pulses: u64 = flight.actuators.values().map(|it| it.pulses).sum();
         assert_eq!(metrics.pulses, pulses);
+        let energies = flight.actuators.values().map(|it| it.energy);
+        assert_eq!(metrics.energy, energies.reduce(|sum, it| sum + it));
+        assert!(metrics.energy.is_some_and(|it| it.closure() < Some(1e-12)));
         assert!(metrics.travel > 0.0 && metrics.work > 0.0);
         assert_eq!(metrics.numbers(3).len(), COLUMNS.len() + 6);
     }

@@ -1,75 +1,12 @@
 //! Invariants under any sequence of pulses, with any fault, on seeded random runs.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod energy;
 
-use common::{Bench, Dice, actuator};
-use planesman_hydraulics::{ActuatorSet, Condition, FrictionState, StuckValve, break_away_force};
+use common::{Bench, Dice, SETS, actuator, random_bench, random_commands, random_condition};
+use planesman_hydraulics::{ActuatorSet, Condition, FrictionState, break_away_force};
 use planesman_units::INCH;
-
-const SETS: [&str; 3] = ["table_3_1", "table_4_1", "auv"];
-
-/// A condition that half of the time is sound, each of the ram's faults in it or not.
-fn random_condition(dice: &mut Dice) -> Condition {
-    let mut condition = Condition::SOUND;
-    if dice.unit() < 0.5 {
-        return condition;
-    }
-    let mut share = |most: f64| {
-        let drawn = dice.unit();
-        if drawn < 0.5 {
-            0.0
-        } else {
-            most * (2.0 * drawn - 1.0)
-        }
-    };
-    condition.leakage_scale += share(5.0);
-    condition.stepping = share(0.1);
-    condition.short_volume = share(0.5);
-    condition.lost_supply = share(0.9);
-    condition.air = share(0.95);
-    condition.slow_latch = share(0.02);
-    condition.stuck = match (dice.unit() * 6.0) as u32 {
-        0 => Some(StuckValve::Actuating),
-        1 => Some(StuckValve::Direction),
-        _ => None,
-    };
-    condition
-}
-
-/// Runs of equal commands of random length, as a loop sends them.
-fn random_commands(dice: &mut Dice, cycles: usize) -> Vec<i8> {
-    let mut commands = Vec::new();
-    while commands.len() < cycles {
-        let command = dice.one_of(&[1, 0, -1]);
-        let length = 1 + (dice.unit() * dice.unit() * 12.0) as usize;
-        commands.extend(std::iter::repeat_n(command, length));
-    }
-    commands.truncate(cycles);
-    commands
-}
-
-/// A random bench: any set, with or without leakage and friction, a few constants varied, in any
-/// condition.
-fn random_bench(seed: u64) -> (Bench, Vec<i8>, Dice) {
-    let mut dice = Dice::new(seed);
-    let name = SETS[(seed % 3) as usize];
-    let mut set = actuator(name, dice.unit() < 0.7, dice.unit() < 0.8);
-    set.viscous *= 0.3 + 2.0 * dice.unit();
-    set.stiffness *= 0.5 + dice.unit();
-    set.extra_delay = if dice.unit() < 0.5 {
-        0.0
-    } else {
-        0.02 * dice.unit()
-    };
-    if dice.unit() < 0.5 {
-        set.volume_limit = set.volume * (2.0 + 6.0 * dice.unit());
-        set.stop = set.volume_limit / set.area * (0.9 + 0.2 * dice.unit());
-    }
-    let commands = random_commands(&mut dice, 40);
-    let condition = random_condition(&mut dice);
-    let bench = Bench::worn(set, condition, 1, &commands);
-    (bench, commands, dice)
-}
 
 const RUNS: u64 = 160;
 

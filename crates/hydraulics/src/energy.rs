@@ -1,0 +1,429 @@
+//! The energy ledger: what the supply gives, and where it goes, in closed form.
+//!
+//! The ram is a differential cylinder: the smaller chamber is always at the supply P_h, the larger one at
+//! P_L = P_L0 + P_d with P_L0 = P_h A_R/A_L (Appendix A). With Q_h the flow from the supply into the larger chamber,
+//! Q_R that from it to the return, and q = Q_h - Q_R, over any time
+//!
+//! ```text
+//! supply      int P_h Q_h - P_R Q_R - P_h A_R v dt
+//! throttling  int (P_h - P_L) Q_h + (P_L - P_R) Q_R dt        of the metered volumes, by valve
+//! leakage     the same of drift and leakage, from P_h or to P_R
+//! compression int P_L dV_e         while the column is compressed, and while the clamp holds P_d: auxiliary pistons
+//! friction    int Delta F |v| dt        viscous load  int C v^2 dt        kinetic  M v^2/2        stops  M v^2/2 at each
+//!
+//! supply = throttling + leakage + compression + auxiliary pistons + friction + viscous + kinetic + stops
+//! ```
+//!
+//! since V_e' = q - A_L v and M v' = A_L P_d - C v - Delta F sgn v ([`crate::modes`]). Each term is an integral of its own
+//! over each stretch of closed-form motion, so that [`Energy::residual`] shows any that is wrong. The solenoids' energy is
+//! electrical and besides. A term's sums over a valve cycle are the difference of two readings.
+//!
+//! Drift and the leakage with the pressure, d q_L - k P_d, flow past the calibrating piston from P_h at d = +1, from P_R at
+//! d = -1; q_LC from P_h where it fills the ram, to P_R where it empties it. A volume that the volume limit refuses is
+//! not drawn.
+
+use std::ops::{Add, Sub};
+
+use planesman_circuit as circuit;
+use planesman_msgs::planesman_msgs::msg::DhaState;
+
+use crate::actuator_set::ActuatorSet;
+use crate::closed_form::{ClosedForm, Integrals, Quantity};
+use crate::events::first_below_zero;
+use crate::metering::Flows;
+use crate::modes::{Constants, FrictionState, Mode, Side, State};
+
+/// Energies since the start, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Work of supply and return: P_h for each volume drawn, less P_R for each returned and P_h for what the smaller
+    /// chamber gives back.
+    pub supply: f64,
+    /// Electrical, of the solenoids.
+    pub switching: f64,
+    /// Work on the load against C.
+    pub viscous: f64,
+    /// Of ram and load at present.
+    pub kinetic: f64,
+    /// Taken by the stops.
+    pub stops: f64,
+    /// Taken by Coulomb friction.
+    pub friction: f64,
+    /// Throttled in the large volume's valve.
+    pub throttling: f64,
+    /// Throttled in the small volume's valve.
+    pub throttling_small: f64,
+    /// Throttled past the calibrating piston.
+    pub leakage: f64,
+    /// Put into the compressed column.
+    pub compressed: f64,
+    /// Given back by it.
+    pub recovered: f64,
+    /// Put into the auxiliary pistons.
+    pub stored: f64,
+    /// Given back by them.
+    pub returned: f64,
+    /// What an ideal 4-way proportional valve, without lag and leakage, takes for the same motion: P_h for each
+    /// volume to the driven side, less P_R for that from the other.
+    pub proportional_valve: f64,
+}
+
+/// How an energy is made of those of two ledgers.
+macro_rules! of_each {
+    ($operator:ident, $function:ident, $sign:tt) => {
+        impl $operator for Energy {
+            type Output = Self;
+
+            fn $function(self, other: Self) -> Self {
+                Self {
+                    supply: self.supply $sign other.supply,
+                    switching: self.switching $sign other.switching,
+                    viscous: self.viscous $sign other.viscous,
+                    kinetic: self.kinetic $sign other.kinetic,
+                    stops: self.stops $sign other.stops,
+                    friction: self.friction $sign other.friction,
+                    throttling: self.throttling $sign other.throttling,
+                    throttling_small: self.throttling_small $sign other.throttling_small,
+                    leakage: self.leakage $sign other.leakage,
+                    compressed: self.compressed $sign other.compressed,
+                    recovered: self.recovered $sign other.recovered,
+                    stored: self.stored $sign other.stored,
+                    returned: self.returned $sign other.returned,
+                    proportional_valve: self.proportional_valve $sign other.proportional_valve,
+                }
+            }
+        }
+    };
+}
+
+of_each!(Add, add, +);
+of_each!(Sub, sub, -);
+
+impl Energy {
+    /// Work on the load: against C, and its kinetic energy.
+    #[must_use]
+    pub fn load(&self) -> f64 {
+        self.viscous + self.kinetic
+    }
+
+    /// What the column still holds.
+    #[must_use]
+    pub fn compression(&self) -> f64 {
+        self.compressed - self.recovered
+    }
+
+    /// What the auxiliary pistons still hold.
+    #[must_use]
+    pub fn auxiliary(&self) -> f64 {
+        self.stored - self.returned
+    }
+
+    /// The hydraulic terms, each with its name: they add up to [`Energy::supply`].
+    #[must_use]
+    pub fn terms(&self) -> [(&'static str, f64); 8] {
+        [
+            ("load", self.load()),
+            ("friction", self.friction),
+            ("stops", self.stops),
+            ("throttling", self.throttling),
+            ("throttling, small volume", self.throttling_small),
+            ("leakage", self.leakage),
+            ("compression", self.compression()),
+            ("auxiliary pistons", self.auxiliary()),
+        ]
+    }
+
+    /// What the terms leave of the supply's work, J: 0 but for rounding.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.supply - self.terms().iter().map(|(_, energy)| energy).sum::<f64>()
+    }
+
+    /// The residual relative to the supply's work; `None` where that is 0.
+    #[must_use]
+    pub fn closure(&self) -> Option<f64> {
+        (self.supply != 0.0).then(|| (self.residual() / self.supply).abs())
+    }
+
+    /// Work on the load relative to that of the supply; `None` where that is not positive.
+    #[must_use]
+    pub fn efficiency(&self) -> Option<f64> {
+        (self.supply > 0.0).then(|| self.load() / self.supply)
+    }
+
+    /// The same of the ideal proportional valve.
+    #[must_use]
+    pub fn proportional_efficiency(&self) -> Option<f64> {
+        (self.proportional_valve > 0.0).then(|| self.load() / self.proportional_valve)
+    }
+
+    /// Those of a circuit of on/off valves; `kinetic` has springs and weight too, `throttling` all its valves, `leakage` the
+    /// piston's seal.
+    pub(crate) fn of_circuit(ledger: &circuit::Ledger, proportional_valve: f64) -> Self {
+        Self {
+            supply: ledger.supply,
+            switching: ledger.switching,
+            viscous: ledger.viscous,
+            kinetic: ledger.mechanical + ledger.load,
+            stops: ledger.stops,
+            friction: ledger.friction,
+            throttling: ledger.throttled(),
+            leakage: ledger.seal,
+            compressed: ledger.compressed,
+            recovered: ledger.compressed - ledger.compression,
+            proportional_valve,
+            ..Self::default()
+        }
+    }
+
+    /// Writes the energies into a message.
+    pub(crate) fn fill(&self, state: &mut DhaState) {
+        state.energy_supply = self.supply;
+        state.energy_switching = self.switching;
+        state.energy_viscous = self.viscous;
+        state.energy_kinetic = self.kinetic;
+        state.energy_stops = self.stops;
+        state.energy_friction = self.friction;
+        state.energy_throttling = self.throttling;
+        state.energy_throttling_small = self.throttling_small;
+        state.energy_leakage = self.leakage;
+        state.energy_compressed = self.compressed;
+        state.energy_recovered = self.recovered;
+        state.energy_stored = self.stored;
+        state.energy_returned = self.returned;
+        state.energy_proportional_valve = self.proportional_valve;
+    }
+}
+
+impl From<&DhaState> for Energy {
+    fn from(state: &DhaState) -> Self {
+        Self {
+            supply: state.energy_supply,
+            switching: state.energy_switching,
+            viscous: state.energy_viscous,
+            kinetic: state.energy_kinetic,
+            stops: state.energy_stops,
+            friction: state.energy_friction,
+            throttling: state.energy_throttling,
+            throttling_small: state.energy_throttling_small,
+            leakage: state.energy_leakage,
+            compressed: state.energy_compressed,
+            recovered: state.energy_recovered,
+            stored: state.energy_stored,
+            returned: state.energy_returned,
+            proportional_valve: state.energy_proportional_valve,
+        }
+    }
+}
+
+/// The pressures at the ram's ports, Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pressures {
+    /// P_h.
+    pub supply: f64,
+    /// P_R.
+    pub back: f64,
+    /// P_L0 = P_h A_R/A_L.
+    pub resting: f64,
+}
+
+impl Pressures {
+    /// Those of an actuator.
+    #[must_use]
+    pub(crate) fn new(set: &ActuatorSet) -> Self {
+        Self {
+            supply: set.supply,
+            back: set.return_pressure,
+            resting: set.resting_pressure(),
+        }
+    }
+}
+
+/// The ledger of one ram.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ledger {
+    energy: Energy,
+    constants: Constants,
+    pressures: Pressures,
+    flows: Flows,
+}
+
+impl Ledger {
+    /// With nothing in it, for a ram with these constants between these pressures.
+    pub(crate) fn new(constants: Constants, pressures: Pressures) -> Self {
+        Self {
+            energy: Energy::default(),
+            constants,
+            pressures,
+            flows: Flows::NONE,
+        }
+    }
+
+    /// A piece begins, with these constants, pressures and flows.
+    pub(crate) fn begin(&mut self, constants: Constants, pressures: Pressures, flows: Flows) {
+        (self.constants, self.pressures, self.flows) = (constants, pressures, flows);
+    }
+
+    /// Adds the solenoids' energy.
+    pub(crate) fn switch(&mut self, energy: f64) {
+        self.energy.switching += energy;
+    }
+
+    /// The load has lost its speed, m/s, to a stop.
+    pub(crate) fn hit_stop(&mut self, speed: f64) {
+        self.energy.stops += 0.5 * self.constants.mass * speed * speed;
+    }
+
+    /// The energies, the load at `velocity`, m/s.
+    #[must_use]
+    pub(crate) fn energy(&self, velocity: f64) -> Energy {
+        Energy {
+            kinetic: 0.5 * self.constants.mass * velocity * velocity,
+            ..self.energy
+        }
+    }
+
+    /// Books the first `t` seconds of a motion in `mode` from `start` to `end`.
+    pub(crate) fn book(
+        &mut self,
+        mode: Mode,
+        motion: &ClosedForm,
+        start: &State,
+        end: &State,
+        t: f64,
+    ) {
+        if t <= 0.0 {
+            return;
+        }
+        let (constants, resting) = (&self.constants, self.pressures.resting);
+        let held = mode.clamped.map(|side| side.sign() * constants.clamp(side));
+        let integrals = motion.integrals(t, end);
+        let energy = &mut self.energy;
+
+        // Column and auxiliary pistons: int P_L dV_e, up and down by themselves.
+        let (mut put_in, mut given_back) = (0.0, 0.0);
+        let mut from = start.squeezed;
+        let turns = motion.turns_within(Quantity::Oil, t, end);
+        let stretches = turns.map(|time| motion.at(time).squeezed);
+        for to in stretches.chain([end.squeezed]) {
+            let pressure = held.unwrap_or(0.5 * constants.stiffness * (from + to));
+            let work = (resting + pressure) * (to - from);
+            if work > 0.0 {
+                put_in += work;
+            } else {
+                given_back -= work;
+            }
+            from = to;
+        }
+        if held.is_some() {
+            energy.stored += put_in;
+            energy.returned += given_back;
+        } else {
+            energy.compressed += put_in;
+            energy.recovered += given_back;
+        }
+
+        // The flows into the larger chamber, unless the volume limit refuses them.
+        if mode.limited.is_none() {
+            self.add_flows(held, &integrals, t);
+        }
+        if !matches!(mode.friction, FrictionState::Sliding(_)) {
+            return;
+        }
+        // The load.
+        let (constants, energy) = (&self.constants, &mut self.energy);
+        let moved = end.position - start.position;
+        energy.viscous += constants.viscous * integrals.velocity_squared;
+        energy.friction += constants.coulomb * moved.abs();
+        // The smaller chamber: P_h A_R = P_L0 A_L.
+        energy.supply -= resting * constants.area * moved;
+        energy.proportional_valve +=
+            proportional_valve(constants, &self.pressures, motion, start, end, t);
+    }
+
+    fn add_flows(&mut self, held: Option<f64>, integrals: &Integrals, t: f64) {
+        let Constants {
+            stiffness, leakage, ..
+        } = self.constants;
+        let Pressures {
+            supply,
+            back,
+            resting,
+        } = self.pressures;
+        // int P_d dt and int P_d^2 dt.
+        let (pressure, squared) = match held {
+            Some(held) => (held * t, held * held * t),
+            None => (
+                stiffness * integrals.squeezed,
+                stiffness * stiffness * integrals.squeezed_squared,
+            ),
+        };
+        // int P_h - P_L dt and int P_L - P_R dt.
+        let drops = [
+            (supply - resting) * t - pressure,
+            (resting - back) * t + pressure,
+        ];
+        let (flows, energy) = (&self.flows, &mut self.energy);
+        let throttled = flows
+            .metered
+            .map(|[from, to]| from * drops[0] + to * drops[1]);
+        energy.throttling += throttled[0];
+        energy.throttling_small += throttled[1];
+        for [from, to] in flows.metered {
+            energy.supply += (supply * from - back * to) * t;
+        }
+        let source = if flows.from_supply { supply } else { back };
+        let drifted = flows.drift * t - leakage * pressure;
+        energy.supply += source * drifted;
+        energy.leakage += (source - resting) * drifted - flows.drift * pressure + leakage * squared;
+        let constant = flows.constant_leakage;
+        let source = if constant > 0.0 { supply } else { back };
+        energy.supply += source * constant * t;
+        energy.leakage += constant * ((source - resting) * t - pressure);
+    }
+}
+
+/// What an ideal proportional valve would have taken for a motion, J.
+fn proportional_valve(
+    constants: &Constants,
+    pressures: &Pressures,
+    motion: &ClosedForm,
+    start: &State,
+    end: &State,
+    t: f64,
+) -> f64 {
+    let Constants { area, coulomb, .. } = *constants;
+    let Pressures {
+        supply,
+        back,
+        resting,
+    } = *pressures;
+    // A_R = A_L P_L0/P_h.
+    let ratio = resting / supply;
+    let taken = |moved: f64| match Side::from_sign(moved) {
+        Side::Positive => (supply - back * ratio) * area * moved,
+        Side::Negative => (back - supply * ratio) * area * moved,
+    };
+    // With friction it halts before it turns.
+    if coulomb > 0.0 {
+        return taken(end.position - start.position);
+    }
+    let speed = |time: f64| motion.value_and_rate(Quantity::Speed, time);
+    let turns = motion.turns_within(Quantity::Speed, t, end);
+    let (mut sum, mut since, mut position) = (0.0, 0.0, start.position);
+    for until in turns.chain([t]) {
+        let (before, after) = (speed(since).0, speed(until).0);
+        if before * after < 0.0 {
+            let sign = before.signum();
+            let halt = first_below_zero(since, until, |time| {
+                let (value, rate) = speed(time);
+                (sign * value, sign * rate)
+            });
+            let at_halt = motion.position(halt);
+            sum += taken(at_halt - position);
+            position = at_halt;
+        }
+        since = until;
+    }
+    sum + taken(end.position - position)
+}
