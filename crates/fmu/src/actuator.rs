@@ -12,7 +12,7 @@ use planesman_parameters::{Parameters as _, Value};
 
 use crate::error::Error;
 use crate::subject::{Parameters, Simulation, Subject};
-use crate::variable::Variable;
+use crate::variable::{Field, Variable, fields};
 
 /// Parameters of the node that are the FMU's: those of one actuator.
 const PARAMETERS: [&str; 6] = [
@@ -27,125 +27,33 @@ const PARAMETERS: [&str; 6] = [
 /// The loop's command timeout \[s\], longer than any tick: in an FMU an input holds until another is set.
 const TIMEOUT: f64 = 60.0;
 
-/// An output: name, unit, description, and the number in the state.
-type Output = (
-    &'static str,
-    &'static str,
-    &'static str,
-    fn(&DhaState) -> Value,
-);
-
 /// The actuator at the end of the step.
-const AT_THE_END: [Output; 9] = [
-    ("ram", "m", "Ram position from neutral", |it| it.ram.into()),
-    ("ram_velocity", "m/s", "Ram velocity", |it| {
-        it.ram_velocity.into()
-    }),
-    (
-        "plane_angle",
-        "rad",
-        "Plane angle, positive dive: ram over moment arm",
-        |it| it.plane_angle.into(),
-    ),
-    (
-        "pressure",
-        "Pa",
-        "Differential pressure P_d across the ram",
-        |it| it.pressure.into(),
-    ),
-    (
-        "volume",
-        "m^3",
-        "Net oil metered into the actuator V_T",
-        |it| it.volume.into(),
-    ),
-    (
-        "leakage",
-        "m^3",
-        "Net oil gained through drift and leakage since the start",
-        |it| it.leakage.into(),
-    ),
-    ("sign", "", "Present direction: +1 or -1", |it| {
-        i64::from(it.sign).into()
-    }),
-    (
-        "pressure_limited",
-        "",
-        "Auxiliary pistons clamp the pressure",
-        |it| it.pressure_limited.into(),
-    ),
-    ("at_stop", "", "Ram at an end of its travel", |it| {
-        it.at_stop.into()
-    }),
-];
+const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
+    ram, "m", "Ram position from neutral";
+    ram_velocity, "m/s", "Ram velocity";
+    plane_angle, "rad", "Plane angle, positive dive: ram over moment arm";
+    pressure, "Pa", "Differential pressure P_d across the ram";
+    volume, "m^3", "Net oil metered into the actuator V_T";
+    leakage, "m^3", "Net oil gained through drift and leakage since the start";
+    sign, "", "Present direction: +1 or -1";
+    sliding, "", "The load moves";
+    pressure_limited, "", "Auxiliary pistons clamp the pressure";
+    at_stop, "", "Ram at an end of its travel";
+};
 
 /// What was decided in the last tick of the step.
-const IN_THE_TICK: [Output; 10] = [
-    (
-        "commanded_angle",
-        "rad",
-        "Plane angle asked for, limited",
-        |it| it.commanded_angle.into(),
-    ),
-    (
-        "error",
-        "rad",
-        "Predicted position error at the last pulse decision",
-        |it| it.error.into(),
-    ),
-    (
-        "hydraulic_power",
-        "W",
-        "Mean hydraulic power over the tick",
-        |it| it.hydraulic_power.into(),
-    ),
-    (
-        "limit_cycle_frequency",
-        "Hz",
-        "Frequency of the last whole cycle of the direction; 0: none",
-        |it| it.limit_cycle_frequency.into(),
-    ),
-    (
-        "limit_cycle_amplitude",
-        "rad",
-        "Half of what the planes covered in it; 0: none",
-        |it| it.limit_cycle_amplitude.into(),
-    ),
-    (
-        "pulses",
-        "",
-        "Calibrated volumes issued since the start, both signs",
-        |it| count(it.pulses),
-    ),
-    (
-        "small_pulses",
-        "",
-        "Of these, small ones of a two-speed actuator",
-        |it| count(it.small_pulses),
-    ),
-    (
-        "sign_changes",
-        "",
-        "Changes of direction issued since the start",
-        |it| count(it.sign_changes),
-    ),
-    (
-        "slewing",
-        "",
-        "A volume was issued in every valve cycle of the tick",
-        |it| it.slewing.into(),
-    ),
-    (
-        "inhibited",
-        "",
-        "A pulse was refused by the travel limit in the tick",
-        |it| it.inhibited.into(),
-    ),
-];
-
-fn count(number: u64) -> Value {
-    Value::Integer(i64::try_from(number).unwrap_or(i64::MAX))
-}
+const IN_THE_TICK: &[Field<DhaState>] = fields! { DhaState:
+    commanded_angle, "rad", "Plane angle asked for, limited";
+    error, "rad", "Predicted position error at the last pulse decision";
+    hydraulic_power, "W", "Mean hydraulic power over the tick";
+    limit_cycle_frequency, "Hz", "Frequency of the last whole cycle of the direction; 0: none";
+    limit_cycle_amplitude, "rad", "Half of what the planes covered in it; 0: none";
+    pulses, "", "Calibrated volumes issued since the start, both signs";
+    small_pulses, "", "Of these, small ones of a two-speed actuator";
+    sign_changes, "", "Changes of direction issued since the start";
+    slewing, "", "A volume was issued in every valve cycle of the tick";
+    inhibited, "", "A pulse was refused by the travel limit in the tick";
+};
 
 /// An actuator file, read.
 pub(crate) struct ActuatorFile {
@@ -173,11 +81,7 @@ impl ActuatorFile {
             "rad",
             "Plane angle asked for, positive dive",
         );
-        let at_rest = DhaState::default();
-        let outputs = AT_THE_END.iter().chain(&IN_THE_TICK);
-        let outputs = outputs.map(|(name, unit, description, of)| {
-            Variable::output((*name).to_owned(), &of(&at_rest), unit, description)
-        });
+        let outputs = AT_THE_END.iter().chain(IN_THE_TICK).map(Variable::field);
         let declared = ActuatorParameters::declarations().into_iter();
         let declared = declared.filter(|it| {
             // One actuator moves the planes together.
@@ -277,8 +181,8 @@ impl Simulation for Simulated {
     }
 
     fn outputs(&self, _: &[f64]) -> Vec<Value> {
-        let at_the_end = AT_THE_END.iter().map(|it| it.3(&self.at_the_end));
-        let in_the_tick = IN_THE_TICK.iter().map(|it| it.3(&self.in_the_tick));
+        let at_the_end = AT_THE_END.iter().map(|it| (it.of)(&self.at_the_end));
+        let in_the_tick = IN_THE_TICK.iter().map(|it| (it.of)(&self.in_the_tick));
         at_the_end.chain(in_the_tick).collect()
     }
 

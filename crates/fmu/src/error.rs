@@ -8,9 +8,6 @@ pub enum Error {
     /// A vehicle that is not taken.
     #[error(transparent)]
     Vehicle(#[from] planesman_plant::Error),
-    /// A vehicle file that is not taken.
-    #[error(transparent)]
-    VehicleFile(#[from] planesman_vehicle::vehicle_file::VehicleError),
     /// An actuator that is not taken.
     #[error(transparent)]
     Actuator(#[from] planesman_hydraulics::Error),
@@ -21,8 +18,8 @@ pub enum Error {
     #[error("{0}")]
     Value(#[from] Refusal),
     /// The model's output is no longer finite.
-    #[error("the output '{0}' is no longer finite: the model is unstable")]
-    Unstable(String),
+    #[error("output {0} is no longer finite: the model is unstable")]
+    Unstable(usize),
     /// A model file has a sampling interval of its own.
     #[error("--step {step} s refused: the model is sampled every {tick} s; leave --step out")]
     Sampled {
@@ -47,7 +44,7 @@ pub enum Error {
         /// The names of the actuators that are.
         actuators: String,
         /// Why there is no other.
-        reason: planesman_vehicle::vehicle_file::VehicleError,
+        reason: Box<planesman_vehicle::vehicle_file::VehicleError>,
     },
     /// The file is neither a vehicle's nor a model's, and no actuator's either.
     #[error(

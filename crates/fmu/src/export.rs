@@ -148,7 +148,7 @@ fn subject(name: &str) -> Result<(Kind, String), Error> {
         Error::NoSubject {
             name: name.to_owned(),
             actuators: actuators.join(", "),
-            reason,
+            reason: Box::new(reason),
         }
     })?;
     let path = Path::new(name);

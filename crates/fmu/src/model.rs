@@ -136,7 +136,7 @@ impl Simulation for System {
             .flat_map(Value::numbers)
             .position(|it| !it.is_finite());
         match wild {
-            Some(place) => Err(Error::Unstable((place + 1).to_string())),
+            Some(place) => Err(Error::Unstable(place + 1)),
             None => Ok(()),
         }
     }

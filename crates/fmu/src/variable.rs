@@ -37,6 +37,12 @@ impl Variable {
         }
     }
 
+    /// An output that is a field of a message.
+    pub(crate) fn field<M: Default>(field: &Field<M>) -> Self {
+        let like = (field.of)(&M::default());
+        Self::output(field.name.to_owned(), &like, field.unit, field.description)
+    }
+
     /// An output of the type of `like`, which depends on no input at once.
     pub(crate) fn output(
         name: String,
@@ -63,5 +69,62 @@ impl Variable {
             },
             causality: Causality::Parameter,
         }
+    }
+}
+
+/// A field of a message that is an output.
+pub(crate) struct Field<M> {
+    pub(crate) name: &'static str,
+    /// As the message's definition has it; `""` for counts and flags.
+    pub(crate) unit: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) of: fn(&M) -> Value,
+}
+
+/// Fields of a message: name, unit, description.
+macro_rules! fields {
+    ($message:ty: $($name:ident, $unit:literal, $description:literal;)*) => {
+        &[$($crate::variable::Field::<$message> {
+            name: stringify!($name),
+            unit: $unit,
+            description: $description,
+            of: |it| $crate::variable::Read::value(&it.$name),
+        }),*]
+    };
+}
+pub(crate) use fields;
+
+/// What a field holds, as a value of an FMU.
+pub(crate) trait Read {
+    fn value(&self) -> Value;
+}
+
+impl Read for f64 {
+    fn value(&self) -> Value {
+        Value::Double(*self)
+    }
+}
+
+impl Read for bool {
+    fn value(&self) -> Value {
+        Value::Bool(*self)
+    }
+}
+
+impl Read for i8 {
+    fn value(&self) -> Value {
+        Value::Integer((*self).into())
+    }
+}
+
+impl Read for u8 {
+    fn value(&self) -> Value {
+        Value::Integer((*self).into())
+    }
+}
+
+impl Read for u64 {
+    fn value(&self) -> Value {
+        Value::Integer(i64::try_from(*self).unwrap_or(i64::MAX))
     }
 }

@@ -1,5 +1,6 @@
 //! A vehicle in an FMU: the core of `plant_sim`, tick by tick, its true state without instruments.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
@@ -9,7 +10,7 @@ use planesman_plant::{Craft, Plant, PlantParameters};
 
 use crate::error::Error;
 use crate::subject::{Parameters, Simulation, Subject};
-use crate::variable::Variable;
+use crate::variable::{Field, Variable, fields};
 
 /// Parameters of the node that are the FMU's, by the beginnings of their names: motion and water, no instrument.
 const PARAMETERS: [&str; 12] = [
@@ -30,74 +31,27 @@ const PARAMETERS: [&str; 12] = [
 /// Of these, the ones that count at the beginning alone.
 const FIXED: [&str; 2] = ["initial_", "seed"];
 
-/// An output: name, unit, description, and the number in the state.
-type Output = (
-    &'static str,
-    &'static str,
-    &'static str,
-    fn(&VehicleState) -> Value,
-);
+const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
+    distance, "m", "Along the initial heading since the start";
+    cross_track, "m", "To starboard of the initial heading";
+    depth, "m", "Depth, positive down";
+    depth_rate, "m/s", "Depth rate, positive down";
+    roll, "rad", "Roll, positive starboard side down";
+    roll_rate, "rad/s", "Rate of the roll angle";
+    pitch, "rad", "Pitch, positive bow up";
+    pitch_rate, "rad/s", "Rate of the pitch angle";
+    yaw, "rad", "Yaw from the initial heading, positive to starboard";
+    yaw_rate, "rad/s", "Rate of the yaw angle";
+    surge, "m/s", "Velocity through the water, forward";
+    heave, "m/s", "Velocity through the water, down";
+    contact, "", "1: touched the surface in the last tick, 2: the bottom";
+};
 
-const OUTPUTS: [Output; 14] = [
-    (
-        "distance",
-        "m",
-        "Along the initial heading since the start",
-        |it| it.distance.into(),
-    ),
-    (
-        "cross_track",
-        "m",
-        "To starboard of the initial heading",
-        |it| it.cross_track.into(),
-    ),
-    ("depth", "m", "Depth, positive down", |it| it.depth.into()),
-    ("depth_rate", "m/s", "Depth rate, positive down", |it| {
-        it.depth_rate.into()
-    }),
-    ("roll", "rad", "Roll, positive starboard side down", |it| {
-        it.roll.into()
-    }),
-    ("roll_rate", "rad/s", "Rate of the roll angle", |it| {
-        it.roll_rate.into()
-    }),
-    ("pitch", "rad", "Pitch, positive bow up", |it| {
-        it.pitch.into()
-    }),
-    ("pitch_rate", "rad/s", "Rate of the pitch angle", |it| {
-        it.pitch_rate.into()
-    }),
-    (
-        "yaw",
-        "rad",
-        "Yaw from the initial heading, positive to starboard",
-        |it| it.yaw.into(),
-    ),
-    ("yaw_rate", "rad/s", "Rate of the yaw angle", |it| {
-        it.yaw_rate.into()
-    }),
-    (
-        "surge",
-        "m/s",
-        "Velocity through the water, forward",
-        |it| it.surge.into(),
-    ),
-    ("heave", "m/s", "Velocity through the water, down", |it| {
-        it.heave.into()
-    }),
-    (
-        "plane_angle",
-        "rad",
-        "Dive planes at the end of the tick, positive dive",
-        |it| it.dive_planes.into(),
-    ),
-    (
-        "contact",
-        "",
-        "1: touched the surface in the last tick, 2: the bottom",
-        |it| i64::from(it.contact).into(),
-    ),
-];
+/// The sway, which `state` does not have.
+fn sway() -> Variable {
+    let description = "Velocity through the water, to starboard";
+    Variable::output("sway".to_owned(), &Value::Double(0.0), "m/s", description)
+}
 
 /// What moves the vehicle over a tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,7 +100,9 @@ impl Drive {
     }
 
     fn variable(&self) -> Variable {
-        let angle = |name: &str, description| Variable::input(name.to_owned(), "rad", description);
+        let angle = |name: &str, description| {
+            Variable::input(name.to_owned(), "rad", description).within(-FRAC_PI_2, FRAC_PI_2)
+        };
         let share =
             |name: String, description| Variable::input(name, "", description).within(-1.0, 1.0);
         match self {
@@ -192,10 +148,7 @@ impl VehicleFile {
         ];
         let parameters = PlantParameters::default().with(&own)?;
         let drives = Drive::of(&Craft::load(&parameters)?);
-        let outputs = OUTPUTS.iter().map(|(name, unit, description, of)| {
-            let like = of(&VehicleState::default());
-            Variable::output((*name).to_owned(), &like, unit, description)
-        });
+        let outputs = OUTPUTS.iter().map(Variable::field).chain([sway()]);
         let begins = |name: &str, with: &[&str]| with.iter().any(|it| name.starts_with(it));
         let declared = PlantParameters::declarations().into_iter();
         let declared = declared
@@ -283,7 +236,10 @@ impl Simulation for Simulated {
 
     fn outputs(&self, _: &[f64]) -> Vec<Value> {
         let state = self.plant.state(Time::default());
-        OUTPUTS.iter().map(|it| it.3(&state)).collect()
+        let fields = OUTPUTS.iter().map(|it| (it.of)(&state));
+        fields
+            .chain([Value::Double(self.plant.body().sway)])
+            .collect()
     }
 
     fn copy(&self) -> Box<dyn Simulation> {
