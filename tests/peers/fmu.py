@@ -93,6 +93,13 @@ def computed(model, inputs):
     return [[it] for it in scipy.signal.lfilter(num, den, x - model.get("input_level", 0.0)) + model["offset"]]
 
 
+def units(description):
+    """The base units of each variable's unit: kg, m, s and rad."""
+    of = {it.name: it.baseUnit for it in description.unitDefinitions}
+    variables = [it for it in description.modelVariables if it.unit]
+    return {it.name: [getattr(of[it.unit], base) for base in ("kg", "m", "s", "rad")] for it in variables}
+
+
 def perform(run):
     problems = validate_fmu(run["fmu"])
     opened = Opened(run["fmu"], run.get("start"))
@@ -110,7 +117,7 @@ def perform(run):
         "problems": problems,
         "outputs": rows + rest,
         "repeats": rest == again,
-        "units": {it.name: it.unit for it in opened.description.modelVariables if it.unit},
+        "units": units(opened.description),
     }
     if "model" in run:
         with open(run["model"], encoding="utf-8") as file:

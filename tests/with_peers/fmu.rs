@@ -354,8 +354,22 @@ fn an_fmu_in_fmpy_moves_as_the_loop_does_and_as_scipy_computes_its_model() {
             );
         }
     }
-    assert_eq!(answers[0]["units"]["plane_angle"], "rad");
-    assert_eq!(answers[0]["units"]["pressure"], "Pa");
+    // kg, m, s, rad
+    for (answer, variable, unit) in [
+        (0, "plane_angle", [0, 0, 0, 1]),
+        (0, "pressure", [1, -1, -2, 0]),
+        (0, "volume", [0, 3, 0, 0]),
+        (0, "hydraulic_power", [1, 2, -3, 0]),
+        (1, "pitch_rate", [0, 0, -1, 1]),
+        (1, "pitch_damping_viscous", [1, 2, 0, 0]),
+        (1, "environment.density", [1, -3, 0, 0]),
+    ] {
+        assert_eq!(
+            answers[answer]["units"][variable],
+            json!(unit),
+            "{variable}"
+        );
+    }
 }
 
 #[test]

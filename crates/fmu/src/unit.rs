@@ -50,22 +50,3 @@ pub(crate) fn definition(unit: &str) -> String {
     };
     format!("<Unit name=\"{unit}\">{base}{display}</Unit>")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_products_of_base_units() {
-        for (unit, kg, m, s, rad) in [
-            ("rad/s", 0, 0, -1, 1),
-            ("kg/m^3", 1, -3, 0, 0),
-            ("N m s^2", 1, 2, 0, 0),
-            ("m^3", 0, 3, 0, 0),
-            ("Pa", 1, -1, -2, 0),
-        ] {
-            assert_eq!(exponents(unit), Some([kg, m, s, 0, rad]), "{unit}");
-        }
-        assert_eq!(exponents("furlong"), None);
-    }
-}
