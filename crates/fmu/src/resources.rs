@@ -6,9 +6,12 @@ use planesman_parameters::{Value, Values};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
+use crate::actuator::ActuatorFile;
 use crate::error::Error;
-use crate::subject::{Kind, Subject, load};
+use crate::model::Model;
+use crate::subject::{Kind, Subject};
 use crate::variable::{Causality, Variable};
+use crate::vehicle::VehicleFile;
 
 /// The file's name within `resources`.
 pub(crate) const MANIFEST: &str = "fmu.json";
@@ -148,4 +151,16 @@ fn start(
         }
     }
     Ok(())
+}
+
+/// The subject in a file that holds it whole.
+///
+/// # Errors
+/// A file that is not taken.
+fn load(kind: Kind, file: &Path, tick: Option<f64>) -> Result<Box<dyn Subject>, Error> {
+    Ok(match kind {
+        Kind::Actuator => Box::new(ActuatorFile::load(file, tick)?),
+        Kind::Vehicle => Box::new(VehicleFile::load(file, tick)?),
+        Kind::Model => Box::new(Model::load(file, tick)?),
+    })
 }

@@ -1,15 +1,10 @@
 //! What an FMU simulates: an actuator, a vehicle or an identified model, each sampled at its tick.
 
-use std::path::Path;
-
 use planesman_parameters::Value;
 use serde::{Deserialize, Serialize};
 
-use crate::actuator::ActuatorFile;
 use crate::error::Error;
-use crate::model::Model;
 use crate::variable::Variable;
-use crate::vehicle::VehicleFile;
 
 /// The kinds of what is exported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,16 +55,4 @@ pub(crate) trait Simulation: Send {
 
     /// The same simulation once more.
     fn copy(&self) -> Box<dyn Simulation>;
-}
-
-/// The subject in a file that holds it whole.
-///
-/// # Errors
-/// A file that is not taken.
-pub(crate) fn load(kind: Kind, file: &Path, tick: Option<f64>) -> Result<Box<dyn Subject>, Error> {
-    Ok(match kind {
-        Kind::Actuator => Box::new(ActuatorFile::load(file, tick)?),
-        Kind::Vehicle => Box::new(VehicleFile::load(file, tick)?),
-        Kind::Model => Box::new(Model::load(file, tick)?),
-    })
 }
