@@ -37,12 +37,16 @@ pub enum Error {
         reason: std::io::Error,
     },
     /// Nothing of that name is built in, and no file is there.
-    #[error("no actuator is built in as '{name}' ({actuators}); as a vehicle or a model: {reason}")]
+    #[error(
+        "no actuator is built in as '{name}' ({actuators}){meant}; as a vehicle or a model: {reason}"
+    )]
     NoSubject {
         /// The name.
         name: String,
         /// The names of the actuators that are.
         actuators: String,
+        /// The one that was probably meant, as a question.
+        meant: String,
         /// Why there is no other.
         reason: Box<planesman_vehicle::vehicle_file::VehicleError>,
     },
@@ -64,6 +68,9 @@ pub enum Error {
         /// Its name.
         library: String,
     },
+    /// The library is another.
+    #[error("'{0}' is no libplanesman_fmu of this version")]
+    OtherLibrary(String),
     /// The FMU's own files are not those of this library.
     #[error("resources/{file}: {reason}")]
     Resources {

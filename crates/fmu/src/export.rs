@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 
 use planesman_hydraulics::actuator_file;
 use planesman_model_file::{ModelFile, SeveralModelFile};
+use planesman_text::did_you_mean;
 use planesman_vehicle::vehicle_file;
 use serde::Deserialize;
 
 use crate::archive::zip;
 use crate::description;
 use crate::error::Error;
-use crate::resources::{Format, MANIFEST, Manifest, Resources};
+use crate::resources::{FORMAT, Format, MANIFEST, Manifest, Resources};
 use crate::subject::Kind;
 use crate::variable::Causality;
 
@@ -72,11 +73,7 @@ pub fn fmu(options: &Options) -> Result<Fmu, Error> {
         tick: options.tick,
         start: options.start.clone(),
     };
-    // Read as the FMU will read it: out of a folder that holds nothing else.
-    let folder = tempfile::tempdir().map_err(|reason| file_error(&std::env::temp_dir(), reason))?;
-    let place = folder.path().join(&manifest.file);
-    fs::write(&place, &text).map_err(|reason| file_error(&place, reason))?;
-    let resources = Resources::of(manifest, folder.path()).map_err(|reason| match kind {
+    let resources = Resources::of(manifest, path, &text).map_err(|reason| match kind {
         Kind::Actuator if !is_built_in(&options.subject) => Error::Unknown {
             file: options.subject.clone(),
             reason: Box::new(reason),
@@ -87,7 +84,7 @@ pub fn fmu(options: &Options) -> Result<Fmu, Error> {
         Some(path) => path.clone(),
         None => library()?,
     };
-    let library = fs::read(&library).map_err(|reason| file_error(&library, reason))?;
+    let library = library_at(&library)?;
     let description = description::text(&resources, &stem, &identifier);
     let platform = format!("{ARCH}-{}", if OS == "macos" { "darwin" } else { OS });
     let Manifest { file, .. } = &resources.manifest;
@@ -120,10 +117,16 @@ pub fn fmu(options: &Options) -> Result<Fmu, Error> {
     })
 }
 
-fn file_error(path: &Path, reason: std::io::Error) -> Error {
-    Error::File {
+/// The library in a file: one that reads the manifests written here.
+fn library_at(path: &Path) -> Result<Vec<u8>, Error> {
+    let bytes = fs::read(path).map_err(|reason| Error::File {
         path: path.display().to_string(),
         reason,
+    })?;
+    let format = FORMAT.as_bytes();
+    match bytes.windows(format.len()).any(|part| part == format) {
+        true => Ok(bytes),
+        false => Err(Error::OtherLibrary(path.display().to_string())),
     }
 }
 
@@ -147,6 +150,7 @@ fn subject(name: &str) -> Result<(Kind, String), Error> {
         let actuators: Vec<&str> = actuator_file::BUILT_IN.iter().map(|it| it.0).collect();
         Error::NoSubject {
             name: name.to_owned(),
+            meant: did_you_mean(name, actuators.iter().copied()),
             actuators: actuators.join(", "),
             reason: Box::new(reason),
         }

@@ -16,7 +16,10 @@ use crate::vehicle::VehicleFile;
 /// The file's name within `resources`.
 pub(crate) const MANIFEST: &str = "fmu.json";
 
-/// The name and the version of the format.
+/// The name and the version of the manifest's format, by which a library that reads it is known.
+pub(crate) const FORMAT: &str = "planesman fmu 1";
+
+/// The same as a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Format {
     /// The only one so far.
@@ -85,27 +88,27 @@ impl Resources {
         if Path::new(&manifest.file).components().count() != 1 || manifest.file.starts_with('.') {
             return Err(refused("'file' must name a file beside it".to_owned()));
         }
-        Self::of(manifest, folder)
-    }
-
-    /// Those of a manifest, whose file is in the folder.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub(crate) fn of(manifest: Manifest, folder: &Path) -> Result<Self, Error> {
         let file = folder.join(&manifest.file);
         let text = planesman_text::read(&file).map_err(|reason| Error::File {
             path: file.display().to_string(),
             reason,
         })?;
-        let subject = load(manifest.kind, &file, manifest.tick)?;
+        Self::of(manifest, &file, &text)
+    }
+
+    /// Those of a manifest, for the subject in a file, or built in under that name, with this text.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub(crate) fn of(manifest: Manifest, file: &Path, text: &str) -> Result<Self, Error> {
+        let subject = load(manifest.kind, file, manifest.tick)?;
         let mut variables = subject.variables().to_vec();
         let is_set = |it: &&mut Variable| it.causality == Causality::Parameter;
         let declared = variables.iter_mut().filter(is_set);
         let declared = declared.map(|it| &mut it.declaration);
         start(declared.collect(), &manifest.start)?;
         let resources = Self {
-            token: manifest.token(&text),
+            token: manifest.token(text),
             manifest,
             subject,
             variables,
@@ -153,7 +156,7 @@ fn start(
     Ok(())
 }
 
-/// The subject in a file that holds it whole.
+/// The subject in a file that holds it whole, or one that is built in.
 ///
 /// # Errors
 /// A file that is not taken.
