@@ -8,7 +8,7 @@
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
-//! [`sysid`] the identifier's pages, [`tune`] gains for its models, [`review`] both on one page; [`watch`] shows what flies.
+//! [`sysid`] the identifier's pages, [`tune`] gains for its models, [`review`] both on one page; [`export_command`] takes them to other simulators; [`watch`] shows what flies.
 
 pub mod arguments;
 pub mod bag_command;
@@ -18,6 +18,7 @@ pub mod design;
 pub mod dha;
 pub mod dive;
 pub mod doctor;
+pub mod export_command;
 pub mod nodes;
 pub mod params_command;
 pub mod processes;

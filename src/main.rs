@@ -17,7 +17,9 @@ use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
-use planesman::{bag_command, bag_play, doctor, nodes, params_command, report, tf_command, watch};
+use planesman::{
+    bag_command, bag_play, doctor, export_command, nodes, params_command, report, tf_command, watch,
+};
 use planesman_console::Format;
 use planesman_console::progress::Bars;
 use planesman_flight::nodes::NAMESPACE;
@@ -184,6 +186,11 @@ enum Command {
         after_help = "Examples:\n  planesman dha size auv\n  planesman dha limit-cycles --html limit_cycles.html"
     )]
     Dha(DhaCommand),
+    /// Write an actuator, a vehicle or an identified model as an FMU (FMI 3.0) for other simulators
+    #[command(
+        after_help = "Examples:\n  planesman export --fmi auv -o auv.fmu\n  planesman export --fmi lauv --set propulsion=thrust --set speed=1 -o lauv.fmu\n  planesman export --fmi model.yaml -o model.fmu"
+    )]
+    Export(export_command::ExportArgs),
     /// Recompute the numbers of the two historical reports and print which agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(ReproduceArgs),
@@ -393,6 +400,7 @@ fn main() -> ExitCode {
         Command::Tune(args) => planesman::tune::run(&args),
         Command::Review(args) => planesman::review::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
+        Command::Export(args) => export_command::run(&args),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info {
             path,

@@ -4,6 +4,7 @@
 
 mod colcon_builds_msgs;
 mod colcon_builds_planesman;
+mod fmu;
 #[path = "../foreign/mod.rs"]
 mod foreign;
 mod foreign_bags;

@@ -199,6 +199,12 @@ impl Plant {
         self.place.body.speed
     }
 
+    /// Where the body is and how it moves, of a vehicle of six degrees its sway too.
+    #[must_use]
+    pub fn body(&self) -> &Body {
+        &self.place.body
+    }
+
     /// The messages of the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&mut self, stamp: Time) -> Observation {

@@ -167,7 +167,18 @@ fn names() -> String {
     )
 }
 
-/// The text of the built-in vehicle, or of the file at that path.
+/// The text of a built-in vehicle, of the plane or of six degrees of freedom, or of the file at that path.
+///
+/// # Errors
+/// [`VehicleError::Unreadable`].
+pub fn text(name_or_path: &str) -> Result<String, VehicleError> {
+    match six_dof::built_in_text(name_or_path) {
+        Some(text) => Ok(text.to_owned()),
+        None => text_of(name_or_path),
+    }
+}
+
+/// The text of a built-in vehicle of the plane, or of the file at that path.
 fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
         return Ok((*text).to_owned());

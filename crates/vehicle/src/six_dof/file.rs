@@ -74,6 +74,12 @@ pub fn built_in() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
+/// The text of a built-in vehicle.
+pub(crate) fn built_in_text(name: &str) -> Option<&'static str> {
+    let found = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
+    found.map(|(_, text)| *text)
+}
+
 /// Whether the text of a file is of a vehicle of six degrees: it names its inputs.
 pub(crate) fn is_of_six_degrees(text: &str) -> bool {
     let head: Result<Head, _> = planesman_text::yaml::from_str(text);
@@ -96,7 +102,7 @@ pub fn load(name_or_path: &str) -> Result<Vehicle, FileError> {
 
 /// The text of a built-in vehicle, or else of the file at that path.
 pub(super) fn text(name_or_path: &str) -> Result<Cow<'static, str>, FileError> {
-    if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
+    if let Some(text) = built_in_text(name_or_path) {
         return Ok(Cow::Borrowed(text));
     }
     let text = planesman_text::read(Path::new(name_or_path));

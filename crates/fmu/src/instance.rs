@@ -1,0 +1,325 @@
+//! An FMU at work: what an importer sets, steps and reads, without the C interface.
+//!
+//! The subject is sampled: a tick takes the inputs as they are when it begins, and is over when a step reaches its end. Steps of any length go;
+//! one of a tick is the loop's own.
+
+use std::sync::Arc;
+
+use planesman_parameters::{Declaration, Value};
+
+use crate::resources::Resources;
+use crate::subject::Simulation;
+use crate::variable::{Causality, Variable};
+
+/// The most ticks in one step: a longer step is a mistake of units.
+const MOST_TICKS: f64 = 1e7;
+
+/// A share of a tick by which times may differ by rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// Why a call is not obeyed. The instance is then as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum Fault {
+    /// The call is wrong here: `fmi3Error`.
+    #[error("{0}")]
+    Misuse(String),
+    /// The values are not taken, others would be: `fmi3Discard`.
+    #[error("{0}")]
+    Discarded(String),
+}
+
+/// `Misuse` of a formatted text.
+macro_rules! misuse {
+    ($($part:tt)*) => { $crate::instance::Fault::Misuse(format!($($part)*)) };
+}
+pub(crate) use misuse;
+
+/// Where an instance is between its creation and its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Instantiated,
+    Initialisation,
+    Steps,
+    Terminated,
+}
+
+/// What changes while it runs.
+struct State {
+    phase: Phase,
+    /// Of every variable but time, in their order.
+    values: Vec<Value>,
+    simulation: Option<Box<dyn Simulation>>,
+    start: f64,
+    time: f64,
+    /// Ticks that are over.
+    ticks: f64,
+    /// The inputs of the tick under way, once it has begun.
+    taken: Option<Vec<f64>>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self {
+            values: self.values.clone(),
+            simulation: self.simulation.as_ref().map(|it| it.copy()),
+            taken: self.taken.clone(),
+            ..*self
+        }
+    }
+}
+
+/// An instance of an FMU.
+pub(crate) struct Instance {
+    resources: Arc<Resources>,
+    state: State,
+}
+
+/// A state that the importer keeps, to go back to.
+pub(crate) struct Kept(State);
+
+impl Instance {
+    pub(crate) fn new(resources: Resources) -> Self {
+        let start = resources
+            .variables()
+            .map(|it| it.declaration.default.clone());
+        Self {
+            state: State {
+                phase: Phase::Instantiated,
+                values: start.collect(),
+                simulation: None,
+                start: 0.0,
+                time: 0.0,
+                ticks: 0.0,
+                taken: None,
+            },
+            resources: Arc::new(resources),
+        }
+    }
+
+    /// The variable of a value reference, and its place; `None` is time.
+    fn place(&self, reference: u32) -> Result<Option<usize>, Fault> {
+        let place = (reference as usize).checked_sub(1);
+        match place {
+            Some(place) if place >= self.state.values.len() => Err(misuse!(
+                "value reference {reference}: there is no such variable"
+            )),
+            place => Ok(place),
+        }
+    }
+
+    /// The values of variables.
+    ///
+    /// # Errors
+    /// No such variable.
+    pub(crate) fn get(&mut self, references: &[u32]) -> Result<Vec<Value>, Fault> {
+        let places = references.iter().map(|it| self.place(*it));
+        let places: Vec<Option<usize>> = places.collect::<Result<_, _>>()?;
+        self.refresh()?;
+        let time = || Value::Double(self.state.time);
+        let value = |place: usize| self.state.values[place].clone();
+        Ok(places
+            .into_iter()
+            .map(|it| it.map_or_else(time, value))
+            .collect())
+    }
+
+    /// Sets variables, all or none.
+    ///
+    /// # Errors
+    /// A variable that is not to be set now, a value that it does not take.
+    pub(crate) fn set(&mut self, values: Vec<(u32, Value)>) -> Result<(), Fault> {
+        let mut new = self.state.values.clone();
+        let mut parameters = false;
+        for (reference, value) in values {
+            let place = self.place(reference)?;
+            let place = place.ok_or_else(|| misuse!("time is not set by value"))?;
+            let Variable {
+                declaration,
+                causality,
+            } = self.resources.variable(place);
+            let name = &declaration.name;
+            match (causality, self.state.phase) {
+                (Causality::Output(_), _) => return Err(misuse!("{name} is an output")),
+                (_, Phase::Terminated) => return Err(misuse!("{name}: the FMU is terminated")),
+                (Causality::Parameter, Phase::Steps) if declaration.read_only => {
+                    return Err(misuse!("{name} is fixed once the simulation has begun"));
+                }
+                (Causality::Parameter, _) => parameters = true,
+                (Causality::Input, _) => {}
+            }
+            new[place] = accepted(declaration, value)?;
+        }
+        std::mem::swap(&mut self.state.values, &mut new);
+        if parameters {
+            let parameters = self.parameters();
+            let taken = match &mut self.state.simulation {
+                Some(simulation) if self.state.phase == Phase::Steps => {
+                    simulation.set_parameters(&parameters)
+                }
+                _ => {
+                    self.state.simulation = None;
+                    Ok(())
+                }
+            };
+            if let Err(refusal) = taken {
+                self.state.values = new;
+                return Err(Fault::Discarded(refusal.to_string()));
+            }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// Anywhere but after instantiation.
+    pub(crate) fn enter_initialisation(&mut self, start: f64) -> Result<(), Fault> {
+        if self.state.phase != Phase::Instantiated {
+            return Err(misuse!("initialization follows instantiation or a reset"));
+        }
+        if !start.is_finite() {
+            return Err(misuse!("the start time {start} s is not finite"));
+        }
+        (self.state.start, self.state.time) = (start, start);
+        self.state.phase = Phase::Initialisation;
+        Ok(())
+    }
+
+    /// # Errors
+    /// Anywhere but in initialization; parameters that do not go together.
+    pub(crate) fn exit_initialisation(&mut self) -> Result<(), Fault> {
+        if self.state.phase != Phase::Initialisation {
+            return Err(misuse!("initialization has not been entered"));
+        }
+        self.refresh()?;
+        self.state.phase = Phase::Steps;
+        Ok(())
+    }
+
+    /// # Errors
+    /// Before initialization is over.
+    pub(crate) fn terminate(&mut self) -> Result<(), Fault> {
+        if self.state.phase != Phase::Steps {
+            return Err(misuse!("the simulation has not begun"));
+        }
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// As after instantiation.
+    pub(crate) fn reset(&mut self) {
+        let start = self
+            .resources
+            .variables()
+            .map(|it| it.declaration.default.clone());
+        self.state = State {
+            phase: Phase::Instantiated,
+            values: start.collect(),
+            simulation: None,
+            start: 0.0,
+            time: 0.0,
+            ticks: 0.0,
+            taken: None,
+        };
+    }
+
+    pub(crate) fn keep(&self) -> Kept {
+        Kept(self.state.clone())
+    }
+
+    pub(crate) fn go_back(&mut self, kept: &Kept) {
+        self.state = kept.0.clone();
+    }
+
+    pub(crate) fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Steps from `from` on, which is where it stands, by `step`, both in s.
+    ///
+    /// # Errors
+    /// Another instant, a step that is not positive or too long; a motion that diverges.
+    pub(crate) fn step(&mut self, from: f64, step: f64) -> Result<(), Fault> {
+        let tick = self.resources.subject.tick();
+        if self.state.phase != Phase::Steps {
+            return Err(misuse!(
+                "a step before initialization is over, or after the end"
+            ));
+        }
+        // Written so that NaN is refused too.
+        let is_here = (from - self.state.time).abs() <= ROUNDING * tick + 1e-9 * from.abs();
+        if !is_here {
+            let time = self.state.time;
+            return Err(misuse!("a step from {from} s: the FMU stands at {time} s"));
+        }
+        if !(step > 0.0 && step / tick <= MOST_TICKS) {
+            return Err(misuse!(
+                "a step of {step} s: it must be above 0, and of {MOST_TICKS:e} ticks of {tick} s at most"
+            ));
+        }
+        let mut next = self.state.clone();
+        next.time = from + step;
+        // Where the step ends, in ticks since the start.
+        let end = (next.time - next.start) / tick;
+        let inputs = self.inputs();
+        if let Some(simulation) = &mut next.simulation {
+            while next.ticks + 1.0 <= end + ROUNDING {
+                let taken = next.taken.take().unwrap_or_else(|| inputs.clone());
+                (simulation.advance(&taken)).map_err(|it| Fault::Discarded(it.to_string()))?;
+                next.ticks += 1.0;
+            }
+        }
+        if next.ticks + ROUNDING < end {
+            next.taken.get_or_insert(inputs);
+        }
+        self.state = next;
+        self.refresh()
+    }
+
+    fn parameters(&self) -> Vec<(String, Value)> {
+        let all = self.resources.variables().zip(&self.state.values);
+        all.filter(|(variable, _)| variable.causality == Causality::Parameter)
+            .map(|(variable, value)| (variable.declaration.name.clone(), value.clone()))
+            .collect()
+    }
+
+    fn inputs(&self) -> Vec<f64> {
+        let all = self.resources.variables().zip(&self.state.values);
+        all.filter(|(variable, _)| variable.causality == Causality::Input)
+            .flat_map(|(_, value)| value.numbers())
+            .collect()
+    }
+
+    /// Brings the outputs up to date; from initialization on.
+    fn refresh(&mut self) -> Result<(), Fault> {
+        if self.state.phase == Phase::Instantiated {
+            return Ok(());
+        }
+        if self.state.simulation.is_none() {
+            let begun = self.resources.subject.begin(&self.parameters());
+            self.state.simulation = Some(begun.map_err(|it| Fault::Discarded(it.to_string()))?);
+        }
+        let inputs = self.inputs();
+        let Some(simulation) = &self.state.simulation else {
+            return Ok(());
+        };
+        let outputs = simulation.outputs(&inputs);
+        let all = self.resources.variables().zip(&mut self.state.values);
+        let places = all.filter(|(variable, _)| matches!(variable.causality, Causality::Output(_)));
+        for ((_, place), output) in places.zip(outputs) {
+            *place = output;
+        }
+        Ok(())
+    }
+}
+
+/// The value in the variable's own type, within its range.
+fn accepted(declaration: &Declaration, value: Value) -> Result<Value, Fault> {
+    if std::mem::discriminant(&value) != std::mem::discriminant(&declaration.default) {
+        let name = &declaration.name;
+        let expected = declaration.default.type_with_article();
+        return Err(misuse!(
+            "{name} is set as another type: {expected} is expected"
+        ));
+    }
+    let value = declaration.accept(value);
+    value.map_err(|refusal| Fault::Discarded(refusal.to_string()))
+}

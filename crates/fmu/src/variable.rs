@@ -1,0 +1,130 @@
+//! The variables of an FMU: one table, from which `modelDescription.xml` is written and by which values are read and set.
+
+use planesman_parameters::{Declaration, Value};
+
+/// What a variable is to the importer.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Causality {
+    /// Set by the importer before each step, and held over the ticks that begin in it.
+    Input,
+    /// Computed; it depends at once on the inputs at these places among the inputs.
+    Output(Vec<usize>),
+    /// A constant of the simulation; one that is not read-only may change between steps.
+    Parameter,
+}
+
+/// A variable: its name, type, unit, range and start value, and what it is to the importer.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Variable {
+    pub(crate) declaration: Declaration,
+    pub(crate) causality: Causality,
+}
+
+impl Variable {
+    /// An input, 0 at first.
+    pub(crate) fn input(name: String, unit: &'static str, description: &'static str) -> Self {
+        Self {
+            declaration: Declaration::of(name, &0.0, description).unit(unit),
+            causality: Causality::Input,
+        }
+    }
+
+    /// The same within a closed interval.
+    pub(crate) fn within(self, low: f64, high: f64) -> Self {
+        Self {
+            declaration: self.declaration.range(low, high),
+            ..self
+        }
+    }
+
+    /// An output that is a field of a message.
+    pub(crate) fn field<M: Default>(field: &Field<M>) -> Self {
+        let like = (field.of)(&M::default());
+        Self::output(field.name.to_owned(), &like, field.unit, field.description)
+    }
+
+    /// An output of the type of `like`, which depends on no input at once.
+    pub(crate) fn output(
+        name: String,
+        like: &Value,
+        unit: &'static str,
+        description: &'static str,
+    ) -> Self {
+        let declaration = Declaration {
+            default: like.clone(),
+            ..Declaration::of(name, &0.0, description).unit(unit)
+        };
+        Self {
+            declaration,
+            causality: Causality::Output(Vec::new()),
+        }
+    }
+
+    /// A parameter as a node declares it; `fixed`: once the simulation has begun, it stays.
+    pub(crate) fn parameter(declaration: Declaration, fixed: bool) -> Self {
+        Self {
+            declaration: match fixed {
+                true => declaration.read_only(),
+                false => declaration,
+            },
+            causality: Causality::Parameter,
+        }
+    }
+}
+
+/// A field of a message that is an output.
+pub(crate) struct Field<M> {
+    pub(crate) name: &'static str,
+    /// As the message's definition has it; `""` for counts and flags.
+    pub(crate) unit: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) of: fn(&M) -> Value,
+}
+
+/// Fields of a message: name, unit, description.
+macro_rules! fields {
+    ($message:ty: $($name:ident, $unit:literal, $description:literal;)*) => {
+        &[$($crate::variable::Field::<$message> {
+            name: stringify!($name),
+            unit: $unit,
+            description: $description,
+            of: |it| $crate::variable::Read::value(&it.$name),
+        }),*]
+    };
+}
+pub(crate) use fields;
+
+/// What a field holds, as a value of an FMU.
+pub(crate) trait Read {
+    fn value(&self) -> Value;
+}
+
+impl Read for f64 {
+    fn value(&self) -> Value {
+        Value::Double(*self)
+    }
+}
+
+impl Read for bool {
+    fn value(&self) -> Value {
+        Value::Bool(*self)
+    }
+}
+
+impl Read for i8 {
+    fn value(&self) -> Value {
+        Value::Integer((*self).into())
+    }
+}
+
+impl Read for u8 {
+    fn value(&self) -> Value {
+        Value::Integer((*self).into())
+    }
+}
+
+impl Read for u64 {
+    fn value(&self) -> Value {
+        Value::Integer(i64::try_from(*self).unwrap_or(i64::MAX))
+    }
+}

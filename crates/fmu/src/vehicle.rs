@@ -1,0 +1,248 @@
+//! A vehicle in an FMU: the core of `plant_sim`, tick by tick, its true state without instruments.
+
+use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
+
+use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
+use planesman_msgs::planesman_msgs::msg::{PlaneMotion, ThrusterCommand, VehicleState};
+use planesman_parameters::{Parameters as _, Value};
+use planesman_plant::{Craft, Plant, PlantParameters};
+
+use crate::error::Error;
+use crate::subject::{Parameters, Simulation, Subject};
+use crate::variable::{Field, Variable, fields};
+
+/// Parameters of the node that are the FMU's, by the beginnings of their names: motion and water, no instrument.
+const PARAMETERS: [&str; 12] = [
+    "speed",
+    "propulsion",
+    "restoring",
+    "pitch_damping",
+    "heave_moment",
+    "initial_",
+    "environment.density",
+    "environment.bottom",
+    "environment.current.",
+    "environment.seaway.",
+    "environment.tether.",
+    "seed",
+];
+
+/// Of these, the ones that count at the beginning alone.
+const FIXED: [&str; 2] = ["initial_", "seed"];
+
+const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
+    distance, "m", "Along the initial heading since the start";
+    cross_track, "m", "To starboard of the initial heading";
+    depth, "m", "Depth, positive down";
+    depth_rate, "m/s", "Depth rate, positive down";
+    roll, "rad", "Roll, positive starboard side down";
+    roll_rate, "rad/s", "Rate of the roll angle";
+    pitch, "rad", "Pitch, positive bow up";
+    pitch_rate, "rad/s", "Rate of the pitch angle";
+    yaw, "rad", "Yaw from the initial heading, positive to starboard";
+    yaw_rate, "rad/s", "Rate of the yaw angle";
+    surge, "m/s", "Velocity through the water, forward";
+    heave, "m/s", "Velocity through the water, down";
+    contact, "", "1: touched the surface in the last tick, 2: the bottom";
+};
+
+/// The sway, which `state` does not have.
+fn sway() -> Variable {
+    let description = "Velocity through the water, to starboard";
+    Variable::output("sway".to_owned(), &Value::Double(0.0), "m/s", description)
+}
+
+/// What moves the vehicle over a tick.
+#[derive(Clone, Debug, PartialEq)]
+enum Drive {
+    DivePlanes,
+    BowSternDifferential,
+    RollDifferential,
+    Rudder,
+    Thrust,
+    Thruster(String),
+}
+
+impl Drive {
+    /// Those of a vehicle.
+    fn of(craft: &Craft) -> Vec<Self> {
+        let has = |name: &str| match craft {
+            Craft::Plane(_) => false,
+            Craft::SixDof(tick) => tick.vehicle().parts().inputs.iter().any(|it| it == name),
+        };
+        let (planes, apart, roll, rudder, thrust) = match craft {
+            Craft::Plane(it) => (
+                true,
+                it.planes.is_some(),
+                it.roll.is_some(),
+                it.yaw.is_some(),
+                it.propulsion.is_some(),
+            ),
+            Craft::SixDof(tick) => {
+                let (bow, stern, rudder) = (has("bow_planes"), has("stern_planes"), has("rudder"));
+                let known = [bow, stern, rudder].iter().filter(|it| **it).count();
+                let all = tick.vehicle().parts().inputs.len();
+                let thrust = all > known + tick.thrusters().len();
+                (bow || stern, bow && stern, false, rudder, thrust)
+            }
+        };
+        let of_planes = [
+            (planes, Self::DivePlanes),
+            (apart, Self::BowSternDifferential),
+            (roll, Self::RollDifferential),
+            (rudder, Self::Rudder),
+            (thrust, Self::Thrust),
+        ];
+        let there = of_planes.into_iter().filter(|(there, _)| *there);
+        let thrusters = craft.thrusters().iter().cloned().map(Self::Thruster);
+        there.map(|it| it.1).chain(thrusters).collect()
+    }
+
+    fn variable(&self) -> Variable {
+        let angle = |name: &str, description| {
+            Variable::input(name.to_owned(), "rad", description).within(-FRAC_PI_2, FRAC_PI_2)
+        };
+        let share =
+            |name: String, description| Variable::input(name, "", description).within(-1.0, 1.0);
+        match self {
+            Self::DivePlanes => angle("dive_planes", "Bow and stern planes, positive dive"),
+            Self::BowSternDifferential => angle(
+                "bow_stern_differential",
+                "Added to the bow and taken from the stern planes",
+            ),
+            Self::RollDifferential => angle(
+                "roll_differential",
+                "Added to the starboard and taken from the port bow plane",
+            ),
+            Self::Rudder => angle("rudder", "Rudder, positive turns to starboard"),
+            Self::Thrust => share(
+                "thrust".to_owned(),
+                "Share of full thrust, where the parameter propulsion is thrust",
+            ),
+            Self::Thruster(name) => share(
+                format!("thrusters.{name}"),
+                "Share of the thruster's full command",
+            ),
+        }
+    }
+}
+
+/// A vehicle file, read.
+pub(crate) struct VehicleFile {
+    parameters: PlantParameters,
+    drives: Vec<Drive>,
+    variables: Vec<Variable>,
+}
+
+impl VehicleFile {
+    /// # Errors
+    /// A file or a tick that is not taken.
+    pub(crate) fn load(file: &Path, tick: Option<f64>) -> Result<Self, Error> {
+        let own = [
+            ("vehicle", Value::String(file.display().to_string())),
+            (
+                "tick",
+                tick.unwrap_or(PlantParameters::default().tick).into(),
+            ),
+        ];
+        let parameters = PlantParameters::default().with(&own)?;
+        let drives = Drive::of(&Craft::load(&parameters)?);
+        let outputs = OUTPUTS.iter().map(Variable::field).chain([sway()]);
+        let begins = |name: &str, with: &[&str]| with.iter().any(|it| name.starts_with(it));
+        let declared = PlantParameters::declarations().into_iter();
+        let declared = declared
+            .filter(|it| begins(&it.name, &PARAMETERS))
+            .map(|it| {
+                let fixed = begins(&it.name, &FIXED);
+                Variable::parameter(it, fixed)
+            });
+        Ok(Self {
+            variables: (drives.iter().map(Drive::variable))
+                .chain(outputs)
+                .chain(declared)
+                .collect(),
+            parameters,
+            drives,
+        })
+    }
+}
+
+impl Subject for VehicleFile {
+    fn tick(&self) -> f64 {
+        self.parameters.tick
+    }
+
+    fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    fn begin(&self, parameters: &Parameters) -> Result<Box<dyn Simulation>, Error> {
+        let parameters = changed(&self.parameters, parameters)?;
+        Ok(Box::new(Simulated {
+            plant: Plant::new(&parameters)?,
+            parameters,
+            drives: self.drives.clone(),
+        }))
+    }
+}
+
+fn changed(parameters: &PlantParameters, changes: &Parameters) -> Result<PlantParameters, Error> {
+    let values = parameters.values().with(changes.iter().cloned())?;
+    Ok(PlantParameters::from_values(&values)?)
+}
+
+#[derive(Clone)]
+struct Simulated {
+    parameters: PlantParameters,
+    plant: Plant,
+    drives: Vec<Drive>,
+}
+
+impl Simulation for Simulated {
+    fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
+        let parameters = changed(&self.parameters, parameters)?;
+        self.plant.set_parameters(&parameters)?;
+        self.parameters = parameters;
+        Ok(())
+    }
+
+    fn advance(&mut self, inputs: &[f64]) -> Result<(), Error> {
+        let mut motion = PlaneMotion {
+            duration: Duration::from_nanos(self.plant.tick_nanos()),
+            dive_planes: vec![0.0; 2],
+            ..PlaneMotion::default()
+        };
+        let mut thrusters = ThrusterCommand::default();
+        for (drive, value) in self.drives.iter().zip(inputs) {
+            let held = vec![*value; 2];
+            match drive {
+                Drive::DivePlanes => motion.dive_planes = held,
+                Drive::BowSternDifferential => motion.bow_stern_differential = held,
+                Drive::RollDifferential => motion.roll_differential = held,
+                Drive::Rudder => motion.rudder = held,
+                Drive::Thrust => motion.thrust = held,
+                Drive::Thruster(name) => {
+                    thrusters.name.push(name.clone());
+                    thrusters.command.push(*value);
+                }
+            }
+        }
+        if !thrusters.name.is_empty() {
+            self.plant.set_thrusters(&thrusters)?;
+        }
+        Ok(self.plant.advance(Some(&motion))?)
+    }
+
+    fn outputs(&self, _: &[f64]) -> Vec<Value> {
+        let state = self.plant.state(Time::default());
+        let fields = OUTPUTS.iter().map(|it| (it.of)(&state));
+        fields
+            .chain([Value::Double(self.plant.body().sway)])
+            .collect()
+    }
+
+    fn copy(&self) -> Box<dyn Simulation> {
+        Box::new(self.clone())
+    }
+}

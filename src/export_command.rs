@@ -1,0 +1,78 @@
+//! `planesman export`: an actuator, a vehicle or an identified model for other simulators, as an FMU ([`planesman_fmu`]).
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use planesman_fmu::{Kind, Options, fmu};
+use planesman_text::{shown, write_text};
+use planesman_units::Dimension;
+
+use crate::arguments::{output_file, quantity};
+
+/// Write an FMU (FMI 3.0, co-simulation) for Simulink, OpenModelica, FMPy and other importers
+#[derive(Clone, Debug, clap::Args)]
+pub struct ExportArgs {
+    /// A built-in actuator or vehicle, or the file of an actuator, a vehicle or an identified model
+    #[arg(long, value_name = "ACTUATOR|VEHICLE|MODEL")]
+    fmi: String,
+    /// The FMU to write; must not exist [default: NAME.fmu]
+    #[arg(short, long, value_name = "FILE", value_parser = output_file)]
+    out: Option<PathBuf>,
+    /// Tick: inputs are taken, and outputs change, at its multiples (s, or 1ms) [default: 0.05 s; a model's own sampling time]
+    #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-4, 1.0))]
+    step: Option<f64>,
+    /// Start value of a parameter, as speed=1.5; may be repeated
+    #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
+    set: Vec<(String, String)>,
+    /// The library that runs the FMU [default: libplanesman_fmu beside the program]
+    #[arg(long, value_name = "FILE")]
+    library: Option<PathBuf>,
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    let parts = text.split_once('=');
+    let (name, value) = parts.ok_or("PARAMETER=VALUE is expected")?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
+/// Writes the FMU and says what is in it.
+///
+/// # Errors
+/// What is not taken, a file that cannot be written.
+pub fn run(args: &ExportArgs) -> Result<()> {
+    let made = fmu(&Options {
+        subject: args.fmi.clone(),
+        tick: args.step,
+        start: args.set.clone(),
+        library: args.library.clone(),
+    })?;
+    let out = match &args.out {
+        Some(out) => out.clone(),
+        None => {
+            let name = PathBuf::from(&args.fmi).with_extension("fmu");
+            let name = name.file_name().map(PathBuf::from).unwrap_or_default();
+            let name = name.display().to_string();
+            output_file(&name).map_err(|reason| anyhow::anyhow!("{name}: {reason}; see --out"))?
+        }
+    };
+    write_text(&out, &made.bytes).with_context(|| format!("'{}'", out.display()))?;
+    let kind = match made.kind {
+        Kind::Actuator => "an actuator",
+        Kind::Vehicle => "a vehicle",
+        Kind::Model => "an identified model",
+    };
+    let text = format!(
+        "{}: {kind} as an FMU of FMI 3.0, co-simulation, for {}\n\
+         inputs      {}\n\
+         outputs     {}\n\
+         parameters  {}, listed in modelDescription.xml\n\
+         tick        {} s\n",
+        shown(out.display()),
+        made.platform,
+        shown(made.inputs.join(", ")),
+        shown(made.outputs.join(", ")),
+        made.parameters,
+        made.tick
+    );
+    Ok(planesman_console::print_wrapped(text)?)
+}
