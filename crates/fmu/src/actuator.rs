@@ -4,7 +4,10 @@
 
 use std::path::Path;
 
-use planesman_hydraulics::{Actuator, ActuatorParameters};
+use planesman_hydraulics::{
+    Actuator, ActuatorFile as Description, ActuatorParameters, Error as ActuatorError,
+    actuator_file,
+};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand};
 use planesman_msgs::std_msgs::msg::Header;
@@ -24,6 +27,9 @@ const PARAMETERS: [&str; 6] = [
     "fault.",
 ];
 
+/// Those of a circuit of on/off valves.
+const OF_A_CIRCUIT: [&str; 1] = ["command_limit"];
+
 /// The loop's command timeout \[s\], longer than any tick: in an FMU an input holds until another is set.
 const TIMEOUT: f64 = 60.0;
 
@@ -39,6 +45,20 @@ const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     sliding, "", "The load moves";
     pressure_limited, "", "Auxiliary pistons clamp the pressure";
     at_stop, "", "Ram at an end of its travel";
+    energy_supply, "J", "Work of supply and return since the start";
+    energy_switching, "J", "Electrical energy of the solenoids";
+    energy_viscous, "J", "Work on the load against viscous friction";
+    energy_kinetic, "J", "Kinetic energy of ram and load";
+    energy_stops, "J", "Energy taken by the stops";
+    energy_friction, "J", "Energy taken by Coulomb friction";
+    energy_throttling, "J", "Throttled in the valves, or the large volume's";
+    energy_throttling_small, "J", "Throttled in the small volume's valve";
+    energy_leakage, "J", "Throttled by drift and leakage";
+    energy_compressed, "J", "Put into the compressed oil";
+    energy_recovered, "J", "Given back by the compressed oil";
+    energy_stored, "J", "Put into the auxiliary pistons";
+    energy_returned, "J", "Given back by the auxiliary pistons";
+    energy_proportional_valve, "J", "Energy an ideal proportional valve would have taken for the same motion";
 };
 
 /// What was decided in the last tick of the step.
@@ -76,6 +96,11 @@ impl ActuatorFile {
         ];
         let parameters = ActuatorParameters::default().with(&own)?;
         new(&parameters)?;
+        let own: &[&str] =
+            match actuator_file::read(&parameters.actuator).map_err(ActuatorError::from)? {
+                Description::Metering(_) => &PARAMETERS,
+                Description::Circuit(_) => &OF_A_CIRCUIT,
+            };
         let input = Variable::input(
             "plane_command".to_owned(),
             "rad",
@@ -85,7 +110,7 @@ impl ActuatorFile {
         let declared = ActuatorParameters::declarations().into_iter();
         let declared = declared.filter(|it| {
             // One actuator moves the planes together.
-            it.name != "fault.group" && PARAMETERS.iter().any(|own| it.name.starts_with(own))
+            it.name != "fault.group" && own.iter().any(|own| it.name.starts_with(own))
         });
         let declared = declared.map(|it| Variable::parameter(it, false));
         Ok(Self {

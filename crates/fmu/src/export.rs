@@ -131,7 +131,7 @@ fn library_at(path: &Path) -> Result<Vec<u8>, Error> {
 }
 
 fn is_built_in(name: &str) -> bool {
-    actuator_file::BUILT_IN.iter().any(|it| it.0 == name)
+    actuator_file::built_in().any(|it| it.0 == name)
 }
 
 /// What a name or a file is, and its text.
@@ -142,12 +142,12 @@ fn subject(name: &str) -> Result<(Kind, String), Error> {
         particulars: Option<serde::de::IgnoredAny>,
         inputs: Option<serde::de::IgnoredAny>,
     }
-    let built_in = actuator_file::BUILT_IN.iter().find(|it| it.0 == name);
+    let built_in = actuator_file::built_in().find(|it| it.0 == name);
     if let Some((_, text)) = built_in {
-        return Ok((Kind::Actuator, (*text).to_owned()));
+        return Ok((Kind::Actuator, text.to_owned()));
     }
     let text = vehicle_file::text(name).map_err(|reason| {
-        let actuators: Vec<&str> = actuator_file::BUILT_IN.iter().map(|it| it.0).collect();
+        let actuators: Vec<&str> = actuator_file::built_in().map(|it| it.0).collect();
         Error::NoSubject {
             name: name.to_owned(),
             meant: did_you_mean(name, actuators.iter().copied()),

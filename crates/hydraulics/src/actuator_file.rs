@@ -86,7 +86,7 @@ fn names() -> String {
 }
 
 /// The built-in actuators and circuits: name and file.
-fn built_in() -> impl Iterator<Item = (&'static str, &'static str)> {
+pub fn built_in() -> impl Iterator<Item = (&'static str, &'static str)> {
     BUILT_IN.iter().chain(circuit_file::BUILT_IN).copied()
 }
 
