@@ -140,6 +140,11 @@ impl Workspace {
                 .any(|line| line.contains("table_3_at_3_fps.yaml"))
         );
 
+        // The library of FMUs is beside the program.
+        let program = "\"$prefix/lib/planesman/planesman\"";
+        let made = self.printed(&format!("{program} export --fmi auv --out /dev/null"));
+        assert!(made[0].contains("FMI 3.0"), "{made:?}");
+
         for node in NODES {
             self.starts_and_ends(node);
         }

@@ -1,4 +1,4 @@
-//! Foreign peers: Cyclone DDS, rclpy, rosbags, colcon, python-control, viewers.
+//! Foreign peers: Cyclone DDS, rclpy, rosbags, colcon, python-control, FMPy, viewers.
 
 #![allow(clippy::unwrap_used)]
 

@@ -14,7 +14,7 @@ use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::{Parameters as _, Value};
 
 use crate::error::Error;
-use crate::subject::{Parameters, Simulation, Subject};
+use crate::subject::{Parameters, Simulation, Subject, changed};
 use crate::variable::{Field, Variable, fields};
 
 /// Parameters of the node that are the FMU's: those of one actuator.
@@ -148,14 +148,6 @@ impl Subject for ActuatorFile {
         simulation.look_ahead();
         Ok(Box::new(simulation))
     }
-}
-
-fn changed(
-    parameters: &ActuatorParameters,
-    changes: &Parameters,
-) -> Result<ActuatorParameters, Error> {
-    let values = parameters.values().with(changes.iter().cloned())?;
-    Ok(ActuatorParameters::from_values(&values)?)
 }
 
 #[derive(Clone)]

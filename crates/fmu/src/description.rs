@@ -18,6 +18,7 @@ pub(crate) fn text(resources: &Resources, name: &str, identifier: &str) -> Strin
     let stop = (STOP_TIME / tick).round().max(1.0) * tick;
     let (name, token) = (escaped(name), &resources.token);
     let version = escaped(&resources.manifest.version);
+    let file = escaped(&resources.manifest.file);
     let variables: Vec<(usize, &Variable)> = (1..).zip(resources.variables()).collect();
     let units = variables.iter().map(|it| it.1.declaration.unit);
     let units: BTreeSet<&str> = units.chain(["s"]).filter(|it| !it.is_empty()).collect();
@@ -32,6 +33,7 @@ pub(crate) fn text(resources: &Resources, name: &str, identifier: &str) -> Strin
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
          <fmiModelDescription fmiVersion=\"3.0\" modelName=\"{name}\" instantiationToken=\"{token}\" \
+         description=\"resources/{file}, sampled every {tick:?} s\" \
          generationTool=\"planesman {version}\" variableNamingConvention=\"flat\">\n\
          <CoSimulation modelIdentifier=\"{identifier}\" canHandleVariableCommunicationStepSize=\"true\" \
          fixedInternalStepSize=\"{tick:?}\" canGetAndSetFMUState=\"true\"/>\n\

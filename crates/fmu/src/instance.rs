@@ -3,8 +3,6 @@
 //! The subject is sampled: a tick takes the inputs as they are when it begins, and is over when a step reaches its end. Steps of any length go;
 //! one of a tick is the loop's own.
 
-use std::sync::Arc;
-
 use planesman_parameters::{Declaration, Value};
 
 use crate::resources::Resources;
@@ -57,6 +55,22 @@ struct State {
     taken: Option<Vec<f64>>,
 }
 
+impl State {
+    /// As after instantiation.
+    fn new(resources: &Resources) -> Self {
+        let start = resources.variables();
+        Self {
+            phase: Phase::Instantiated,
+            values: start.map(|it| it.declaration.default.clone()).collect(),
+            simulation: None,
+            start: 0.0,
+            time: 0.0,
+            ticks: 0.0,
+            taken: None,
+        }
+    }
+}
+
 impl Clone for State {
     fn clone(&self) -> Self {
         Self {
@@ -70,7 +84,7 @@ impl Clone for State {
 
 /// An instance of an FMU.
 pub(crate) struct Instance {
-    resources: Arc<Resources>,
+    resources: Resources,
     state: State,
 }
 
@@ -79,20 +93,9 @@ pub(crate) struct Kept(State);
 
 impl Instance {
     pub(crate) fn new(resources: Resources) -> Self {
-        let start = resources
-            .variables()
-            .map(|it| it.declaration.default.clone());
         Self {
-            state: State {
-                phase: Phase::Instantiated,
-                values: start.collect(),
-                simulation: None,
-                start: 0.0,
-                time: 0.0,
-                ticks: 0.0,
-                taken: None,
-            },
-            resources: Arc::new(resources),
+            state: State::new(&resources),
+            resources,
         }
     }
 
@@ -206,19 +209,7 @@ impl Instance {
 
     /// As after instantiation.
     pub(crate) fn reset(&mut self) {
-        let start = self
-            .resources
-            .variables()
-            .map(|it| it.declaration.default.clone());
-        self.state = State {
-            phase: Phase::Instantiated,
-            values: start.collect(),
-            simulation: None,
-            start: 0.0,
-            time: 0.0,
-            ticks: 0.0,
-            taken: None,
-        };
+        self.state = State::new(&self.resources);
     }
 
     pub(crate) fn keep(&self) -> Kept {

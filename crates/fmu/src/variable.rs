@@ -99,32 +99,21 @@ pub(crate) trait Read {
     fn value(&self) -> Value;
 }
 
-impl Read for f64 {
-    fn value(&self) -> Value {
-        Value::Double(*self)
-    }
+macro_rules! read {
+    ($($kind:ty: |$it:ident| $value:expr;)*) => {$(
+        impl Read for $kind {
+            fn value(&self) -> Value {
+                let $it = *self;
+                $value
+            }
+        }
+    )*};
 }
 
-impl Read for bool {
-    fn value(&self) -> Value {
-        Value::Bool(*self)
-    }
-}
-
-impl Read for i8 {
-    fn value(&self) -> Value {
-        Value::Integer((*self).into())
-    }
-}
-
-impl Read for u8 {
-    fn value(&self) -> Value {
-        Value::Integer((*self).into())
-    }
-}
-
-impl Read for u64 {
-    fn value(&self) -> Value {
-        Value::Integer(i64::try_from(*self).unwrap_or(i64::MAX))
-    }
+read! {
+    f64: |it| Value::Double(it);
+    bool: |it| Value::Bool(it);
+    i8: |it| Value::Integer(it.into());
+    u8: |it| Value::Integer(it.into());
+    u64: |it| Value::Integer(i64::try_from(it).unwrap_or(i64::MAX));
 }

@@ -9,7 +9,7 @@ use planesman_parameters::{Parameters as _, Value};
 use planesman_plant::{Craft, Plant, PlantParameters};
 
 use crate::error::Error;
-use crate::subject::{Parameters, Simulation, Subject};
+use crate::subject::{Parameters, Simulation, Subject, changed};
 use crate::variable::{Field, Variable, fields};
 
 /// Parameters of the node that are the FMU's, by the beginnings of their names: motion and water, no instrument.
@@ -185,11 +185,6 @@ impl Subject for VehicleFile {
             drives: self.drives.clone(),
         }))
     }
-}
-
-fn changed(parameters: &PlantParameters, changes: &Parameters) -> Result<PlantParameters, Error> {
-    let values = parameters.values().with(changes.iter().cloned())?;
-    Ok(PlantParameters::from_values(&values)?)
 }
 
 #[derive(Clone)]
