@@ -4,7 +4,14 @@
 //! - [`depth_loop`], [`limit_cycles`]: the thesis' depth loop through the actuator, and its limit cycles.
 
 pub mod bench;
+pub mod branches;
 pub mod depth_loop;
+mod dive;
 pub mod frequency;
 pub mod limit_cycles;
+pub mod missile_loop;
+pub mod orbit;
+pub mod position_loop;
+pub mod searched;
 pub mod sizes;
+pub mod watched;
