@@ -3,7 +3,7 @@
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
-//! - [`limit_cycles`]: those of the AUV's depth loop, predicted and simulated.
+//! - [`limit_cycles`]: those of the AUV's depth loop: simulated, as orbits by shooting, and predicted.
 //!
 //! What they compute is [`planesman_studies`].
 
@@ -18,7 +18,9 @@ pub mod size;
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
-    #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
+    #[command(
+        after_help = "Examples:\n  planesman dha bench --table 4-2\n  planesman dha bench --search"
+    )]
     Bench(bench::BenchArgs),
     /// Print the sizes of an actuator, or size one for a load
     #[command(
@@ -28,8 +30,10 @@ pub enum DhaCommand {
     /// Compare the frequency responses of the linear and the full model
     #[command(after_help = "Example:\n  planesman dha frequency auv --alone")]
     Frequency(frequency::FrequencyArgs),
-    /// Print limit cycles of the AUV's depth loop with the actuator, predicted and simulated
-    #[command(after_help = "Example:\n  planesman dha limit-cycles auv --no-prediction")]
+    /// Print limit cycles of the AUV's depth loop with the actuator: simulated, as periodic orbits, and predicted
+    #[command(
+        after_help = "Examples:\n  planesman dha limit-cycles --html limit_cycles.html\n  planesman dha limit-cycles 'open loop' --basins\n  planesman dha limit-cycles tight --vary friction --to 0.2"
+    )]
     LimitCycles(limit_cycles::LimitCyclesArgs),
 }
 

@@ -12,23 +12,21 @@
 //! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
 //! the same loop.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
-use brunner_1988::controllers::axis::DampedInertia;
-use brunner_1988::controllers::program_t6::Plant;
-use planesman_control::{ControllerParameters, DepthLoop, Limit, LimitError, PitchLoop};
+use planesman_control::LimitError;
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::describing_function::{Search, balance};
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
 use planesman_linear::{Complex, ComplexFunctions as _};
-use planesman_units::{DEGREE, FOOT, INCH};
+use planesman_units::{DEGREE, INCH};
 use serde::Deserialize;
 
 use planesman_design::default_gains;
 
-pub use crate::dive::Diving;
-use crate::dive::{Flight, Law};
+pub use crate::dive::{Diving, Loop};
+use crate::dive::{Flight, TICK};
 use crate::orbit::{Actuation, Cycle, Lags};
 use crate::watched::{Motion, Watched, range};
 
@@ -38,20 +36,10 @@ pub type Settled = (Motion, Option<Cycle<Diving>>);
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
 
-/// The control computer's sampling time, s.
-pub(crate) const TICK: f64 = 0.05;
-/// The vehicle's steps in a tick.
-pub(crate) const STEPS: i64 = 50;
-/// The vehicle's step, ns.
-pub(crate) const STEP_NANOS: i64 = 1_000_000;
-/// The vehicle's step, s.
-pub(crate) const H: f64 = TICK / STEPS as f64;
-/// z_c, m.
-pub(crate) const SETPOINT: f64 = 3.0 * FOOT;
 /// Below this the describing function is measured over one period, rad/s.
 const SLOW: f64 = 0.05 * TAU;
 /// When a dive is over, and when the observation ends, in ticks.
-pub(crate) const OBSERVED: (i64, i64) = (5_000, 10_000);
+const OBSERVED: (i64, i64) = (5_000, 10_000);
 
 /// Why a dive is not flown.
 #[derive(Debug, thiserror::Error)]
@@ -366,15 +354,6 @@ impl Case {
     }
 }
 
-/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loop {
-    /// K_i, 1/s.
-    pub integral: f64,
-    /// M_theta, ft lb.
-    pub restoring: f64,
-}
-
 impl Loop {
     /// Dives by 3 ft with an actuator whose ram rests at `ram`, m, at first, and observes from 250 to 500 s; `demand` is the
     /// demand on the actuator but for the angle.
@@ -431,38 +410,6 @@ impl Loop {
             depth: 2.0 * planes * climb.modulus() / found.frequency,
             residual: found.residual,
         }
-    }
-
-    pub(crate) fn plant(&self) -> Plant {
-        let plant = Plant::default();
-        Plant {
-            axis: DampedInertia {
-                restoring: self.restoring,
-                ..plant.axis
-            },
-            ..plant
-        }
-    }
-
-    /// The law of the depth controller at its defaults, with an integral that may take all of the planes' travel.
-    pub(crate) fn law(&self) -> Result<Law, LimitError> {
-        let parameters = ControllerParameters::default();
-        let gains = default_gains();
-        Ok(Law {
-            depth: DepthLoop {
-                p: gains.depth_p,
-                d: gains.depth_d,
-                pitch_limit: Limit::new(parameters.depth.pitch_limit)?,
-            },
-            pitch: PitchLoop {
-                p: gains.pitch_p,
-                rate: gains.pitch_rate,
-            },
-            integral: gains.pitch_p * self.integral,
-            share: Limit::new(FRAC_PI_2)?,
-            planes: Limit::new(parameters.planes.limit)?,
-            anti_windup: parameters.anti_windup,
-        })
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.

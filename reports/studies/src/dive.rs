@@ -1,14 +1,73 @@
-//! The dive of program T6's vehicle through a digital hydraulic actuator, tick by tick: what [`crate::depth_loop`] observes, and
-//! the decisions from which [`crate::orbit`] starts.
+//! The dive of program T6's vehicle through a digital hydraulic actuator, tick by tick: what is observed of the
+//! depth loop, and the decisions from which [`crate::orbit`] starts.
 
+use std::f64::consts::FRAC_PI_2;
+
+use brunner_1988::controllers::axis::DampedInertia;
 use brunner_1988::controllers::program_t6::{Motion, Plant};
-use planesman_control::{AntiWindup, DepthLoop, Integral, Limit, LimitError, PitchLoop};
+use planesman_control::{
+    AntiWindup, ControllerParameters, DepthLoop, Integral, Limit, LimitError, PitchLoop,
+};
+use planesman_design::default_gains;
 use planesman_hydraulics::{Demand, Dha};
 use planesman_units::FOOT;
 
-use crate::depth_loop::{H, Loop, SETPOINT, STEP_NANOS, STEPS, TICK};
 use crate::orbit::{Body, SCALE, State};
 use crate::watched::{Done, Watched};
+
+/// The control computer's sampling time, s.
+pub(crate) const TICK: f64 = 0.05;
+/// The vehicle's steps in a tick.
+const STEPS: i64 = 50;
+/// The vehicle's step, ns.
+const STEP_NANOS: i64 = 1_000_000;
+/// The vehicle's step, s.
+pub(crate) const H: f64 = TICK / STEPS as f64;
+/// z_c, m.
+pub(crate) const SETPOINT: f64 = 3.0 * FOOT;
+
+/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loop {
+    /// K_i, 1/s.
+    pub integral: f64,
+    /// M_theta, ft lb.
+    pub restoring: f64,
+}
+
+impl Loop {
+    pub(crate) fn plant(&self) -> Plant {
+        let plant = Plant::default();
+        Plant {
+            axis: DampedInertia {
+                restoring: self.restoring,
+                ..plant.axis
+            },
+            ..plant
+        }
+    }
+
+    /// The law of the depth controller at its defaults, with an integral that may take all of the planes' travel.
+    pub(crate) fn law(&self) -> Result<Law, LimitError> {
+        let parameters = ControllerParameters::default();
+        let gains = default_gains();
+        Ok(Law {
+            depth: DepthLoop {
+                p: gains.depth_p,
+                d: gains.depth_d,
+                pitch_limit: Limit::new(parameters.depth.pitch_limit)?,
+            },
+            pitch: PitchLoop {
+                p: gains.pitch_p,
+                rate: gains.pitch_rate,
+            },
+            integral: gains.pitch_p * self.integral,
+            share: Limit::new(FRAC_PI_2)?,
+            planes: Limit::new(parameters.planes.limit)?,
+            anti_windup: parameters.anti_windup,
+        })
+    }
+}
 
 /// The depth controller's law at its default gains: its `depth_loop`, `pitch_loop` and `integral` with the limits of the planes.
 #[derive(Clone, Copy, Debug)]
@@ -217,23 +276,20 @@ impl Body for Diving {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::depth_loop::cases;
-    use planesman_control::{Controller, ControllerParameters};
+    use planesman_control::Controller;
+    use planesman_hydraulics::actuator_file::load;
     use planesman_msgs::builtin_interfaces::msg::Time;
     use planesman_msgs::planesman_msgs::msg::VehicleState;
-    use std::f64::consts::FRAC_PI_2;
 
     #[test]
     fn the_law_is_the_depth_controllers_to_the_last_bit() {
-        let case = cases()
-            .unwrap()
-            .into_iter()
-            .find(|case| case.integral > 0.0 && case.restoring > 0.0)
-            .unwrap();
-        let around = case.around();
-        let set = case.set().unwrap();
+        let around = Loop {
+            integral: 0.02,
+            restoring: 0.163,
+        };
+        let set = load("auv").unwrap();
         let demand = Demand {
-            position_loop: case.position_loop,
+            position_loop: false,
             ..Demand::angle(0.0)
         };
         let mut flight = Flight::begin(&around, Dha::new(&set), demand).unwrap();

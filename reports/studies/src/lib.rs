@@ -2,6 +2,9 @@
 //!
 //! - [`mod@bench`], [`frequency`], [`sizes`]: tables of the 1966 study, frequency responses and sizes, as text.
 //! - [`depth_loop`], [`limit_cycles`]: the thesis' depth loop through the actuator, and its limit cycles.
+//! - [`orbit`]: periodic orbits by shooting; [`watched`]: what a loop's motion is; [`branches`]: orbits from other places of the ram,
+//!   and over a parameter; [`position_loop`], [`missile_loop`]: the actuator alone and in the 1966 missile.
+//! - [`searched`]: what the search for the 1966 report's assumptions found.
 
 pub mod bench;
 pub mod branches;
