@@ -4,7 +4,7 @@
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
 //! - [`design`]: designs of a circuit of on/off valves over a load cycle.
-//! - [`limit_cycles`]: those of the AUV's depth loop, predicted and simulated.
+//! - [`limit_cycles`]: those of the AUV's depth loop: simulated, as orbits by shooting, and predicted.
 //!
 //! What they compute is [`planesman_studies`].
 
@@ -21,7 +21,9 @@ pub mod size;
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
-    #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
+    #[command(
+        after_help = "Examples:\n  planesman dha bench --table 4-2\n  planesman dha bench --search"
+    )]
     Bench(bench::BenchArgs),
     /// Print the sizes of an actuator, or size one for a load
     #[command(
@@ -36,8 +38,10 @@ pub enum DhaCommand {
         after_help = "Examples:\n  planesman dha design dfcu --load-cycle cycle.csv --html designs.html\n  planesman dha design mine.yaml --load-cycle dive --codings pcm --valves 4..6"
     )]
     Design(design::DesignArgs),
-    /// Print limit cycles of the AUV's depth loop with the actuator, predicted and simulated
-    #[command(after_help = "Example:\n  planesman dha limit-cycles auv --no-prediction")]
+    /// Print limit cycles of the AUV's depth loop with the actuator: simulated, as periodic orbits, and predicted
+    #[command(
+        after_help = "Examples:\n  planesman dha limit-cycles --html limit_cycles.html\n  planesman dha limit-cycles 'open loop' --basins\n  planesman dha limit-cycles tight --vary friction --to 0.2"
+    )]
     LimitCycles(limit_cycles::LimitCyclesArgs),
 }
 

@@ -1,7 +1,12 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
 //! of the same loop (`reports/studies/data/limit_cycles.json`): the limit cycles of the quantum.
+use ibm_1966::Surrogate;
+use planesman_studies::branches::{Varied, branch};
 use planesman_studies::depth_loop::{Case, Leakage, Logic, cases};
-use planesman_units::INCH;
+use planesman_studies::orbit::Orbit;
+use planesman_studies::watched::Motion;
+use planesman_studies::{missile_loop, position_loop};
+use planesman_units::{DEGREE, INCH};
 
 /// The row of the comparison with these options and M_theta = 0.
 fn case(logic: Logic, position_loop: bool, leakage: Leakage) -> Case {
@@ -22,7 +27,7 @@ fn case(logic: Logic, position_loop: bool, leakage: Leakage) -> Case {
 fn the_cycles_are_those_of_the_independent_simulation() {
     let mut deviating = Vec::new();
     for case in cases().unwrap() {
-        let found = case.run().unwrap();
+        let found = case.run().unwrap().cycle;
         for figure in found.figures(&case.expected.unwrap_or_default()) {
             if !figure.agrees() {
                 deviating.push(format!(
@@ -49,7 +54,10 @@ fn the_cycles_are_those_of_the_independent_simulation() {
 
 #[test]
 fn precision_mode_steers_by_the_drift_alone() {
-    let cycle = case(Logic::Precision, true, Leakage::Scaled).run().unwrap();
+    let cycle = case(Logic::Precision, true, Leakage::Scaled)
+        .run()
+        .unwrap()
+        .cycle;
     assert_eq!(cycle.pulses, 0.0, "no volume moves in the limit cycle");
     assert!(cycle.depth < 0.002 * INCH, "{cycle:?}");
 }
@@ -57,19 +65,120 @@ fn precision_mode_steers_by_the_drift_alone() {
 #[test]
 fn the_open_loop_fails_with_leakage_that_the_position_loop_holds() {
     let open = case(Logic::SingleSpeed, false, Leakage::Scaled);
-    let drifting = open.run().unwrap();
+    let drifting = open.run().unwrap().cycle;
     assert!(drifting.error.abs() > INCH, "{drifting:?}");
     let held = case(Logic::SingleSpeed, true, Leakage::Scaled)
         .run()
-        .unwrap();
+        .unwrap()
+        .cycle;
     assert!(held.error.abs() < 0.01 * INCH, "{held:?}");
 }
 
 #[test]
 fn harmonic_balance_predicts_the_tight_open_loops_cycle_within_half() {
     let case = case(Logic::SingleSpeed, false, Leakage::None);
-    let (cycle, predicted) = (case.run().unwrap(), case.predict().unwrap());
+    let (cycle, predicted) = (case.run().unwrap().cycle, case.predict().unwrap());
     assert!(predicted.residual < 0.1, "{predicted:?}");
     assert!((predicted.frequency / cycle.frequency - 1.0).abs() < 0.2);
     assert!((predicted.depth / cycle.depth - 1.0).abs() < 0.5);
+}
+
+/// The orbit that a configuration comes to.
+fn orbit(case: &Case) -> Orbit {
+    let mut dive = case.run().unwrap();
+    match case.motion(&mut dive).unwrap().0 {
+        Motion::Orbit(orbit) => orbit,
+        other => panic!("{}: {other:?}", case.name),
+    }
+}
+
+fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
+    assert!(
+        (found / expected - 1.0).abs() < relative,
+        "{what}: {found} for {expected}"
+    );
+}
+
+/// Period, s; depth, in, and planes, deg, peak to peak; the largest multiplier. From scipy (`solve_ivp`, DOP853, rtol 1e-9): vehicle and
+/// ram as one set of differential equations with halts, break-aways and the valves' edges as events, a volume each time the error of 25 ms
+/// (the ram: 6.25 ms) before reaches the threshold, run forward from beside the orbit for 30 cycles until the period stood. The multiplier
+/// is the ratio of successive changes of the period.
+#[test]
+fn orbit_and_multiplier_are_those_that_scipy_runs_into() {
+    for (position_loop, [period, depth, planes, multiplier]) in [
+        (false, [4.37569, 0.005667, 0.28945, 0.749]),
+        (true, [13.51285, 0.16493, 0.32851, 0.447]),
+    ] {
+        let found = orbit(&case(Logic::SingleSpeed, position_loop, Leakage::Tight));
+        assert_near(found.period, period, 1e-4, "period");
+        assert_near(found.swing() / INCH, depth, 0.01, "depth");
+        assert_near(found.stroke() / DEGREE, planes, 2e-3, "planes");
+        assert_near(found.growth(), multiplier, 0.03, "multiplier");
+    }
+}
+
+/// The simulated loop repeats itself every 1004 ticks; the orbit's instants are not bound to them.
+#[test]
+fn a_loop_on_its_samples_follows_the_orbit() {
+    let restored = cases().unwrap().remove(1);
+    let mut dive = restored.run().unwrap();
+    let (motion, _) = restored.motion(&mut dive).unwrap();
+    let Motion::Orbit(orbit) = motion else {
+        panic!("{motion:?}");
+    };
+    let (frequency, stroke) = dive.watched.apart(&orbit);
+    assert!(
+        frequency.abs() < 5e-3 && stroke.abs() < 5e-3,
+        "{frequency} {stroke}"
+    );
+    assert_near(
+        orbit.swing(),
+        dive.watched.swing(orbit.period),
+        0.01,
+        "depth",
+    );
+    assert!(orbit.stable());
+}
+
+/// Half a valve cycle is 2 % of the period where the small volume moves; else the loops follow their orbits.
+#[test]
+fn the_position_loops_alone_follow_their_orbits() {
+    for row in position_loop::rows().unwrap() {
+        match &row.motion {
+            Motion::Orbit(orbit) => {
+                let (turns, stroke) = row.simulated.unwrap();
+                assert_near(orbit.turns(), turns, 0.02, row.actuator);
+                assert_near(orbit.stroke(), stroke, 0.05, row.actuator);
+                // The thresholds are passed at once: nothing of a deviation is left.
+                assert!(orbit.growth() < 0.01, "{row:?}");
+            }
+            _ => assert_ne!(row.logic, "single speed", "{row:?}"),
+        }
+    }
+}
+
+#[test]
+fn the_missiles_volumes_come_at_the_rate_of_its_orbit() {
+    let polaris = ibm_1966::Case::table_4_1(Surrogate::Ps2).unwrap();
+    let (motion, _) = missile_loop::watched(&polaris).motion(&missile_loop::actuation(&polaris));
+    let Motion::Orbit(orbit) = motion else {
+        panic!("{motion:?}");
+    };
+    assert_near(
+        orbit.volumes(),
+        polaris.limit_cycle().pulses,
+        0.01,
+        "volumes/s",
+    );
+}
+
+#[test]
+fn an_orbit_is_followed_over_the_friction() {
+    let case = case(Logic::SingleSpeed, true, Leakage::Scaled);
+    let branch = branch(&case, Varied::Friction, 0.8).unwrap().unwrap();
+    assert!(branch.ends.is_none());
+    let (first, last) = (&branch.orbits[0], &branch.orbits[branch.orbits.len() - 1]);
+    assert_eq!((first.0, last.0), (1.0, 0.8));
+    // Less friction lets the drift begin earlier.
+    assert!(last.1.turns() > first.1.turns());
 }

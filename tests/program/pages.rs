@@ -167,9 +167,15 @@ fn the_pages_of_a_table_of_designs_and_of_limit_cycles_tell_their_values_under_t
     let here = folder.path();
     planesman(here, &["design", "table", "--html", "table.html"]);
     assert_alive(&here.join("table.html"), 2);
-    let cycles = ["dha", "limit-cycles", "open loop", "--no-prediction"];
+    let cycles = [
+        "dha",
+        "limit-cycles",
+        "open loop, two speed",
+        "--no-prediction",
+    ];
     planesman(here, &[&cycles[..], &["--html", "cycles.html"]].concat());
-    assert_alive(&here.join("cycles.html"), 1);
+    // Frequency, depth, and the orbits of three configurations.
+    assert_alive(&here.join("cycles.html"), 5);
 }
 
 #[test]

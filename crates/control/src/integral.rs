@@ -53,21 +53,22 @@ pub enum Strategy {
 
 /// An integral share: where it stands, and where it goes until the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Integral {
+pub struct Integral {
     value: f64,
     slope: f64,
 }
 
 impl Integral {
     /// The share after `dt` seconds along its slope, no further from zero than `limit`.
-    pub(crate) fn after(&mut self, dt: f64, limit: Limit) -> f64 {
+    #[must_use]
+    pub fn after(&mut self, dt: f64, limit: Limit) -> f64 {
         self.value = limit.apply(self.value + bounded(self.slope * dt)).value;
         self.value
     }
 
     /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
     /// `u - u_lim`, both with the share's sign.
-    pub(crate) fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
+    pub fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
         self.slope = match anti_windup.strategy {
             Strategy::None => drive,
             Strategy::ConditionalIntegration if drive * excess > 0.0 => 0.0,

@@ -50,6 +50,7 @@ pub use error::{Error, ManoeuvreError, ParameterError, ScheduleError};
 pub use estimator::Source;
 pub use fault::Fault;
 pub use guidance::Turning;
+pub use integral::{AntiWindup, Integral, Strategy};
 pub use limits::{Limit, LimitError};
 pub use parameters::ControllerParameters;
 pub use pitch_loop::PitchLoop;

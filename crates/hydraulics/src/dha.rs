@@ -113,12 +113,18 @@ impl Dha {
     /// As [`Dha::new`], the sign valve and the last sign pulse at `sign`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, sign: i8) -> Self {
+        Self::resting_at(set, sign, 0.0)
+    }
+
+    /// As [`Dha::settled`], the ram resting at `position`, m.
+    #[must_use]
+    pub fn resting_at(set: &ActuatorSet, sign: i8, position: f64) -> Self {
         Self {
             moment_arm: set.moment_arm,
             volumes: (set.volume, set.small.map_or(0.0, |small| small.volume)),
             work_per_volume: set.resting_pressure(),
             clock: CycleClock::new(set.frequency_millihertz),
-            hydraulics: Hydraulics::settled(set, sign),
+            hydraulics: Hydraulics::resting_at(set, sign, position),
             logic: PulseLogic::new(set).settled(sign),
             position_loop: PositionLoop::new(set),
             open_loop_angle: None,
@@ -218,6 +224,24 @@ impl Dha {
     #[must_use]
     pub fn sign_changes(&self) -> u64 {
         self.sign_changes
+    }
+
+    /// T, s.
+    #[must_use]
+    pub fn cycle(&self) -> f64 {
+        self.clock.period()
+    }
+
+    /// The last sign pulse: +1 or -1.
+    #[must_use]
+    pub fn sign(&self) -> i8 {
+        self.sign
+    }
+
+    /// Valves, metering and ram as they are in the present cycle.
+    #[must_use]
+    pub fn hydraulics(&self) -> &Hydraulics {
+        &self.hydraulics
     }
 
     /// eps, rad, at the last decision.

@@ -63,7 +63,8 @@ impl Default for Periods {
 }
 
 /// delta_a/delta_c of the actuator alone under `demand`, its angle being the amplitude, rad, of a
-/// sinusoid of `frequency`, rad/s, which is sampled at every valve cycle.
+/// sinusoid of `frequency`, rad/s, which is sampled at every valve cycle. The angle is read 16 times in a valve cycle, of slow
+/// sinusoids no more than 4000 times in a period.
 #[must_use]
 pub fn actuator(
     set: &ActuatorSet,
@@ -71,27 +72,31 @@ pub fn actuator(
     frequency: f64,
     periods: Periods,
 ) -> Complex<f64> {
-    const SAMPLES_IN_A_CYCLE: u32 = 16;
+    const MOST_SAMPLES: f64 = 16.0;
+    const IN_A_PERIOD: f64 = 4000.0;
     let mut dha = Dha::new(set);
     let mut harmonic = Harmonic::new(frequency);
     let period = TAU / frequency;
+    let samples = (IN_A_PERIOD * set.cycle() / period)
+        .ceil()
+        .min(MOST_SAMPLES) as u32;
     let from = f64::from(periods.settling) * period;
     let until = from + f64::from(periods.measured) * period;
     let mut sample = 0u32;
     loop {
-        let cycle_begin = f64::from(sample) / f64::from(SAMPLES_IN_A_CYCLE) * set.cycle();
+        let cycle_begin = f64::from(sample) / f64::from(samples) * set.cycle();
         let asked = Demand {
             angle: demand.angle * libm::sin(frequency * cycle_begin),
             ..demand
         };
-        for i in 0..SAMPLES_IN_A_CYCLE {
+        for i in 0..samples {
             sample += 1;
-            let time = f64::from(sample) / f64::from(SAMPLES_IN_A_CYCLE) * set.cycle();
+            let time = f64::from(sample) / f64::from(samples) * set.cycle();
             if time >= until {
                 return harmonic.phasor() / demand.angle;
             }
             // The next cycle waits for its own demand.
-            let nanos = (time * 1e9).floor() as i64 - i64::from(i + 1 == SAMPLES_IN_A_CYCLE);
+            let nanos = (time * 1e9).floor() as i64 - i64::from(i + 1 == samples);
             dha.advance_to(nanos, asked);
             if time >= from {
                 harmonic.add(time, dha.plane_angle(&dha.reading(nanos)));

@@ -103,6 +103,13 @@ impl Hydraulics {
         self.condition = condition;
     }
 
+    /// Finishes the present cycle and puts the ram `position`, m, further with `squeezed`, m^3, more oil squeezed in: a state
+    /// beside this one, with which the derivatives of a motion's end by its beginning are found.
+    pub fn displace(&mut self, position: f64, squeezed: f64) {
+        self.finish_cycle();
+        self.ram.displace(position, squeezed);
+    }
+
     /// Finishes the present cycle and begins the next one with a command.
     pub fn begin_cycle(&mut self, command: Command) -> Stroke {
         self.finish_cycle();

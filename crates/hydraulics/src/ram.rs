@@ -153,6 +153,17 @@ impl Ram {
         self.plan();
     }
 
+    /// Puts the ram `position`, m, further and squeezes in `squeezed`, m^3, more, at the end of the present piece: a state
+    /// beside this one, under the same laws.
+    pub(crate) fn displace(&mut self, position: f64, squeezed: f64) {
+        self.advance(self.piece_ends);
+        self.commit();
+        self.state.position += position;
+        self.state.squeezed += squeezed;
+        self.state.volume += self.constants.area * position + squeezed;
+        self.plan();
+    }
+
     /// Runs through the events up to `time`, s, which lies within the piece.
     pub(crate) fn advance(&mut self, time: f64) {
         while let Some(event) = self.event

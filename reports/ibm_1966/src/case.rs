@@ -1,14 +1,27 @@
 //! A digital flight control as it is put to the test: missile, actuator, autopilot, pulse logic.
 
 use crate::autopilot::Gains;
-use crate::missile::Surrogate;
+use crate::missile::{Surrogate, YawPlant};
 use planesman_hydraulics::{ActuatorSet, Condition, Options};
+
+/// Where the autopilot has psi' from, which the report does not say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateSignal {
+    /// A rate gyro.
+    Gyro,
+    /// The first difference of psi.
+    Difference,
+}
 
 /// A digital flight control to be tested.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// The missile.
     pub surrogate: Surrogate,
+    /// Its yaw dynamics: the surrogate's, unless another point of its valley is tried.
+    pub plant: YawPlant,
+    /// How psi' is had.
+    pub rate: RateSignal,
     /// The actuator.
     pub set: ActuatorSet,
     /// The autopilot.
@@ -25,6 +38,8 @@ impl Case {
     pub fn new(surrogate: Surrogate, set: ActuatorSet) -> Self {
         Self {
             surrogate,
+            plant: surrogate.plant(),
+            rate: RateSignal::Gyro,
             set,
             gains: Gains::new(surrogate),
             options: Options::SINGLE_SPEED,

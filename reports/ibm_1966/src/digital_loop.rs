@@ -6,7 +6,7 @@
 //! angle of the exactly integrated ram.
 
 use crate::autopilot::DigitalAutopilot;
-use crate::case::Case;
+use crate::case::{Case, RateSignal};
 use crate::missile::{Yaw, YawPlant};
 use planesman_hydraulics::{Hydraulics, PulseLogic};
 
@@ -46,6 +46,9 @@ pub struct DigitalLoop {
     period: f64,
     moment_arm: f64,
     plant: YawPlant,
+    rate: RateSignal,
+    /// psi at the begin of the last cycle, rad.
+    last: f64,
     yaw: Yaw,
     autopilot: DigitalAutopilot,
     logic: PulseLogic,
@@ -73,7 +76,9 @@ impl DigitalLoop {
         Self {
             period: set.cycle(),
             moment_arm: set.moment_arm,
-            plant: case.surrogate.plant(),
+            plant: case.plant,
+            rate: case.rate,
+            last: start.yaw,
             yaw: Yaw {
                 angle: start.yaw,
                 ..Yaw::default()
@@ -104,6 +109,12 @@ impl DigitalLoop {
         self.ram
     }
 
+    /// Valves, metering and ram.
+    #[must_use]
+    pub fn hydraulics(&self) -> &Hydraulics {
+        &self.hydraulics
+    }
+
     /// eps, rad, at the last decision of the pulse logic.
     #[must_use]
     pub fn error(&self) -> f64 {
@@ -113,9 +124,12 @@ impl DigitalLoop {
     /// One valve cycle under `steering` pulses. `watch` sees it from its begin in equal steps, its
     /// end excluded; returned is the volume commanded: +1, 0 or -1.
     pub fn cycle(&mut self, steering: f64, mut watch: impl FnMut(&Instant)) -> i8 {
-        let input = self
-            .autopilot
-            .input(steering, self.yaw.angle, self.yaw.rate);
+        let rate = match self.rate {
+            RateSignal::Gyro => self.yaw.rate,
+            RateSignal::Difference => (self.yaw.angle - self.last) / self.period,
+        };
+        self.last = self.yaw.angle;
+        let input = self.autopilot.input(steering, self.yaw.angle, rate);
         let decision = self.logic.accumulate(input, self.ram);
         let quanta = self.hydraulics.begin_cycle(decision.command).large;
         let begin = self.time();

@@ -15,15 +15,16 @@ mod figures;
 pub mod flight_control;
 mod missile;
 pub mod procedure;
+pub mod search;
 pub mod tables;
 
 pub use analog_loop::AnalogLoop;
 pub use autopilot::{Gains, PULSE};
 pub use book::{book, recomputed};
-pub use case::Case;
+pub use case::{Case, RateSignal};
 pub use digital_loop::{DigitalLoop, Start};
 pub use figures::figures;
-pub use missile::{Surrogate, YawPlant};
+pub use missile::{Surrogate, Yaw, YawPlant};
 
 /// The report.
 pub const REPORT: planesman_book::Report = planesman_book::Report {

@@ -16,6 +16,7 @@ use crate::autopilot::Gains;
 use crate::case::Case;
 use crate::digital_loop::Start;
 use crate::missile::Surrogate;
+use crate::tables::Outcome;
 use planesman_units::{DEGREE, INCH};
 
 /// The time on course after which a missile counts as stable, s.
@@ -96,12 +97,33 @@ impl Case {
         true
     }
 
+    /// Whether the row's numbers can lie within one test step of `printed`, by the tests on either side of each: the quickest to
+    /// fail first.
+    #[must_use]
+    pub fn is_near(&self, printed: &Outcome, start: Start) -> bool {
+        let stable = |step: i32| self.is_stable(f64::from(step), start);
+        let at_rest = Start { yaw: 0.0, ..start };
+        let held = |gain: f64| self.with_gain(gain).is_stable(0.0, at_rest);
+        let (plus, minus) = (printed.plus, printed.minus);
+        !stable(plus + 2)
+            && !stable(minus - 2)
+            && !held(printed.gain + 2.0 * GAIN_STEP)
+            && stable(plus - 1)
+            && stable(minus + 1)
+            && held(printed.gain - GAIN_STEP)
+    }
+
     /// The largest stable step on the side of `sign`, +1 or -1, in pulses, signed.
     #[must_use]
     pub fn step_limit(&self, sign: i32) -> i32 {
+        self.step_limit_from(sign, Start::default())
+    }
+
+    /// As [`Case::step_limit`], from a start.
+    pub(crate) fn step_limit_from(&self, sign: i32, start: Start) -> i32 {
         let largest = (1..=LARGEST_STEP)
             .rev()
-            .find(|n| self.is_stable(f64::from(sign * n), Start::default()));
+            .find(|n| self.is_stable(f64::from(sign * n), start));
         sign * largest.unwrap_or(0)
     }
 

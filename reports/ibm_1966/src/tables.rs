@@ -10,6 +10,7 @@
 //! discrepancy.
 
 use crate::case::Case;
+use crate::digital_loop::Start;
 use crate::missile::Surrogate;
 use planesman_hydraulics::actuator_file::{self, ActuatorFileError};
 use planesman_units::{INCH, POUND_FORCE as POUND, PSI};
@@ -164,10 +165,19 @@ impl Case {
     /// Step tests and gain margin.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
+        self.outcome_from(Start::default())
+    }
+
+    /// The same from a start, its ram the gain test's too where it is not in the middle.
+    #[must_use]
+    pub fn outcome_from(&self, start: Start) -> Outcome {
         Outcome {
-            plus: self.step_limit(1),
-            minus: self.step_limit(-1),
-            gain: self.gain_limit(),
+            plus: self.step_limit_from(1, start),
+            minus: self.step_limit_from(-1, start),
+            gain: match start.ram {
+                0.0 => self.gain_limit(),
+                ram => self.gain_limit_from(ram),
+            },
         }
     }
 }

@@ -12,34 +12,32 @@
 //! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
 //! the same loop.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
-use brunner_1988::controllers::axis::DampedInertia;
-use brunner_1988::controllers::program_t6::{Motion, Plant};
-use planesman_control::{Controller, ControllerParameters};
+use planesman_control::LimitError;
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::describing_function::{Search, balance};
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
 use planesman_linear::{Complex, ComplexFunctions as _};
-use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_units::{DEGREE, FOOT, INCH};
+use planesman_units::{DEGREE, INCH};
 use serde::Deserialize;
 
 use planesman_design::default_gains;
 
+pub use crate::dive::{Diving, Loop};
+use crate::dive::{Flight, TICK};
+use crate::orbit::{Actuation, Cycle, Lags};
+use crate::watched::{Motion, Watched, range};
+
+/// A motion, and the cycle of its orbit.
+pub type Settled = (Motion, Option<Cycle<Diving>>);
+
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
 
-/// The control computer's sampling time, s.
-const TICK: f64 = 0.05;
-/// The vehicle's steps in a tick.
-const STEPS: i64 = 50;
-/// The vehicle's step, ns.
-const STEP_NANOS: i64 = 1_000_000;
-/// z_c, m.
-const SETPOINT: f64 = 3.0 * FOOT;
+/// Below this the describing function is measured over one period, rad/s.
+const SLOW: f64 = 0.05 * TAU;
 /// When a dive is over, and when the observation ends, in ticks.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
 
@@ -51,7 +49,7 @@ pub enum DiveError {
     Actuator(#[from] ActuatorFileError),
     /// The controller.
     #[error(transparent)]
-    Controller(#[from] planesman_control::Error),
+    Controller(#[from] LimitError),
 }
 
 /// The leakage of the actuator.
@@ -148,6 +146,16 @@ impl Figure {
     }
 }
 
+/// A dive, over.
+#[derive(Clone, Debug)]
+pub struct Dive {
+    /// What was observed at its end.
+    pub cycle: LimitCycle,
+    /// That time, sample by sample.
+    pub watched: Watched<Diving>,
+    flight: Flight,
+}
+
 /// The limit cycle after a dive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCycle {
@@ -166,6 +174,34 @@ pub struct LimitCycle {
 }
 
 impl LimitCycle {
+    /// Of what was watched; what needs more than that is left 0.
+    fn of(watched: &Watched<Diving>) -> Self {
+        let depths = &watched.outputs;
+        let mean = depths.iter().sum::<f64>() / depths.len() as f64;
+        let (low, high) = range(depths);
+        let rising: Vec<usize> = depths
+            .windows(2)
+            .enumerate()
+            .filter(|(_, pair)| pair[0] < mean && pair[1] >= mean)
+            .map(|(i, _)| i)
+            .collect();
+        let frequency = match rising[..] {
+            [first, .., last] => {
+                (rising.len() - 1) as f64 / ((last - first) as f64 * watched.interval)
+            }
+            _ => 0.0,
+        };
+        let planes = range(&watched.angles);
+        Self {
+            depth: high - low,
+            error: mean,
+            planes: planes.1 - planes.0,
+            pulses: 0.0,
+            frequency,
+            reached: None,
+        }
+    }
+
     /// The table's columns beside what was expected.
     #[must_use]
     pub fn figures(&self, expected: &Expected) -> [Figure; 5] {
@@ -247,7 +283,7 @@ impl Case {
         }
     }
 
-    fn around(&self) -> Loop {
+    pub(crate) fn around(&self) -> Loop {
         Loop {
             integral: self.integral,
             restoring: self.restoring,
@@ -258,8 +294,45 @@ impl Case {
     ///
     /// # Errors
     /// Those of the actuator's file and of [`Loop::dive`].
-    pub fn run(&self) -> Result<LimitCycle, DiveError> {
-        Ok(self.around().dive(&self.set()?, |_| self.demand(0.0))?)
+    pub fn run(&self) -> Result<Dive, DiveError> {
+        self.run_from(0.0)
+    }
+
+    /// As [`Case::run`], the ram resting at `ram`, m, at first.
+    ///
+    /// # Errors
+    /// As of [`Case::run`].
+    pub fn run_from(&self, ram: f64) -> Result<Dive, DiveError> {
+        Ok(self.around().dive(&self.set()?, self.demand(0.0), ram)?)
+    }
+
+    /// The loop's actuator and logic, as an orbit is sought with them.
+    ///
+    /// # Errors
+    /// Those of the actuator's file.
+    pub fn actuation(&self) -> Result<Actuation, ActuatorFileError> {
+        let set = self.set()?;
+        Ok(Actuation {
+            lags: Lags::of(TICK, set.cycle()),
+            set,
+            logic: self.demand(0.0).logic,
+            position_loop: self.position_loop,
+        })
+    }
+
+    /// What the motion at the dive's end is. Where it is no orbit then, the dive goes on to 1000 s, and what was watched
+    /// becomes its second half.
+    ///
+    /// # Errors
+    /// Those of the actuator's file.
+    pub fn motion(&self, dive: &mut Dive) -> Result<Settled, ActuatorFileError> {
+        let actuation = self.actuation()?;
+        let found = dive.watched.motion(&actuation);
+        if matches!(found.0, Motion::Orbit(_) | Motion::Rest) {
+            return Ok(found);
+        }
+        dive.watched = dive.flight.watch(2 * OBSERVED.1);
+        Ok(dive.watched.motion(&actuation))
     }
 
     /// The cycle that [`Loop::predict`] finds for the case.
@@ -281,71 +354,27 @@ impl Case {
     }
 }
 
-/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loop {
-    /// K_i, 1/s.
-    pub integral: f64,
-    /// M_theta, ft lb.
-    pub restoring: f64,
-}
-
 impl Loop {
-    /// Dives by 3 ft with an actuator and observes from 250 to 500 s; `demand` is the demand on the actuator but
-    /// for the angle, by the time in s.
+    /// Dives by 3 ft with an actuator whose ram rests at `ram`, m, at first, and observes from 250 to 500 s; `demand` is the
+    /// demand on the actuator but for the angle.
     ///
     /// # Errors
-    /// A gain beyond the controller's range.
-    pub fn dive(
-        &self,
-        set: &ActuatorSet,
-        demand: impl Fn(f64) -> Demand,
-    ) -> Result<LimitCycle, planesman_control::Error> {
-        const H: f64 = TICK / STEPS as f64;
-        let mut dha = Dha::new(set);
-        let mut controller = self.controller()?;
-        let plant = self.plant();
-        let mut motion = Motion::default();
-        let mut observed = Observed::default();
-        let (mut planes, mut reached, mut pulses_before) = (0.0, None, 0);
-        for k in 0..OBSERVED.1 {
-            if k == OBSERVED.0 {
-                pulses_before = dha.pulses();
-            }
-            let mut state = VehicleState {
-                depth: motion.depth,
-                depth_rate: plant.depth_rate(&motion),
-                pitch: motion.pitch,
-                pitch_rate: motion.pitch_rate,
-                ..VehicleState::default()
-            };
-            state.header.stamp = Time::from_nanos(k * STEPS * STEP_NANOS);
-            let (command, _) = controller.on_state(&state)?;
-            let demand = Demand {
-                angle: command.dive_planes,
-                ..demand(k as f64 * TICK)
-            };
-            for j in 1..=STEPS {
-                let nanos = (k * STEPS + j) * STEP_NANOS;
-                dha.advance_to(nanos, demand);
-                let angle = dha.plane_angle(&dha.reading(nanos));
-                let mean = 0.5 * (planes + angle);
-                motion = plant.after(motion, H, |_| mean);
-                planes = angle;
-                let error = motion.depth - SETPOINT;
-                if reached.is_none() && error >= -0.05 * SETPOINT {
-                    reached = Some((k * STEPS + j) as f64 * H);
-                }
-                if k >= OBSERVED.0 {
-                    observed.add(error, angle);
-                }
-            }
-        }
+    /// A limit that is none, which the controller's defaults exclude.
+    pub fn dive(&self, set: &ActuatorSet, demand: Demand, ram: f64) -> Result<Dive, LimitError> {
+        let mut flight = Flight::begin(self, Dha::resting_at(set, 1, ram), demand)?;
+        flight.until(OBSERVED.0);
+        let pulses_before = flight.dha.pulses();
+        let watched = flight.watch(OBSERVED.1);
         let seconds = (OBSERVED.1 - OBSERVED.0) as f64 * TICK;
-        Ok(LimitCycle {
-            pulses: (dha.pulses() - pulses_before) as f64 / seconds,
-            reached,
-            ..observed.cycle(H)
+        let cycle = LimitCycle {
+            pulses: (flight.dha.pulses() - pulses_before) as f64 / seconds,
+            reached: flight.reached,
+            ..LimitCycle::of(&watched)
+        };
+        Ok(Dive {
+            cycle,
+            watched,
+            flight,
         })
     }
 
@@ -360,11 +389,12 @@ impl Loop {
         amplitudes: (f64, f64),
         demand: impl Fn(f64) -> Demand,
     ) -> Prediction {
-        let periods = Periods {
-            settling: 1,
-            measured: 3,
-        };
         let describing_function = |amplitude: f64, frequency: f64| {
+            let periods = Periods {
+                settling: 1,
+                // Of a slow sinusoid one period has hundreds of samples.
+                measured: if frequency < SLOW { 1 } else { 3 },
+            };
             frequency_response::actuator(set, demand(amplitude), frequency, periods)
         };
         let search = Search {
@@ -380,29 +410,6 @@ impl Loop {
             depth: 2.0 * planes * climb.modulus() / found.frequency,
             residual: found.residual,
         }
-    }
-
-    fn plant(&self) -> Plant {
-        let plant = Plant::default();
-        Plant {
-            axis: DampedInertia {
-                restoring: self.restoring,
-                ..plant.axis
-            },
-            ..plant
-        }
-    }
-
-    /// The depth controller at its defaults, with an integral that may take all of the planes' travel.
-    fn controller(&self) -> Result<Controller, planesman_control::Error> {
-        let gain = default_gains().pitch_p * self.integral;
-        let mut parameters = ControllerParameters {
-            depth_setpoint: SETPOINT,
-            ..ControllerParameters::default()
-        };
-        parameters.pitch.i = gain;
-        parameters.pitch.i_limit = FRAC_PI_2;
-        Controller::new(&parameters)
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
@@ -422,53 +429,5 @@ impl Loop {
         let pitch_error = gains.depth_p * speed / s + gains.depth_d * speed + 1.0;
         let feedback = gains.pitch_p * integral * pitch_error + gains.pitch_rate * s;
         feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
-    }
-}
-
-/// The samples observed.
-#[derive(Debug, Default)]
-struct Observed {
-    /// Depth errors, m.
-    depths: Vec<f64>,
-    /// Plane angles, rad: the least and the largest.
-    planes: Option<(f64, f64)>,
-}
-
-impl Observed {
-    fn add(&mut self, depth: f64, planes: f64) {
-        self.depths.push(depth);
-        let (low, high) = self.planes.unwrap_or((planes, planes));
-        self.planes = Some((low.min(planes), high.max(planes)));
-    }
-
-    /// Of samples `dt` s apart; what needs more than them is left 0.
-    fn cycle(&self, dt: f64) -> LimitCycle {
-        let mean = self.depths.iter().sum::<f64>() / self.depths.len() as f64;
-        let (low, high) = self
-            .depths
-            .iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), z| {
-                (low.min(*z), high.max(*z))
-            });
-        let rising: Vec<usize> = self
-            .depths
-            .windows(2)
-            .enumerate()
-            .filter(|(_, pair)| pair[0] < mean && pair[1] >= mean)
-            .map(|(i, _)| i)
-            .collect();
-        let frequency = match rising[..] {
-            [first, .., last] => (rising.len() - 1) as f64 / ((last - first) as f64 * dt),
-            _ => 0.0,
-        };
-        let planes = self.planes.map_or(0.0, |(low, high)| high - low);
-        LimitCycle {
-            depth: high - low,
-            error: mean,
-            planes,
-            pulses: 0.0,
-            frequency,
-            reached: None,
-        }
     }
 }

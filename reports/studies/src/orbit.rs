@@ -1,0 +1,791 @@
+//! Periodic orbits of a loop through a digital hydraulic actuator, by shooting.
+//!
+//! Between two decisions of the pulse logic nothing is fed back: the body moves under an actuator that carries out what was
+//! commanded. So over one cycle of m decisions, at t_1 to t_m, the state x at the end is a function F of the state at the
+//! beginning and of these instants alone, and each decision stands where the error e reaches its threshold:
+//!
+//! ```text
+//! x = F(x; t_2 ... t_m, T)        a period T later everything is as it was (t_1 is held: the phase)
+//! e(t_i; x, t) = +-threshold_i    i = 1 ... m
+//! ```
+//! Newton's method solves both at once; the derivatives are differences of exact motions with the commands held. The
+//! multipliers are the eigenvalues of the change of x(T) with x(0) when the instants follow the thresholds,
+//!
+//! ```text
+//! Phi = F_x - F_t E_t^-1 E_x
+//! ```
+//! (di Bernardo et al., *Piecewise-smooth Dynamical Systems*, 2008, ch. 2.5: saltation; Astrom, *Oscillations in systems with
+//! relay feedback*, 1995.) One of them is 1, a shift along the orbit, and is left out. Below 1 in magnitude a deviation decays
+//! from cycle to cycle, above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
+//!
+//! **Sampling.** The loop's own decisions fall on its samples, here the instants are real numbers, on average as late as the
+//! samples make them ([`Lags`]). The sampled loop walks about this orbit by up to a sample at each decision. It seldom repeats
+//! exactly: with the decisions held on samples the body is left to itself, whose own multipliers (1 for the depth, above 1
+//! for an unstable missile) let no deviation decay.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+use planesman_hydraulics::frequency_response::Harmonic;
+use planesman_hydraulics::{ActuatorSet, Command, Hydraulics, Options, Volume};
+use planesman_linear::poles::eigenvalues;
+use planesman_linear::{Complex, ComplexFunctions as _};
+
+/// The body's steps in a valve cycle.
+const STEPS: u32 = 4;
+/// Valve cycles from an orbit's begin to its first decision: more than the lags.
+const AHEAD: i64 = 6;
+/// Scale of the coordinates: a thousandth of a radian, or of a metre.
+pub const SCALE: f64 = 1e-3;
+/// By how much a coordinate is displaced for a derivative, in that scale.
+const DISPLACED: f64 = 1e-3;
+/// The most steps of Newton's method.
+const MOST_STEPS: usize = 12;
+/// The largest remaining step, in the coordinates' scale.
+const CLOSED: f64 = 1e-7;
+/// Places this near to one another, in the coordinates' scale, are the same.
+const EXACTLY: f64 = 1e-3;
+/// The most decisions in a cycle.
+const MOST_DECISIONS: usize = 16;
+/// The most valve cycles that one step of Newton's method may fly.
+const MOST_FLOWN: f64 = 45_000.0;
+/// The cycles that are tried before there is none.
+const MOST_TRIED: usize = 8;
+
+/// What the actuator moves, and what measures it: all of the loop but actuator and logic.
+pub trait Body: Copy {
+    /// After `h` seconds under the actuator's angles, rad, at begin, middle and end.
+    fn advance(&mut self, angles: [f64; 3], h: f64);
+    /// The angle asked of the actuator, rad.
+    fn asked(&self) -> f64;
+    /// What oscillates, SI: the depth's error, the yaw angle.
+    fn output(&self) -> f64;
+    /// The state, each in [`SCALE`].
+    fn coordinates(&self) -> Vec<f64>;
+    /// The state with coordinates so much further.
+    fn displace(&mut self, by: &[f64]);
+}
+
+/// How late a decision is on average, in valve cycles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lags {
+    /// After the angle asked for, which is held between two samples of the control computer.
+    pub asked: f64,
+    /// After the ram, which is read at the begin of each valve cycle.
+    pub measured: f64,
+}
+
+impl Lags {
+    /// Of a control computer that samples every `tick` s, in step with the valves or not.
+    #[must_use]
+    pub fn of(tick: f64, cycle: f64) -> Self {
+        let cycles = tick / cycle;
+        let in_step = (cycles - cycles.round()).abs() < 1e-9;
+        Self {
+            asked: 0.5 * cycles + if in_step { 0.0 } else { 0.5 },
+            measured: 0.5,
+        }
+    }
+}
+
+/// A decision of the logic, as observed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// s
+    pub time: f64,
+    /// To the valves.
+    pub command: Command,
+    /// Open loop: the angle asked for less eps, rad, which is what the logic had booked.
+    pub booked: f64,
+}
+
+/// Body and actuator at the begin of a valve cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct State<B> {
+    /// The body.
+    pub body: B,
+    /// Valves, metering and ram.
+    pub hydraulics: Hydraulics,
+    /// The last sign pulse.
+    pub sign: i8,
+}
+
+impl<B> State<B> {
+    /// The same with another actuator: its ram rests where this one is, with the oil squeezed in as here.
+    #[must_use]
+    pub fn with_actuator(mut self, set: &ActuatorSet) -> Self {
+        self.hydraulics.finish_cycle();
+        let ram = self.hydraulics.reading(set.cycle()).ram;
+        self.hydraulics = Hydraulics::resting_at(set, self.sign, ram.position);
+        self.hydraulics.displace(0.0, ram.squeezed);
+        self
+    }
+}
+
+/// A loop, but for its body.
+#[derive(Clone, Debug)]
+pub struct Actuation {
+    /// The actuator.
+    pub set: ActuatorSet,
+    /// The logic's options.
+    pub logic: Options,
+    /// Whether the position loop is closed.
+    pub position_loop: bool,
+    /// How late a decision is.
+    pub lags: Lags,
+}
+
+/// A sample of an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// s
+    pub time: f64,
+    /// [`Body::output`].
+    pub output: f64,
+    /// The actuator's angle, rad.
+    pub angle: f64,
+    /// The angle asked of it, rad.
+    pub asked: f64,
+}
+
+/// A periodic orbit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Orbit {
+    /// s
+    pub period: f64,
+    /// Its decisions: s from the first, and the command.
+    pub decisions: Vec<(f64, Command)>,
+    /// The multipliers, the largest first; without that of a shift along the orbit.
+    pub multipliers: Vec<Complex<f64>>,
+    /// One period, four samples a valve cycle.
+    pub samples: Vec<Sample>,
+    /// Of the output: least, largest, mean.
+    pub output: (f64, f64, f64),
+    /// Of the angle: least and largest, rad.
+    pub angle: (f64, f64),
+}
+
+impl Orbit {
+    /// Hz.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        1.0 / self.period
+    }
+
+    /// The angle from peak to peak, rad.
+    #[must_use]
+    pub fn stroke(&self) -> f64 {
+        self.angle.1 - self.angle.0
+    }
+
+    /// As of [`turns`].
+    #[must_use]
+    pub fn turns(&self) -> f64 {
+        let signs = turning(self.decisions.iter().copied());
+        let next = signs.iter().cycle().skip(1);
+        let turned = signs.iter().zip(next).filter(|(a, b)| b.1 > a.1);
+        turned.count() as f64 / self.period
+    }
+
+    /// The output from peak to peak.
+    #[must_use]
+    pub fn swing(&self) -> f64 {
+        self.output.1 - self.output.0
+    }
+
+    /// Calibrated volumes a second.
+    #[must_use]
+    pub fn volumes(&self) -> f64 {
+        let volumes = self
+            .decisions
+            .iter()
+            .filter(|(_, command)| command.volume != Volume::None);
+        volumes.count() as f64 / self.period
+    }
+
+    /// The largest multiplier's magnitude.
+    #[must_use]
+    pub fn growth(&self) -> f64 {
+        self.multipliers.first().map_or(0.0, |m| m.modulus())
+    }
+
+    /// The share of the first harmonic in the variance of the angle asked for: near 1 where harmonic balance may hold, which takes
+    /// that angle for a sinusoid. Of an angle that stands still 0.
+    #[must_use]
+    pub fn first_harmonic(&self) -> f64 {
+        let count = self.samples.len() as f64;
+        let mean = self.samples.iter().map(|s| s.asked).sum::<f64>() / count;
+        let variance = self.samples.iter().map(|s| (s.asked - mean).powi(2));
+        let variance = variance.sum::<f64>() / count;
+        let mut harmonic = Harmonic::new(TAU * self.turns());
+        for sample in &self.samples {
+            harmonic.add(sample.time, sample.asked - mean);
+        }
+        if variance > 0.0 {
+            0.5 * harmonic.phasor().modulus().powi(2) / variance
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether a deviation decays or stays.
+    #[must_use]
+    pub fn stable(&self) -> bool {
+        self.growth() < 1.0 + 1e-3
+    }
+}
+
+/// A motion with the commands held.
+struct Flight<B> {
+    /// At the begin of each valve cycle, rad.
+    asked: Vec<f64>,
+    measured: Vec<f64>,
+    /// After the period and one valve cycle later.
+    end: Vec<f64>,
+    later: Vec<f64>,
+    state: State<B>,
+    samples: Vec<Sample>,
+}
+
+/// A cycle of decisions, and the state [`AHEAD`] of its first: where [`Actuation::orbit`] begins.
+#[derive(Clone, Debug)]
+pub struct Cycle<B> {
+    start: State<B>,
+    /// Valve cycles from the start.
+    times: Vec<i64>,
+    commands: Vec<Command>,
+    booked: Vec<f64>,
+    /// Valve cycles.
+    period: i64,
+}
+
+/// What Newton's step found.
+struct Step {
+    /// The change of the coordinates.
+    by: Vec<f64>,
+    /// The change of the instants, the first held, and of the period, in valve cycles.
+    later: Vec<f64>,
+    period: f64,
+    multipliers: Vec<Complex<f64>>,
+}
+
+/// The orbit that a loop follows, by `follows`, or else the nearest in frequency; with the cycle from which it is found again.
+/// Given are the loop's decisions and the state a little before each. None where no cycle of up to 16 decisions closes.
+#[must_use]
+pub fn find<B: Body>(
+    actuation: &Actuation,
+    decisions: &[Decision],
+    before: &[State<B>],
+    follows: impl Fn(&Orbit) -> bool,
+) -> Option<(Orbit, Cycle<B>)> {
+    let turns = turns(decisions)?;
+    let apart = |orbit: &Orbit| (orbit.turns() / turns - 1.0).abs();
+    let mut nearest: Option<(Orbit, Cycle<B>)> = None;
+    for (first, count) in candidates(actuation, decisions) {
+        let cycle = actuation.cycle(&decisions[first..=first + count], &before[first]);
+        let Some((orbit, cycle)) = actuation.orbit(cycle) else {
+            continue;
+        };
+        if follows(&orbit) {
+            return Some((orbit, cycle));
+        }
+        if nearest
+            .as_ref()
+            .is_none_or(|(it, _)| apart(&orbit) < apart(it))
+        {
+            nearest = Some((orbit, cycle));
+        }
+    }
+    nearest
+}
+
+/// Turns of the motion to "+" in a second, which is the frequency of most cycles: those of the volumes' sign, or of the sign
+/// alone where no volumes move. None of fewer than two turns.
+#[must_use]
+pub fn turns(decisions: &[Decision]) -> Option<f64> {
+    let signs = turning(decisions.iter().map(|d| (d.time, d.command)));
+    let times: Vec<f64> = signs
+        .windows(2)
+        .filter(|pair| pair[1].1 > pair[0].1)
+        .map(|pair| pair[1].0)
+        .collect();
+    let [first, .., last] = times[..] else {
+        return None;
+    };
+    Some((times.len() - 1) as f64 / (last - first))
+}
+
+/// Time and sign of the volumes, or of all decisions where no volume moves.
+fn turning(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> Vec<(f64, i8)> {
+    let moves = |command: &Command| command.volume != Volume::None;
+    let any = decisions.clone().any(|(_, command)| moves(&command));
+    decisions
+        .filter(|(_, command)| !any || moves(command))
+        .map(|(time, command)| (time, command.sign))
+        .collect()
+}
+
+/// The period, s, with which the sampled loop repeats itself exactly: its last decisions come twice over at the same intervals,
+/// and the body is where it was. None where it does not within the decisions at hand.
+#[must_use]
+pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f64> {
+    let n = decisions.len();
+    let pause = |i: usize| decisions[i].time - decisions[i - 1].time;
+    (2..n / 2).find_map(|count| {
+        // Over a quarter of them at least.
+        let same = (n - count.max(n / 4)..n).all(|i| {
+            let j = i - count;
+            decisions[i].command == decisions[j].command
+                && j > 0
+                && (pause(i) - pause(j)).abs() < 1e-6
+        });
+        let place = |i: usize| before[i].body.coordinates();
+        let back = || {
+            let (now, then) = (place(n - 1), place(n - 1 - count));
+            now.iter().zip(&then).all(|(a, b)| (a - b).abs() < EXACTLY)
+        };
+        (same && back()).then(|| decisions[n - 1].time - decisions[n - 1 - count].time)
+    })
+}
+
+/// Cycles of decisions that nearly repeat, the best first: the index of the first decision and how many there are.
+fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usize)> {
+    let room = (AHEAD + actuation.tick()) as f64 * actuation.set.cycle();
+    let mut found: Vec<(f64, usize, usize)> = Vec::new();
+    for count in 1..=MOST_DECISIONS.min(decisions.len() / 2) {
+        for first in 1..decisions.len().saturating_sub(2 * count) {
+            // The longest pause lies before the first: there the state is cut.
+            let pause = |i: usize| decisions[i].time - decisions[i - 1].time;
+            if (first + 1..first + count).any(|i| pause(i) > pause(first)) || pause(first) < room {
+                continue;
+            }
+            let same = (first..first + count)
+                .all(|i| decisions[i].command == decisions[i + count].command);
+            if !same {
+                continue;
+            }
+            let period = decisions[first + count].time - decisions[first].time;
+            let apart = (first..first + count)
+                .map(|i| (pause(i) - pause(i + count)).abs())
+                .fold(0.0, f64::max);
+            // A flight for each coordinate and each decision.
+            let flown = period / actuation.set.cycle() * (count + 6) as f64;
+            if flown < MOST_FLOWN {
+                found.push((apart / period + 0.01 * count as f64, first, count));
+            }
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut tried: Vec<(usize, usize)> = Vec::new();
+    for (_, first, count) in found {
+        // A few of each length.
+        if tried.iter().filter(|(_, other)| *other == count).count() < 2 {
+            tried.push((first, count));
+        }
+        if tried.len() == MOST_TRIED {
+            break;
+        }
+    }
+    tried
+}
+
+impl<B: Body> Cycle<B> {
+    /// The body, [`AHEAD`] of the first decision.
+    #[must_use]
+    pub fn body(&self) -> B {
+        self.start.body
+    }
+
+    /// The same with what `change` makes of the state and the booked angles unchanged.
+    #[must_use]
+    pub fn changed(mut self, change: impl FnOnce(State<B>) -> State<B>) -> Self {
+        self.start = change(self.start);
+        self
+    }
+}
+
+impl Actuation {
+    /// |e| at which a command comes.
+    fn threshold(&self, command: Command) -> f64 {
+        match command.volume {
+            Volume::None => 0.0,
+            Volume::Large => self.set.threshold,
+            Volume::Small => self.set.small.map_or(0.0, |small| small.threshold),
+        }
+    }
+
+    /// The least error that moves a volume.
+    fn least(&self) -> f64 {
+        let small = self.set.small.filter(|_| self.logic.two_speed);
+        small.map_or(self.set.threshold, |small| small.threshold)
+    }
+
+    /// The cycle from a decision to the one before the last given, which is the first of the next.
+    fn cycle<B: Body>(&self, decisions: &[Decision], before: &State<B>) -> Cycle<B> {
+        let cycle = self.set.cycle();
+        let first = decisions[0].time;
+        let whole = |time: f64| ((time - first) / cycle).round() as i64;
+        let (last, those) = (
+            decisions[decisions.len() - 1],
+            &decisions[..decisions.len() - 1],
+        );
+        Cycle {
+            start: *before,
+            times: those.iter().map(|d| AHEAD + whole(d.time)).collect(),
+            commands: those.iter().map(|d| d.command).collect(),
+            booked: those.iter().map(|d| d.booked).collect(),
+            period: whole(last.time),
+        }
+    }
+
+    /// The orbit nearest to a cycle, by Newton's method, and its own cycle; none where it does not end, or where the logic
+    /// would decide otherwise.
+    #[must_use]
+    pub fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<(Orbit, Cycle<B>)> {
+        for _ in 0..MOST_STEPS {
+            let step = self.step(&cycle)?;
+            let size = step.by.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
+            // Beyond a radian there is no small cycle.
+            if !size.is_finite() || size > 1.0 / SCALE {
+                return None;
+            }
+            cycle.start = self.displaced(&cycle.start, &step.by);
+            let mut moved = false;
+            let mut whole = |later: f64| {
+                let whole = if later.abs() > 0.6 {
+                    later.round()
+                } else {
+                    0.0
+                };
+                moved |= whole != 0.0;
+                whole as i64
+            };
+            for (time, later) in cycle.times.iter_mut().zip(&step.later) {
+                *time += whole(*later);
+            }
+            cycle.period += whole(step.period);
+            let in_order = cycle.times.windows(2).all(|pair| pair[0] < pair[1])
+                && cycle.times[cycle.times.len() - 1] < cycle.period + AHEAD;
+            if !in_order {
+                return None;
+            }
+            if size < CLOSED && !moved {
+                let orbit = self.described(&cycle, &step)?;
+                return Some((orbit, cycle));
+            }
+        }
+        None
+    }
+
+    /// Whether nothing leaks: then the oil in the ram is that of the start and whole volumes, in every motion.
+    fn tight(&self) -> bool {
+        self.set.rate_gain == 0.0 && self.set.error_rate == 0.0
+    }
+
+    fn displaced<B: Body>(&self, state: &State<B>, by: &[f64]) -> State<B> {
+        let mut state = *state;
+        let rams = if self.tight() { 1 } else { 2 };
+        let (body, ram) = by.split_at(by.len() - rams);
+        state.body.displace(body);
+        let arm = self.set.moment_arm * SCALE;
+        let squeezed = ram.get(1).copied().unwrap_or(-ram[0]);
+        state
+            .hydraulics
+            .displace(ram[0] * arm, squeezed * arm * self.set.area);
+        state
+    }
+
+    fn coordinates<B: Body>(&self, state: &State<B>) -> Vec<f64> {
+        let mut all = state.body.coordinates();
+        let ram = state.hydraulics.reading(self.set.cycle()).ram;
+        let arm = self.set.moment_arm * SCALE;
+        all.push(ram.position / arm);
+        if !self.tight() {
+            all.push(ram.squeezed / (arm * self.set.area));
+        }
+        all
+    }
+
+    /// The motion over a period and a valve cycle with the commands held.
+    fn fly<B: Body>(&self, cycle: &Cycle<B>, times: &[i64], sampled: bool) -> Flight<B> {
+        let h = self.set.cycle() / f64::from(STEPS);
+        let mut state = cycle.start;
+        let count = cycle.period as usize + 1;
+        let mut flight = Flight {
+            asked: Vec::with_capacity(count + 1),
+            measured: Vec::with_capacity(count + 1),
+            end: Vec::new(),
+            later: Vec::new(),
+            state,
+            samples: Vec::new(),
+        };
+        state.hydraulics.finish_cycle();
+        let arm = self.set.moment_arm;
+        let mut angle = state.hydraulics.position(self.set.cycle()) / arm;
+        let mut next = 0;
+        for c in 0..count as i64 {
+            if c == cycle.period {
+                flight.end = self.coordinates(&state);
+                flight.state = state;
+            }
+            flight.asked.push(state.body.asked());
+            flight.measured.push(angle);
+            let mut command = Command {
+                volume: Volume::None,
+                sign: state.sign,
+            };
+            if next < times.len() && times[next] == c {
+                command = cycle.commands[next];
+                next += 1;
+            }
+            state.sign = command.sign;
+            state.hydraulics.begin_cycle(command);
+            for i in 0..STEPS {
+                if sampled && c < cycle.period {
+                    flight.samples.push(Sample {
+                        time: (f64::from(i) + c as f64 * f64::from(STEPS)) * h,
+                        output: state.body.output(),
+                        angle,
+                        asked: state.body.asked(),
+                    });
+                }
+                let at = f64::from(i) * h;
+                let mut seen = |time: f64| {
+                    let time = time.min(self.set.cycle());
+                    state.hydraulics.advance(time);
+                    state.hydraulics.position(time) / arm
+                };
+                let (middle, end) = (seen(at + 0.5 * h), seen(at + h));
+                state.body.advance([angle, middle, end], h);
+                angle = end;
+            }
+            state.hydraulics.finish_cycle();
+        }
+        flight.later = self.coordinates(&state);
+        flight.asked.push(state.body.asked());
+        flight.measured.push(angle);
+        flight
+    }
+
+    /// e at a real number of valve cycles from the start.
+    fn error<B>(&self, flight: &Flight<B>, at: f64, booked: f64) -> f64 {
+        let value = |values: &[f64], at: f64| {
+            let whole = at.floor().max(0.0);
+            let i = (whole as usize).min(values.len() - 2);
+            values[i] + (values[i + 1] - values[i]) * (at - i as f64)
+        };
+        let asked = value(&flight.asked, at - self.lags.asked);
+        if self.position_loop {
+            asked - value(&flight.measured, at - self.lags.measured)
+        } else {
+            asked - booked
+        }
+    }
+
+    /// What is left of each threshold's equation; a decision right after another follows it, whatever the error.
+    fn residuals<B>(&self, cycle: &Cycle<B>, flight: &Flight<B>, times: &[i64]) -> Vec<f64> {
+        (0..times.len())
+            .map(|i| {
+                if follows(&cycle.times, i, self.tick()) {
+                    return 0.0;
+                }
+                let command = cycle.commands[i];
+                let threshold = f64::from(command.sign) * self.threshold(command);
+                (self.error(flight, times[i] as f64, cycle.booked[i]) - threshold) / SCALE
+            })
+            .collect()
+    }
+
+    /// A sample of the control computer, in valve cycles, not less than one.
+    fn tick(&self) -> i64 {
+        (2.0 * self.lags.asked).floor().max(1.0) as i64
+    }
+
+    /// One step of Newton's method.
+    fn step<B: Body>(&self, cycle: &Cycle<B>) -> Option<Step> {
+        let begin = self.coordinates(&{
+            let mut start = cycle.start;
+            start.hydraulics.finish_cycle();
+            start
+        });
+        let (n, m) = (begin.len(), cycle.times.len());
+        let held = self.fly(cycle, &cycle.times, false);
+        let residual = self.residuals(cycle, &held, &cycle.times);
+        let mut f_x = DMatrix::zeros(n, n);
+        let mut e_x = DMatrix::zeros(m, n);
+        for k in 0..n {
+            let mut by = vec![0.0; n];
+            by[k] = DISPLACED;
+            let beside = Cycle {
+                start: self.displaced(&cycle.start, &by),
+                ..cycle.clone()
+            };
+            let flight = self.fly(&beside, &cycle.times, false);
+            let changed = self.residuals(cycle, &flight, &cycle.times);
+            for i in 0..n {
+                f_x[(i, k)] = (flight.end[i] - held.end[i]) / DISPLACED;
+            }
+            for i in 0..m {
+                e_x[(i, k)] = (changed[i] - residual[i]) / DISPLACED;
+            }
+        }
+        let mut f_t = DMatrix::zeros(n, m);
+        let mut e_t = DMatrix::zeros(m, m);
+        for k in 0..m {
+            let mut times = cycle.times.clone();
+            let by = if k + 1 < m && times[k + 1] == times[k] + 1 {
+                -1
+            } else {
+                1
+            };
+            times[k] += by;
+            let flight = self.fly(cycle, &times, false);
+            let by = by as f64;
+            for i in 0..n {
+                f_t[(i, k)] = (flight.end[i] - held.end[i]) / by;
+            }
+            let changed = self.residuals(cycle, &flight, &cycle.times);
+            for i in k + 1..m {
+                e_t[(i, k)] = (changed[i] - residual[i]) / by;
+            }
+            if follows(&cycle.times, k, self.tick()) {
+                e_t[(k, k)] = 1.0;
+                e_t[(k, k - 1)] = -1.0;
+            } else {
+                let at = |later: f64| {
+                    self.error(&held, cycle.times[k] as f64 + later, cycle.booked[k]) / SCALE
+                };
+                e_t[(k, k)] = at(0.5) - at(-0.5);
+            }
+        }
+        // Unknown: the coordinates' change, the instants' but the first, the period's.
+        let size = n + m;
+        let mut equations = DMatrix::zeros(size, size);
+        let mut right = DVector::zeros(size);
+        for i in 0..n {
+            for k in 0..n {
+                equations[(i, k)] = f64::from(u8::from(i == k)) - f_x[(i, k)];
+            }
+            for k in 1..m {
+                equations[(i, n + k - 1)] = -f_t[(i, k)];
+            }
+            equations[(i, size - 1)] = held.end[i] - held.later[i];
+            right[i] = held.end[i] - begin[i];
+        }
+        for i in 0..m {
+            for k in 0..n {
+                equations[(n + i, k)] = e_x[(i, k)];
+            }
+            for k in 1..m {
+                equations[(n + i, n + k - 1)] = e_t[(i, k)];
+            }
+            right[n + i] = -residual[i];
+        }
+        let solution = least_norm(equations, &right)?;
+        let speed = DVector::from_fn(n, |i, _| held.later[i] - held.end[i]);
+        let multipliers = multipliers((&f_x, &f_t), (&e_x, &e_t), &speed)?;
+        let mut later = vec![0.0];
+        later.extend((1..m).map(|k| solution[n + k - 1]));
+        Some(Step {
+            by: solution.rows(0, n).iter().copied().collect(),
+            later,
+            period: solution[size - 1],
+            multipliers,
+        })
+    }
+
+    /// The orbit of a cycle that closes, if the logic would take these decisions and no others.
+    fn described<B: Body>(&self, cycle: &Cycle<B>, step: &Step) -> Option<Orbit> {
+        let flight = self.fly(cycle, &cycle.times, true);
+        self.decided_so(cycle, &flight).then_some(())?;
+        let seconds = self.set.cycle();
+        let range = |of: fn(&Sample) -> f64| {
+            flight
+                .samples
+                .iter()
+                .map(of)
+                .fold((f64::MAX, f64::MIN), |(low, high), x| {
+                    (low.min(x), high.max(x))
+                })
+        };
+        let output = range(|sample| sample.output);
+        let mean =
+            flight.samples.iter().map(|s| s.output).sum::<f64>() / flight.samples.len() as f64;
+        let first = cycle.times[0] as f64;
+        let times = cycle.times.iter().zip(&step.later);
+        Some(Orbit {
+            period: (cycle.period as f64 + step.period) * seconds,
+            decisions: times
+                .map(|(time, later)| (*time as f64 + later - first) * seconds)
+                .zip(cycle.commands.iter().copied())
+                .collect(),
+            multipliers: step.multipliers.clone(),
+            output: (output.0, output.1, mean),
+            angle: range(|sample| sample.angle),
+            samples: flight.samples,
+        })
+    }
+
+    /// Whether no threshold is passed but at the decisions, give or take a valve cycle.
+    fn decided_so<B>(&self, cycle: &Cycle<B>, flight: &Flight<B>) -> bool {
+        let after = self.tick() + 2;
+        let mut next = 0;
+        let mut last = cycle.times[cycle.times.len() - 1] - cycle.period;
+        for c in 0..cycle.period {
+            while next < cycle.times.len() && cycle.times[next] <= c {
+                last = cycle.times[next];
+                next += 1;
+            }
+            let near = cycle.times.get(next).is_some_and(|time| time - c <= 1);
+            if c - last <= after || near || (c as f64) < self.lags.asked {
+                continue;
+            }
+            let booked = cycle.booked[next % cycle.times.len()];
+            if self.error(flight, c as f64, booked).abs() > self.least() * (1.0 + 1e-6) {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+/// Whether a decision comes within a sample of the one before: the error was beyond the threshold then already.
+fn follows(times: &[i64], i: usize, tick: i64) -> bool {
+    i > 0 && times[i] - times[i - 1] <= tick
+}
+
+/// The least solution of equations that may determine some combinations of the unknown not at all.
+fn least_norm(equations: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let finite = equations.iter().chain(right.iter()).all(|x| x.is_finite());
+    let parts = finite.then(|| equations.svd(true, true))?;
+    let cut = 1e-9 * parts.singular_values.max();
+    parts.solve(right, cut).ok()
+}
+
+/// The eigenvalues, the largest first, of the map from one first decision to the next: the changes of the end and of the errors
+/// with the beginning (F_x, E_x) and with the instants (F_t, E_t), and the end's speed.
+///
+/// The first instant is held, so a deviation keeps its error there, e_1 = 0, now and a period later. That is one dimension
+/// less, whose eigenvalue of 0 is left out.
+fn multipliers(
+    (f_x, f_t): (&DMatrix<f64>, &DMatrix<f64>),
+    (e_x, e_t): (&DMatrix<f64>, &DMatrix<f64>),
+    speed: &DVector<f64>,
+) -> Option<Vec<Complex<f64>>> {
+    let (n, m) = f_t.shape();
+    let mut map = f_x.clone();
+    if m > 1 {
+        let later = e_t.view((1, 1), (m - 1, m - 1)).into_owned();
+        let following = later.lu().solve(&e_x.rows(1, m - 1).into_owned())?;
+        map -= f_t.columns(1, m - 1) * following;
+    }
+    let first = e_x.rows(0, 1).into_owned();
+    let passes = (&first * speed)[(0, 0)];
+    if passes != 0.0 {
+        map -= speed * (&first * &map) / passes;
+    }
+    let mut all = eigenvalues(&map).ok()?;
+    all.sort_by(|a, b| b.modulus().total_cmp(&a.modulus()));
+    all.truncate(n - 1);
+    Some(all)
+}
