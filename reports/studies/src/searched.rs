@@ -44,8 +44,8 @@ pub fn found(by_assumptions: &[Vec<Point>]) -> String {
     // Writing to a String does not fail.
     let _ = writeln!(
         text,
-        "{:>10} {:>10} {}",
-        "Table 3-2", "Table 4-2", "assumptions"
+        "{:>10} {:>10} assumptions",
+        "Table 3-2", "Table 4-2"
     );
     for (point, [hardware, flight]) in both.iter().take(LISTED) {
         let cell = |score: &Score, of: usize| format!("{}/{of} ({})", score.near, score.exact);
