@@ -23,7 +23,8 @@ struct LimitCycle {
 /// Dives with the actuator `name`; `demand` is the demand but for the angle, by the time in s.
 fn dive(name: &str, demand: impl Fn(f64) -> Demand) -> LimitCycle {
     let set = load(name).expect("built in");
-    let cycle = Loop::default().dive(&set, demand).expect("in range");
+    let dive = Loop::default().dive(&set, demand, 0.0).expect("in range");
+    let cycle = dive.cycle;
     LimitCycle {
         depth: cycle.depth / INCH,
         error: cycle.error / INCH,

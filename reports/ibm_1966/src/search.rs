@@ -288,6 +288,34 @@ mod tests {
         assert!(!hardware.is_near(&HARDWARE, printed.start(&hardware)));
     }
 
+    /// What the search finds for D1.
+    #[test]
+    fn a_delay_of_the_laboratory_gives_the_first_rows_of_both_tables() {
+        let laboratory = Assumptions {
+            delay: 0.015,
+            friction: 1.08,
+            laboratory: true,
+            stepping: 0.0,
+            rate: RateSignal::Difference,
+            ram: 0.0,
+            mirrored: false,
+        };
+        let missile = Missile {
+            attitude_gain: 22.0,
+            rate_gain: 7.5 / 1.7,
+            nozzle_moment: 1.7,
+        };
+        let in_flight = Assumptions {
+            delay: 0.0,
+            friction: 1.0,
+            ..laboratory
+        };
+        let flight = missile.of(&in_flight.of(Case::table_4_1(Surrogate::Ps2).unwrap()));
+        assert!(flight.is_near(&FLIGHT, in_flight.start(&flight)));
+        let hardware = missile.of(&laboratory.of(Case::table_3_1(Surrogate::Ps2).unwrap()));
+        assert!(hardware.is_near(&HARDWARE, laboratory.start(&hardware)));
+    }
+
     #[test]
     fn the_grid_holds_the_surrogates_neighbourhood() {
         assert_eq!((assumptions().len(), missiles().len()), (432, 200));

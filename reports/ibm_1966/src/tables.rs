@@ -4,10 +4,10 @@
 //! hardware with its mathematical model, on Table 3-1's actuator.
 //!
 //! **Table 3-2 does not follow from the same loop**: its gain margins lie 1.5 to 3 below the simulated
-//! ones, its negative steps 2 to 5. [`Case::adjusted`] holds what would explain most of it: 10 ms of
+//! ones, its negative steps 2 to 5. [`Case::adjusted`] holds what explains most of it with the same missile: 10 ms of
 //! transport delay more (about one cycle; the hardware's interface had a "delay generation logic", and
-//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture, and an open
-//! discrepancy.
+//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture; [`crate::search`] finds the missile and the
+//! delay with which all of it comes out.
 
 use crate::case::Case;
 use crate::digital_loop::Start;

@@ -129,9 +129,9 @@ pub fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown, A
                 &TABLE_3_2,
                 &hardware.adjusted(),
             );
-            let open = book.errata().get("D1").map_or("", String::as_str);
+            let d1 = book.errata().get("D1").map_or("", String::as_str);
             let mut both = as_is.and(adjusted);
-            both.text += &format!("{open}\n");
+            both.text += &format!("{d1}\n");
             both
         }
         Table::T42 => rows(

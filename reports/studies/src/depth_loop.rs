@@ -303,7 +303,9 @@ impl Case {
     /// # Errors
     /// As of [`Case::run`].
     pub fn run_from(&self, ram: f64) -> Result<Dive, DiveError> {
-        Ok(self.around().dive(&self.set()?, self.demand(0.0), ram)?)
+        Ok(self
+            .around()
+            .dive(&self.set()?, |_| self.demand(0.0), ram)?)
     }
 
     /// The loop's actuator and logic, as an orbit is sought with them.
@@ -331,7 +333,7 @@ impl Case {
         if matches!(found.0, Motion::Orbit(_) | Motion::Rest) {
             return Ok(found);
         }
-        dive.watched = dive.flight.watch(2 * OBSERVED.1);
+        dive.watched = dive.flight.watch(2 * OBSERVED.1, &|_| self.demand(0.0));
         Ok(dive.watched.motion(&actuation))
     }
 
@@ -356,15 +358,20 @@ impl Case {
 
 impl Loop {
     /// Dives by 3 ft with an actuator whose ram rests at `ram`, m, at first, and observes from 250 to 500 s; `demand` is the
-    /// demand on the actuator but for the angle.
+    /// demand on the actuator but for the angle, by the time in s.
     ///
     /// # Errors
     /// A limit that is none, which the controller's defaults exclude.
-    pub fn dive(&self, set: &ActuatorSet, demand: Demand, ram: f64) -> Result<Dive, LimitError> {
-        let mut flight = Flight::begin(self, Dha::resting_at(set, 1, ram), demand)?;
-        flight.until(OBSERVED.0);
+    pub fn dive(
+        &self,
+        set: &ActuatorSet,
+        demand: impl Fn(f64) -> Demand,
+        ram: f64,
+    ) -> Result<Dive, LimitError> {
+        let mut flight = Flight::begin(self, Dha::resting_at(set, 1, ram))?;
+        flight.until(OBSERVED.0, &demand);
         let pulses_before = flight.dha.pulses();
-        let watched = flight.watch(OBSERVED.1);
+        let watched = flight.watch(OBSERVED.1, &demand);
         let seconds = (OBSERVED.1 - OBSERVED.0) as f64 * TICK;
         let cycle = LimitCycle {
             pulses: (flight.dha.pulses() - pulses_before) as f64 / seconds,

@@ -99,8 +99,6 @@ impl Law {
 pub(crate) struct Flight {
     plant: Plant,
     law: Law,
-    /// But for the angle.
-    demand: Demand,
     pub(crate) dha: Dha,
     motion: Motion,
     integral: Integral,
@@ -119,7 +117,7 @@ pub(crate) struct Flight {
 
 impl Flight {
     /// At rest at the surface.
-    pub(crate) fn begin(around: &Loop, dha: Dha, demand: Demand) -> Result<Self, LimitError> {
+    pub(crate) fn begin(around: &Loop, dha: Dha) -> Result<Self, LimitError> {
         let (plant, law) = (around.plant(), around.law()?);
         let body = Diving {
             plant,
@@ -135,7 +133,6 @@ impl Flight {
         Ok(Self {
             plant,
             law,
-            demand,
             planes: dha.plane_angle(&dha.reading(0)),
             asked: 0.0,
             dha,
@@ -148,22 +145,22 @@ impl Flight {
         })
     }
 
-    /// Flies on to the begin of a tick.
-    pub(crate) fn until(&mut self, tick: i64) {
+    /// Flies on to the begin of a tick; `demand` is the demand on the actuator but for the angle, by the time in s.
+    pub(crate) fn until(&mut self, tick: i64, demand: &impl Fn(f64) -> Demand) {
         while self.tick < tick {
-            self.fly();
+            self.fly(demand(self.tick as f64 * TICK));
         }
     }
 
     /// Flies on to the begin of a tick and watches.
-    pub(crate) fn watch(&mut self, until: i64) -> Watched<Diving> {
+    pub(crate) fn watch(&mut self, until: i64, demand: &impl Fn(f64) -> Demand) -> Watched<Diving> {
         self.watched = Some(Watched::new(H));
-        self.until(until);
+        self.until(until, demand);
         self.watched.take().unwrap_or_else(|| Watched::new(H))
     }
 
     /// One tick.
-    fn fly(&mut self) {
+    fn fly(&mut self, demand: Demand) {
         let elapsed = if self.tick == 0 { 0.0 } else { TICK };
         let share = self.integral.after(elapsed, self.law.share);
         let (wanted, drive) = self.law.evaluate(&self.plant, &self.motion, share);
@@ -171,10 +168,7 @@ impl Flight {
         self.asked = angle;
         self.integral
             .lead(drive, wanted - angle, self.law.anti_windup);
-        let demand = Demand {
-            angle,
-            ..self.demand
-        };
+        let demand = Demand { angle, ..demand };
         if self.watched.is_some() {
             self.recent.rotate_right(1);
             self.recent[0] = self.state(share);
@@ -292,7 +286,7 @@ mod tests {
             position_loop: false,
             ..Demand::angle(0.0)
         };
-        let mut flight = Flight::begin(&around, Dha::new(&set), demand).unwrap();
+        let mut flight = Flight::begin(&around, Dha::new(&set)).unwrap();
         let mut parameters = ControllerParameters {
             depth_setpoint: SETPOINT,
             ..ControllerParameters::default()
@@ -311,7 +305,7 @@ mod tests {
             };
             state.header.stamp = Time::from_nanos(tick * STEPS * STEP_NANOS);
             let (command, _) = controller.on_state(&state).unwrap();
-            flight.until(tick + 1);
+            flight.until(tick + 1, &|_| demand);
             assert_eq!(command.dive_planes, flight.asked, "tick {tick}");
         }
         assert!(flight.reached.is_some());

@@ -7,7 +7,9 @@ use ibm_1966::search::{Point, Score, missiles};
 use planesman_units::DEGREE;
 
 /// How many of the best are listed.
-const LISTED: usize = 8;
+const LISTED: usize = 6;
+/// And of the best of some.
+const FEWER: usize = 3;
 /// A limit cycle is the reported one within this factor.
 const NEAR: f64 = 1.3;
 
@@ -27,36 +29,32 @@ pub fn found(by_assumptions: &[Vec<Point>]) -> String {
         .iter()
         .filter(|p| p.cycles_missed_by() < NEAR)
         .count();
-    let undelayed = both.iter().filter(|(p, _)| p.assumptions.delay == 0.0);
+    let undelayed = |point: &Point| point.assumptions.delay == 0.0;
+    let alike = |point: &Point| !point.assumptions.laboratory;
+    let all_three = both.iter().filter(|(p, _)| p.cycles_missed_by() < NEAR);
     let mut text = format!(
         "{} sets of assumptions with {} missiles each. Within one test step:\n\
          {:>6} give the first row of Table 4-2\n\
-         {:>6} give the first row of Table 3-2 too; of these {} without a transport delay\n\
+         {:>6} give the first row of Table 3-2 too; of these {} without a transport delay, {} with delay and friction alike in both tables\n\
          {whole:>6} give all 42 numbers of both tables (D1)\n\
-         {cycles:>6} give the limit cycles (D2): psi pp 0.03 deg with leakage and 0.067 without, at 6 to 11 pulses/s, within a factor of {NEAR}\n",
+         {cycles:>6} give the limit cycles (D2): psi pp 0.03 deg with leakage and 0.067 without, at 6 to 11 pulses/s, within a factor of {NEAR}; of these {} the first row of Table 3-2\n",
         by_assumptions.len(),
         missiles().len(),
         points.len(),
         both.len(),
-        undelayed.count(),
+        both.iter().filter(|(p, _)| undelayed(p)).count(),
+        both.iter().filter(|(p, _)| alike(p)).count(),
+        all_three.count(),
     );
-    text += "\nThe best, by what lies within one test step (the same):\n";
-    // Writing to a String does not fail.
-    let _ = writeln!(
-        text,
-        "{:>10} {:>10} assumptions",
-        "Table 3-2", "Table 4-2"
+    text += "\nThe best, by what lies within one test step (the same): Table 3-2, Table 4-2\n";
+    list(&mut text, both.iter().take(LISTED));
+    text += "with delay and friction alike in both tables:\n";
+    list(&mut text, both.iter().filter(|(p, _)| alike(p)).take(FEWER));
+    text += "without a transport delay:\n";
+    list(
+        &mut text,
+        both.iter().filter(|(p, _)| undelayed(p)).take(FEWER),
     );
-    for (point, [hardware, flight]) in both.iter().take(LISTED) {
-        let cell = |score: &Score, of: usize| format!("{}/{of} ({})", score.near, score.exact);
-        let _ = writeln!(
-            text,
-            "{:>10} {:>10} {}",
-            cell(hardware, 18),
-            cell(flight, 24),
-            described(point)
-        );
-    }
     text += "\nLimit cycles of all that give the first row of Table 4-2:\n";
     for (what, range) in [
         (
@@ -77,10 +75,8 @@ pub fn found(by_assumptions: &[Vec<Point>]) -> String {
     }
     text += "\n";
     text += match whole {
-        0 => {
-            "D1: none gives both tables. The printed parameters with any assumption of this grid do not.\n"
-        }
-        _ => "D1: the points above give both tables.\n",
+        0 => "D1: none gives both tables.\n",
+        _ => "D1: the first ones above give both tables.\n",
     };
     text += match cycles {
         0 => {
@@ -104,6 +100,20 @@ pub fn found(by_assumptions: &[Vec<Point>]) -> String {
         );
     }
     text
+}
+
+fn list<'a>(text: &mut String, points: impl Iterator<Item = &'a (&'a Point, [Score; 2])>) {
+    for (point, [hardware, flight]) in points {
+        let cell = |score: &Score, of: usize| format!("{}/{of} ({})", score.near, score.exact);
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            text,
+            "{:>11} {:>11}  {}",
+            cell(hardware, 18),
+            cell(flight, 24),
+            described(point)
+        );
+    }
 }
 
 fn described(point: &Point) -> String {
