@@ -85,8 +85,8 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     let html = content(&html);
     assert_eq!(
         html.matches("<figure class=\"plot\">").count(),
-        13 + 11 + 12 + 13 + 12 + 43,
-        "figures B1 to B10, the loci, the time responses, the calibrations, the runs, and the actuator's"
+        13 + 11 + 12 + 13 + 12 + 43 + 1,
+        "figures B1 to B10, the loci, the time responses, the calibrations, the runs, the actuator's, and Hopsan's"
     );
     for part in [
         "Fig. B1",

@@ -22,8 +22,7 @@
 //! with the latch's excess, about 5 % of Delta F, it steps as the report's did.
 
 use crate::actuator_set::ActuatorSet;
-use crate::energy::Pressures;
-use crate::modes::Constants;
+use crate::modes::{Constants, Pressures};
 
 /// A valve that switches no more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

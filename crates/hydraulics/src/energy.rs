@@ -27,11 +27,10 @@ use std::ops::{Add, Sub};
 use planesman_circuit as circuit;
 use planesman_msgs::planesman_msgs::msg::DhaState;
 
-use crate::actuator_set::ActuatorSet;
 use crate::closed_form::{ClosedForm, Integrals, Quantity};
 use crate::events::first_below_zero;
 use crate::metering::Flows;
-use crate::modes::{Constants, FrictionState, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
 /// Energies since the start, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -212,29 +211,6 @@ impl From<&DhaState> for Energy {
             stored: state.energy_stored,
             returned: state.energy_returned,
             proportional_valve: state.energy_proportional_valve,
-        }
-    }
-}
-
-/// The pressures at the ram's ports, Pa.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pressures {
-    /// P_h.
-    pub supply: f64,
-    /// P_R.
-    pub back: f64,
-    /// P_L0 = P_h A_R/A_L.
-    pub resting: f64,
-}
-
-impl Pressures {
-    /// Those of an actuator.
-    #[must_use]
-    pub(crate) fn new(set: &ActuatorSet) -> Self {
-        Self {
-            supply: set.supply,
-            back: set.return_pressure,
-            resting: set.resting_pressure(),
         }
     }
 }

@@ -151,3 +151,26 @@ impl Constants {
         (self.stiffness * squeezed).clamp(-self.clamp_negative, self.clamp_positive)
     }
 }
+
+/// The pressures at the ram's ports, Pa.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pressures {
+    /// P_h.
+    pub supply: f64,
+    /// P_R.
+    pub back: f64,
+    /// P_L0 = P_h A_R/A_L.
+    pub resting: f64,
+}
+
+impl Pressures {
+    /// Those of an actuator.
+    #[must_use]
+    pub(crate) fn new(set: &ActuatorSet) -> Self {
+        Self {
+            supply: set.supply,
+            back: set.return_pressure,
+            resting: set.resting_pressure(),
+        }
+    }
+}

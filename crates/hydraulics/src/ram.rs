@@ -7,10 +7,10 @@
 
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::ClosedForm;
-use crate::energy::{Energy, Ledger, Pressures};
+use crate::energy::{Energy, Ledger};
 use crate::events::{Event, break_away_force, next_event, outward_flow};
 use crate::metering::Flows;
-use crate::modes::{Constants, FrictionState, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
 /// the mode it is in. It only keeps a program from hanging.
