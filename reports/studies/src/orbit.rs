@@ -736,6 +736,9 @@ impl Actuation {
         for (k, later) in later.iter().enumerate() {
             let mut times = cycle.times.clone();
             times[k] += if *later < 0.0 { -1 } else { 1 };
+            if *later == 0.0 || !times.is_sorted_by(|a, b| a < b) {
+                continue;
+            }
             let beside = self.fly(cycle, &times, true).samples;
             for ((sample, beside), whole) in samples.iter_mut().zip(&beside).zip(whole) {
                 let share = later.abs();
