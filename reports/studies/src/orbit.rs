@@ -725,7 +725,8 @@ impl Actuation {
         })
     }
 
-    /// The samples with each decision so much later than its valve cycle: its share of the way to those of the next one.
+    /// The samples, their output with each decision so much later than its valve cycle: its share of the way to that of the next
+    /// one. The actuator's angle has its turns there, which such a mean would cut off.
     fn between_cycles<B: Body>(
         &self,
         cycle: &Cycle<B>,
@@ -743,8 +744,6 @@ impl Actuation {
             for ((sample, beside), whole) in samples.iter_mut().zip(&beside).zip(whole) {
                 let share = later.abs();
                 sample.output += share * (beside.output - whole.output);
-                sample.angle += share * (beside.angle - whole.angle);
-                sample.asked += share * (beside.asked - whole.asked);
             }
         }
         samples
