@@ -50,7 +50,7 @@ const MOST_DECISIONS: usize = 16;
 /// The most valve cycles that one step of Newton's method may fly.
 const MOST_FLOWN: f64 = 45_000.0;
 /// The cycles that are tried before there is none.
-const MOST_TRIED: usize = 6;
+const MOST_TRIED: usize = 8;
 
 /// What the actuator moves, and what measures it: all of the loop but actuator and logic.
 pub trait Body: Copy {
