@@ -149,10 +149,10 @@ fn the_position_loops_alone_follow_their_orbits() {
                 let (turns, stroke) = row.simulated.unwrap();
                 assert_near(orbit.turns(), turns, 0.02, row.actuator);
                 assert_near(orbit.stroke(), stroke, 0.05, row.actuator);
-                // The thresholds are passed at once: nothing of a deviation is left.
-                assert!(orbit.growth() < 0.01, "{row:?}");
+                // The ram is stuck again before the next decision: hardly anything of a deviation is left.
+                assert!(orbit.growth() < 0.1, "{} {}", row.actuator, row.logic);
             }
-            _ => assert_ne!(row.logic, "single speed", "{row:?}"),
+            _ => assert_ne!(row.logic, "single speed", "{}", row.actuator),
         }
     }
 }

@@ -64,7 +64,7 @@ impl Default for Periods {
 
 /// delta_a/delta_c of the actuator alone under `demand`, its angle being the amplitude, rad, of a
 /// sinusoid of `frequency`, rad/s, which is sampled at every valve cycle. The angle is read 16 times in a valve cycle, of slow
-/// sinusoids no more than 4000 times in a period.
+/// sinusoids no more than 1000 times in a period.
 #[must_use]
 pub fn actuator(
     set: &ActuatorSet,
@@ -73,7 +73,7 @@ pub fn actuator(
     periods: Periods,
 ) -> Complex<f64> {
     const MOST_SAMPLES: f64 = 16.0;
-    const IN_A_PERIOD: f64 = 4000.0;
+    const IN_A_PERIOD: f64 = 1000.0;
     let mut dha = Dha::new(set);
     let mut harmonic = Harmonic::new(frequency);
     let period = TAU / frequency;

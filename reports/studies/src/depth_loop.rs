@@ -406,7 +406,7 @@ impl Loop {
         };
         let search = Search {
             amplitudes,
-            frequencies: (0.01 * TAU, 0.5 * TAU),
+            frequencies: (0.02 * TAU, 0.5 * TAU),
         };
         let found = balance(&search, describing_function, |w| self.around_the_planes(w));
         let planes =

@@ -699,9 +699,9 @@ impl Actuation {
         let flight = self.fly(cycle, &cycle.times, true);
         self.decided_so(cycle, &flight).then_some(())?;
         let seconds = self.set.cycle();
+        let samples = self.between_cycles(cycle, &flight.samples, &step.later);
         let range = |of: fn(&Sample) -> f64| {
-            flight
-                .samples
+            samples
                 .iter()
                 .map(of)
                 .fold((f64::MAX, f64::MIN), |(low, high), x| {
@@ -709,8 +709,7 @@ impl Actuation {
                 })
         };
         let output = range(|sample| sample.output);
-        let mean =
-            flight.samples.iter().map(|s| s.output).sum::<f64>() / flight.samples.len() as f64;
+        let mean = samples.iter().map(|s| s.output).sum::<f64>() / samples.len() as f64;
         let first = cycle.times[0] as f64;
         let times = cycle.times.iter().zip(&step.later);
         Some(Orbit {
@@ -722,8 +721,32 @@ impl Actuation {
             multipliers: step.multipliers.clone(),
             output: (output.0, output.1, mean),
             angle: range(|sample| sample.angle),
-            samples: flight.samples,
+            samples,
         })
+    }
+
+    /// The samples, their output with each decision so much later than its valve cycle: its share of the way to that of the next
+    /// one. The actuator's angle has its turns there, which such a mean would cut off.
+    fn between_cycles<B: Body>(
+        &self,
+        cycle: &Cycle<B>,
+        whole: &[Sample],
+        later: &[f64],
+    ) -> Vec<Sample> {
+        let mut samples = whole.to_vec();
+        for (k, later) in later.iter().enumerate() {
+            let mut times = cycle.times.clone();
+            times[k] += if *later < 0.0 { -1 } else { 1 };
+            if *later == 0.0 || !times.is_sorted_by(|a, b| a < b) {
+                continue;
+            }
+            let beside = self.fly(cycle, &times, true).samples;
+            for ((sample, beside), whole) in samples.iter_mut().zip(&beside).zip(whole) {
+                let share = later.abs();
+                sample.output += share * (beside.output - whole.output);
+            }
+        }
+        samples
     }
 
     /// Whether no threshold is passed but at the decisions, give or take a valve cycle.
