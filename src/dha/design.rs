@@ -15,6 +15,7 @@ use planesman_hydraulics::{ActuatorFile, actuator_file};
 use planesman_signals::{CsvSource, Request, Role, TableTime};
 use planesman_studies::circuit_design::{Outcome, designs, evaluate, ledger_table};
 use planesman_text::did_you_mean;
+use planesman_units::{Dimension, Quantity};
 
 use crate::arguments::output_file;
 
@@ -26,8 +27,8 @@ const MOST: usize = 10_000;
 pub struct DesignArgs {
     /// A circuit of on/off valves: built in (dfcu), or a file
     pub file: String,
-    /// Load cycle: a table of time (s), position (m) and, if there is one, force (N) against positive motion; or a
-    /// scenario, whose plane command is the reference
+    /// Load cycle: a table of time, position (m, or its unit as in 'position [mm]') and, if there is one, force (N)
+    /// against positive motion; or a scenario, whose plane command is the reference
     #[arg(long, value_name = "CSV|SCENARIO")]
     pub load_cycle: String,
     /// Codings of the valves, of pcm, pnm and fibonacci
@@ -40,7 +41,7 @@ pub struct DesignArgs {
     #[arg(long, value_name = "NAMES", default_value = "nearest,model,pwm")]
     pub controllers: List<Named<Law>>,
     /// Evaluate each design with so many seeds of the valves' scatter
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
     pub seeds: u64,
     /// Print all designs, not only those that are not beaten
     #[arg(long)]
@@ -146,9 +147,9 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     cycle
         .fits(&circuit)
         .with_context(|| args.load_cycle.clone())?;
-    let laws: Vec<Law> = args.controllers.0.iter().map(|it| it.0).collect();
-    let codings: Vec<Coding> = args.codings.0.iter().map(|it| it.0).collect();
-    let counts: Vec<usize> = args.valves.0.iter().map(|it| it.0).collect();
+    let laws = once(args.controllers.0.iter().map(|it| it.0));
+    let codings = once(args.codings.0.iter().map(|it| it.0));
+    let counts = once(args.valves.0.iter().map(|it| it.0));
     let designs = designs(&circuit, &codings, &counts, &laws);
     if designs.len() > MOST {
         bail!(
@@ -173,12 +174,12 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     }
     planesman_console::print(outcome.table(args.all).text(format))?;
     if matches!(format, Format::Table | Format::Md) {
-        let (design, figures) = &outcome.designs[outcome.middle()];
+        let (design, it) = &outcome.designs[outcome.middle()];
         planesman_console::print(format!(
             "\nWhere the energy of '{}' goes:\n\n",
             design.name()
         ))?;
-        planesman_console::print(ledger_table(&design.circuit, &figures.ledger).text(format))?;
+        planesman_console::print(ledger_table(&design.circuit, &it.mean.ledger).text(format))?;
     }
     if let Some(file) = &args.html {
         write_text(file, outcome.page(&args.load_cycle, &cycle))?;
@@ -187,6 +188,17 @@ pub fn run(args: &DesignArgs) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Each item where it stands first.
+fn once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut all = Vec::new();
+    for item in items {
+        if !all.contains(&item) {
+            all.push(item);
+        }
+    }
+    all
 }
 
 /// The load cycle in a table, or the plane command of a scenario flown with ideal planes.
@@ -213,29 +225,31 @@ fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
 
 fn of_table(path: &Path) -> Result<LoadCycle> {
     let table = CsvSource::open(path, &TableTime::default())?;
-    let has_force = table.signals().iter().any(|name| name.starts_with("force"));
-    let mut requests = vec![Request {
-        name: "position".to_owned(),
-        role: Role::Output,
-    }];
-    if has_force {
-        requests.push(Request {
-            name: "force".to_owned(),
-            role: Role::Input,
-        });
-    }
+    let heads = table.signals();
+    let (position, in_metres) = column(path, &heads, "position", Dimension::Length)?
+        .unwrap_or_else(|| ("position".to_owned(), 1.0));
+    let force = column(path, &heads, "force", Dimension::Force)?;
+    let in_newtons = force.as_ref().map_or(1.0, |it| it.1);
+    let requests: Vec<Request> = [
+        Some((position, Role::Output)),
+        force.map(|it| (it.0, Role::Input)),
+    ]
+    .into_iter()
+    .flatten()
+    .map(|(name, role)| Request { name, role })
+    .collect();
     let mut points: Vec<Point> = Vec::new();
     let mut take = |signal: usize, stamp: i64, value: Option<f64>| {
-        let time = stamp as f64 * 1e-9;
-        if points.last().is_none_or(|last| last.time != time) {
-            points.push(Point {
-                time,
-                ..Point::default()
-            });
-        }
-        if let Some(point) = points.last_mut() {
-            // An empty cell is refused with its row.
-            *[&mut point.position, &mut point.force][signal] = value.unwrap_or(f64::NAN);
+        // An empty cell is refused with its row.
+        let value = value.unwrap_or(f64::NAN);
+        match (signal, points.last_mut()) {
+            (0, _) => points.push(Point {
+                time: stamp as f64 * 1e-9,
+                position: value * in_metres,
+                force: 0.0,
+            }),
+            (_, Some(point)) => point.force = value * in_newtons,
+            (_, None) => {}
         }
         true
     };
@@ -244,4 +258,36 @@ fn of_table(path: &Path) -> Result<LoadCycle> {
         planesman_console::err!("{note}");
     }
     LoadCycle::new(points).with_context(|| path.display().to_string())
+}
+
+/// The head of the column of that name, with or without a unit behind it in brackets, and the unit in SI.
+fn column(
+    path: &Path,
+    heads: &[&str],
+    name: &str,
+    dimension: Dimension,
+) -> Result<Option<(String, f64)>> {
+    let bare = |head: &str| {
+        head.split(['[', '('])
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .to_owned()
+    };
+    let Some(head) = heads.iter().find(|head| bare(head) == name) else {
+        return Ok(None);
+    };
+    let unit = head[name.len()..]
+        .trim()
+        .trim_matches(|sign| "[]()".contains(sign))
+        .trim();
+    let factor = match unit {
+        "" => 1.0,
+        unit => {
+            let one: Quantity = format!("1 {unit}").parse().unwrap_or_default();
+            one.si(dimension)
+                .with_context(|| format!("{}: column '{head}'", path.display()))?
+        }
+    };
+    Ok(Some(((*head).to_owned(), factor)))
 }

@@ -5,7 +5,8 @@
 //! implementation of energy saving digital hydraulic control system*, SICFP 2007; A. Laamanen, *Minimization of pressure peaks in
 //! the digital hydraulic system*, TUT 2009): every pair of edges and openings is weighed by the speed it would settle at under the
 //! measured force, by switchings, power, and the pressures it leads to: the steady ones, those while one edge has switched and the
-//! other not yet, and how far they overshoot when load and oil spring take up the change of speed.
+//! other not yet, and how far they overshoot when load and oil spring take up the change of speed; above the limit, or below that of the
+//! atmosphere, where a chamber would be drawn empty, a choice costs more than any error of speed.
 
 use crate::circuit::{Circuit, Law, MOST_EDGES, MOST_VALVES};
 use crate::coding::{Opening, SAME_FLOW, openings};
@@ -106,6 +107,8 @@ impl Controller {
                 }
                 Law::Pwm => {
                     let Some((pair, fastest)) = self.both_ways[usize::from(asked < 0.0)] else {
+                        // No pair of edges moves it there.
+                        simulation.command(0.0, &masks);
                         return;
                     };
                     for edge in pair.into_iter().flatten() {
@@ -190,16 +193,24 @@ impl Controller {
         let control = &circuit.control;
         let commanded = simulation.commanded();
         let all_switched: u32 = commanded.iter().map(|mask| mask.count_ones()).sum();
-        // What pressures beyond the limit cost, the more the further.
+        // What pressures beyond the limit, and chambers that are drawn empty, cost: the more the further.
+        let supply = circuit.pressures().0;
         let over = |pressures: [f64; 2], speed: f64| {
             let change = (speed - measured.speed).abs();
-            let highest =
-                (pressures[0] + overshoots[0] * change).max(pressures[1] + overshoots[1] * change);
-            if highest > control.pressure_limit {
-                OVER_LIMIT * highest / control.pressure_limit
-            } else {
-                0.0
+            let mut cost: f64 = 0.0;
+            for (chamber, pressure) in pressures.iter().enumerate() {
+                if circuit.chambers[chamber].area == 0.0 {
+                    continue;
+                }
+                let swing = overshoots[chamber] * change;
+                if pressure + swing > control.pressure_limit {
+                    cost = cost.max(OVER_LIMIT * (pressure + swing) / control.pressure_limit);
+                }
+                if pressure - swing < 0.0 {
+                    cost = cost.max(OVER_LIMIT * (1.0 - (pressure - swing) / supply));
+                }
             }
+            cost
         };
         let mut best = asked.abs() / self.largest_speed
             + control.switching_cost * f64::from(all_switched)

@@ -4,8 +4,10 @@
 
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension as D, Quantity};
-use serde::Deserialize;
+use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
 
 use crate::circuit::{
     Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_LEVELS, MOST_VALVES, Oil,
@@ -38,22 +40,25 @@ pub enum FileError {
     },
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: String,
     source: String,
     load: WrittenLoad,
+    #[serde(deserialize_with = "each_once")]
     chambers: BTreeMap<String, WrittenChamber>,
     seal_leakage: Option<Quantity>,
+    #[serde(deserialize_with = "each_once")]
     supply: BTreeMap<String, Quantity>,
     oil: WrittenOil,
     valves: WrittenValves,
+    #[serde(deserialize_with = "each_once")]
     edges: BTreeMap<String, WrittenEdge>,
     control: WrittenControl,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenLoad {
     mass: Quantity,
@@ -68,7 +73,7 @@ struct WrittenLoad {
     moment_arm: Quantity,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenStop {
     stiffness: Quantity,
@@ -76,14 +81,14 @@ struct WrittenStop {
     damping: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenChamber {
     area: Quantity,
     volume: Quantity,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenOil {
     bulk_modulus: Quantity,
@@ -96,7 +101,7 @@ fn fast() -> f64 {
     1.4
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenValves {
     rated_drop: Quantity,
@@ -108,7 +113,7 @@ struct WrittenValves {
     energy: Option<Quantity>,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenEdge {
     coding: Option<String>,
@@ -117,7 +122,7 @@ struct WrittenEdge {
     flows: Option<Vec<Quantity>>,
 }
 
-#[derive(Deserialize)]
+#[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenControl {
     law: String,
@@ -131,6 +136,34 @@ struct WrittenControl {
     energy_cost: f64,
     pressure_limit: Option<Quantity>,
     force_filter: Option<Quantity>,
+}
+
+/// A mapping in which no key stands twice.
+fn each_once<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    from: D,
+) -> Result<BTreeMap<String, T>, D::Error> {
+    struct Each<T>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Each<T> {
+        type Value = BTreeMap<String, T>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a mapping")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut all = BTreeMap::new();
+            while let Some((key, value)) = map.next_entry::<String, T>()? {
+                if all.contains_key(&key) {
+                    return Err(A::Error::custom(format!("'{key}' stands there twice")));
+                }
+                all.insert(key, value);
+            }
+            Ok(all)
+        }
+    }
+
+    from.deserialize_map(Each(PhantomData))
 }
 
 fn refused<T>(field: &str, value: impl ToString, rule: impl ToString) -> Result<T, FileError> {
@@ -254,6 +287,17 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
             "supply",
             file.supply.keys().cloned().collect::<Vec<_>>().join(", "),
             "the tank T is missing",
+        );
+    }
+    let tank = levels
+        .iter()
+        .find(|level| level.name == "T")
+        .map_or(0.0, |level| level.pressure);
+    if let Some(level) = levels.iter().find(|level| level.pressure < tank) {
+        return refused(
+            &format!("supply.{}", level.name),
+            &file.supply[&level.name],
+            "no level may have less pressure than the tank T",
         );
     }
     let load = load(&file.load)?;
@@ -636,6 +680,16 @@ mod tests {
                 "load.mass: '.inf kg' refused",
             ),
             ("T: 0.3 MPa", "R: 0.3 MPa", "the tank T is missing"),
+            (
+                "T: 0.3 MPa",
+                "T: 30 MPa",
+                "supply.P: '10 MPa' refused: no level may have less pressure than the tank T",
+            ),
+            (
+                "P: 10 MPa",
+                "P: 10 MPa\n  P: 1 MPa",
+                "'P' stands there twice",
+            ),
             ("A-T:", "A-X:", "an edge is written as LEVEL-CHAMBER"),
             ("law: model", "law: modle", "did you mean"),
             (

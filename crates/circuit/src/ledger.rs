@@ -37,6 +37,44 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// The sum of two, term by term.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let mut sum = *self;
+        let mut other = *other;
+        for (term, other) in sum.terms().into_iter().zip(other.terms()) {
+            *term += *other;
+        }
+        sum
+    }
+
+    /// Each term so many times.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        let mut product = *self;
+        for term in product.terms() {
+            *term *= factor;
+        }
+        product
+    }
+
+    fn terms(&mut self) -> Vec<&mut f64> {
+        let mut terms = vec![
+            &mut self.supply,
+            &mut self.seal,
+            &mut self.compression,
+            &mut self.compressed,
+            &mut self.viscous,
+            &mut self.friction,
+            &mut self.load,
+            &mut self.mechanical,
+            &mut self.stops,
+            &mut self.switching,
+        ];
+        terms.extend(self.levels.iter_mut().chain(&mut self.throttling));
+        terms
+    }
+
     /// All that the valves lost.
     #[must_use]
     pub fn throttled(&self) -> f64 {

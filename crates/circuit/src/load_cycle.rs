@@ -8,6 +8,9 @@ use crate::control::Reference;
 use crate::ledger::Ledger;
 use crate::simulation::Force;
 
+/// The largest force, N.
+const MOST_FORCE: f64 = 1e8;
+
 /// How often the error of position is sampled in a sampling period.
 const SAMPLES: i64 = 4;
 
@@ -43,6 +46,16 @@ pub enum LoadCycleError {
     /// It lasts longer than a day, or shorter than a millisecond.
     #[error("the load cycle lasts {0} s; from 0.001 to 86400 s are taken")]
     Length(f64),
+    /// A force beyond what a circuit's file takes.
+    #[error(
+        "point {point} of the load cycle has a force of {force} N; at most {MOST_FORCE} N to either side are taken"
+    )]
+    Force {
+        /// Its number, from 1.
+        point: usize,
+        /// N
+        force: f64,
+    },
     /// The ram cannot go there.
     #[error(
         "point {point} of the load cycle, {position} m, is beyond the ram's travel of +-{travel} m"
@@ -72,6 +85,12 @@ impl LoadCycle {
                 .all(|number| number.is_finite())
             {
                 return Err(LoadCycleError::NotFinite(place + 1));
+            }
+            if point.force.abs() > MOST_FORCE {
+                return Err(LoadCycleError::Force {
+                    point: place + 1,
+                    force: point.force,
+                });
             }
         }
         if let Some(place) = points.windows(2).position(|two| two[1].time <= two[0].time) {
@@ -153,6 +172,8 @@ pub struct Figures {
     pub energy: f64,
     /// Root of the mean square of reference less position, m.
     pub tracking: f64,
+    /// Whether the ram met a stop: it did not carry its load, or overran.
+    pub met_stop: bool,
     /// The largest of it, m.
     pub largest_error: f64,
     /// The highest pressure in a chamber, gauge, Pa.
@@ -221,6 +242,7 @@ pub fn run(
     Figures {
         energy: ledger.supply + ledger.switching,
         tracking: (squares / samples.max(1) as f64).sqrt(),
+        met_stop: simulation.met_stop(),
         largest_error: largest,
         peak_pressure: highest,
         lowest_pressure: lowest,
@@ -229,5 +251,76 @@ pub fn run(
         proportional: simulation.proportional(),
         ledger,
         steps: simulation.steps(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::circuit::Law;
+    use crate::coding::Coding;
+    use crate::file::{BUILT_IN, parse};
+
+    fn point(time: f64, position: f64, force: f64) -> Point {
+        Point {
+            time,
+            position,
+            force,
+        }
+    }
+
+    #[test]
+    fn the_model_based_law_draws_no_chamber_empty_while_a_load_is_lowered() {
+        let mut circuit = parse(BUILT_IN[0].1).unwrap();
+        for edge in &mut circuit.edges {
+            edge.valves = Coding::Pcm.share(edge.valves.iter().sum(), 6);
+        }
+        let circuit = Arc::new(circuit);
+        let points = vec![
+            point(0.0, 0.15, 2500.0),
+            point(1.0, 0.15, 2500.0),
+            point(2.5, -0.05, 2500.0),
+            point(3.0, -0.05, 2500.0),
+        ];
+        let cycle = LoadCycle::new(points).unwrap();
+        for seed in 1..=6 {
+            let figures = run(&circuit, &cycle, 1e-6, seed, |_, _| ());
+            assert!(figures.tracking < 1.5e-3, "{seed}: {}", figures.tracking);
+            assert!(
+                figures.lowest_pressure > -2e4,
+                "{seed}: {}",
+                figures.lowest_pressure
+            );
+            assert!(!figures.met_stop);
+        }
+    }
+
+    #[test]
+    fn every_law_closes_its_valves_where_nothing_moves_the_ram_the_way_it_is_asked() {
+        for (name, law) in Law::ALL {
+            let mut circuit = parse(BUILT_IN[0].1).unwrap();
+            circuit.control.law = law;
+            // More than the supply pushes, and than the limit would let the chamber hold.
+            circuit.control.pressure_limit = f64::INFINITY;
+            circuit.load.force = 12_000.0;
+            let points = vec![
+                point(0.0, 0.1, 0.0),
+                point(0.2, 0.0, 0.0),
+                point(0.3, 0.2, 0.0),
+                point(2.0, 0.2, 0.0),
+            ];
+            let mut last = [0.0; 4];
+            let figures = run(
+                &circuit.into(),
+                &LoadCycle::new(points).unwrap(),
+                1e-6,
+                1,
+                |_, row| last = row,
+            );
+            assert!(
+                last[1].abs() < 1e-3 && !figures.met_stop,
+                "{name}: {last:?}"
+            );
+        }
     }
 }

@@ -106,6 +106,7 @@ pub struct Simulation {
     total_switchings: u64,
     slid: f64,
     proportional: f64,
+    met_stop: bool,
     impacts: f64,
     first: f64,
     highest: f64,
@@ -171,6 +172,7 @@ impl Simulation {
             total_switchings: 0,
             slid: 0.0,
             proportional: 0.0,
+            met_stop: false,
             impacts: 0.0,
             first: 0.0,
             highest: p_a.max(p_b),
@@ -216,6 +218,12 @@ impl Simulation {
     #[must_use]
     pub fn peaks(&self) -> (f64, f64) {
         (self.highest, self.lowest)
+    }
+
+    /// Whether the ram has met a stop since the start.
+    #[must_use]
+    pub fn met_stop(&self) -> bool {
+        self.met_stop
     }
 
     /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to the last step, J: the highest
@@ -475,8 +483,12 @@ impl Simulation {
                 self.row[0] = side * self.circuit.load.travel;
                 self.row[1] = 0.0;
                 self.mode = Mode::AtStop(side);
+                self.met_stop = true;
             }
-            Some(Event::ContactOn(side)) => self.contact = Some(side),
+            Some(Event::ContactOn(side)) => {
+                self.contact = Some(side);
+                self.met_stop = true;
+            }
             Some(Event::ContactOff(_)) => self.contact = None,
         }
     }

@@ -65,7 +65,7 @@ pub(crate) struct Planes {
 /// The hydraulics of a circuit of on/off valves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chambers {
-    /// p_A and p_B, gauge, Pa.
+    /// p_A and p_B, gauge, Pa; p_B is 0 where there is no chamber B.
     pub pressures: [f64; 2],
     /// The ram moves.
     pub sliding: bool,
@@ -80,8 +80,15 @@ pub(crate) struct Chambers {
 impl Chambers {
     fn of(actuator: &circuit::Actuator, pressures: [f64; 2]) -> Self {
         let simulation = actuator.simulation();
+        // A single-acting cylinder has no pressure on its other side.
+        let [a, b] = pressures;
+        let b = if simulation.circuit().chambers[1].area > 0.0 {
+            b
+        } else {
+            0.0
+        };
         Self {
-            pressures,
+            pressures: [a, b],
             sliding: matches!(simulation.mode(), circuit::Mode::Sliding(_)),
             at_stop: simulation.at_stop(),
             volume: simulation.volume(),

@@ -250,6 +250,7 @@ impl Dimension {
                 const {
                     &[
                         U::new("N", 1.0),
+                        U::new("kN", 1e3),
                         U::new("lbf", POUND_FORCE),
                         U::new("lb", POUND_FORCE),
                     ]

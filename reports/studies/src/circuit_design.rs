@@ -2,6 +2,9 @@
 //!
 //! All designs have the file's flow with all valves of an edge open; the coding shares it. The figures that a paper would print:
 //!
+//! Each is a mean over seeds of the valves' scatter, the peak the worst. A design whose ram met a stop did not carry its load, or overran: it is
+//! never among those not beaten.
+//!
 //! - **energy**: what the supply levels gave over the load cycle, pressure times volume, and the solenoids took, J;
 //! - **tracking**: root of the mean square of reference less position, m;
 //! - **peak pressure**: the highest in a chamber, gauge, Pa;
@@ -95,23 +98,41 @@ fn is_same(one: &Circuit, other: &Circuit) -> bool {
         && one_valves.iter().zip(&other_valves).all(near)
 }
 
-/// The figures of a design on a load cycle: the mean of energy, tracking, switchings and life over the seeds of the valves'
-/// scatter, the worst peak.
+/// A design's figures over the seeds of its valves' scatter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The means of energy, tracking, switchings, life and the ledger; the worst of the others.
+    pub mean: Figures,
+    /// The largest tracking of a seed, m.
+    pub worst_tracking: f64,
+}
+
+/// The figures of a design on a load cycle, with the seeds 1 to `seeds` of the valves' scatter; without scatter one is enough.
 #[must_use]
-pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Figures {
+pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
+    let seeds = if design.circuit.valves.scatter > 0.0 {
+        seeds.max(1)
+    } else {
+        1
+    };
     let mut all = run(&design.circuit, cycle, ACCURACY, 1, |_, _| ());
+    let mut worst_tracking = all.tracking;
     for seed in 2..=seeds {
         let one = run(&design.circuit, cycle, ACCURACY, seed, |_, _| ());
+        worst_tracking = worst_tracking.max(one.tracking);
         all.energy += one.energy;
         all.tracking += one.tracking;
         all.switchings += one.switchings;
         all.life += one.life;
         all.proportional += one.proportional;
+        all.ledger = all.ledger.plus(&one.ledger);
+        all.met_stop |= one.met_stop;
         all.largest_error = all.largest_error.max(one.largest_error);
         all.peak_pressure = all.peak_pressure.max(one.peak_pressure);
         all.lowest_pressure = all.lowest_pressure.min(one.lowest_pressure);
     }
-    let count = seeds.max(1) as f64;
+    let share = 1.0 / seeds as f64;
+    all.ledger = all.ledger.times(share);
     for figure in [
         &mut all.energy,
         &mut all.tracking,
@@ -119,24 +140,27 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Figures {
         &mut all.life,
         &mut all.proportional,
     ] {
-        *figure /= count;
+        *figure *= share;
     }
-    all
+    Evaluation {
+        mean: all,
+        worst_tracking,
+    }
 }
 
 /// Designs with their figures.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The designs, the file's own first.
-    pub designs: Vec<(Design, Figures)>,
-    /// Whether no other design is at least as good in every figure and better in one.
+    pub designs: Vec<(Design, Evaluation)>,
+    /// Whether it met no stop, and no other such design is at least as good in every figure and better in one.
     pub front: Vec<bool>,
 }
 
 impl Outcome {
     /// The designs and who of them is not beaten.
     #[must_use]
-    pub fn new(designs: Vec<(Design, Figures)>) -> Self {
+    pub fn new(designs: Vec<(Design, Evaluation)>) -> Self {
         let of = |figures: &Figures| {
             [
                 figures.energy,
@@ -149,10 +173,17 @@ impl Outcome {
         let beats = |one: &[f64; 5], other: &[f64; 5]| {
             one.iter().zip(other).all(|(one, other)| one <= other) && one != other
         };
-        let all: Vec<[f64; 5]> = designs.iter().map(|(_, figures)| of(figures)).collect();
+        // As printed: what differs by less is the same.
+        let rounded =
+            |figures: [f64; 5]| figures.map(|it| format!("{it:.3e}").parse().unwrap_or(it));
+        let all: Vec<Option<[f64; 5]>> = designs
+            .iter()
+            .map(|(_, it)| (!it.mean.met_stop).then(|| rounded(of(&it.mean))))
+            .collect();
+        let beaten = |one: &[f64; 5]| all.iter().flatten().any(|other| beats(other, one));
         let front = all
             .iter()
-            .map(|one| !all.iter().any(|other| beats(other, one)))
+            .map(|one| one.is_some_and(|one| !beaten(&one)))
             .collect();
         Self { designs, front }
     }
@@ -164,35 +195,42 @@ impl Outcome {
             "design",
             "energy, J",
             "tracking, mm",
+            "worst, mm",
             "peak, MPa",
             "switchings/h",
             "life, h",
             "of proportional, %",
             "not beaten",
         ]);
+        let none = !self.front.contains(&true);
         let mut order: Vec<usize> = (0..self.designs.len())
-            .filter(|place| all || self.front[*place])
+            .filter(|place| all || none || self.front[*place])
             .collect();
-        order.sort_by(|one, other| {
-            self.designs[*one]
-                .1
-                .tracking
-                .total_cmp(&self.designs[*other].1.tracking)
-        });
+        let tracking = |place: &usize| self.designs[*place].1.mean.tracking;
+        order.sort_by(|one, other| tracking(one).total_cmp(&tracking(other)));
+        let whole = |number: f64| {
+            if number.is_finite() {
+                format!("{number:.0}")
+            } else {
+                "-".to_owned()
+            }
+        };
         for place in order {
-            let (design, figures) = &self.designs[place];
+            let (design, it) = &self.designs[place];
+            let figures = &it.mean;
             table.row([
                 design.name(),
-                format!("{:.0}", figures.energy),
+                whole(figures.energy),
                 format!("{:.2}", figures.tracking * 1e3),
+                format!("{:.2}", it.worst_tracking * 1e3),
                 format!("{:.2}", figures.peak_pressure / 1e6),
-                format!("{:.0}", figures.switchings),
-                format!("{:.0}", figures.life),
-                format!("{:.0}", 100.0 * figures.energy / figures.proportional),
-                if self.front[place] {
-                    "yes".to_owned()
-                } else {
-                    String::new()
+                whole(figures.switchings),
+                whole(figures.life),
+                whole(100.0 * figures.energy / figures.proportional),
+                match (figures.met_stop, self.front[place]) {
+                    (true, _) => "met a stop".to_owned(),
+                    (false, true) => "yes".to_owned(),
+                    (false, false) => String::new(),
                 },
             ]);
         }
@@ -226,7 +264,7 @@ impl Outcome {
                 .filter(|(place, _)| self.front[*place])
         };
         let range = |of: fn(&Figures) -> f64| {
-            let all = front().map(|(_, (_, figures))| of(figures));
+            let all = front().map(|(_, (_, it))| of(&it.mean));
             let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
                 (low.min(it), high.max(it))
             });
@@ -240,8 +278,8 @@ impl Outcome {
         };
         let (tracking, energy) = (range(|f| f.tracking), range(|f| f.energy));
         let distance = |figures: &Figures| tracking(figures) + energy(figures);
-        let nearest =
-            front().min_by(|one, other| distance(&one.1.1).total_cmp(&distance(&other.1.1)));
+        let nearest = front()
+            .min_by(|one, other| distance(&one.1.1.mean).total_cmp(&distance(&other.1.1.mean)));
         nearest.map_or(0, |(place, _)| place)
     }
 
@@ -260,10 +298,10 @@ impl Outcome {
             h2 { "All designs" }
             div.scroll { (self.table(true).html()) }
             h2 { "One of them over time: " (design.name()) }
-            p { "The design nearest to the best in tracking and in energy." }
+            p { "The design nearest to the best in tracking and in energy, with the first seed." }
             (figures(&traces(design, cycle)))
-            h2 { "Where its energy goes" }
-            (ledger(&design.circuit, &of_design.ledger))
+            h2 { "Where its energy goes, on average over the seeds" }
+            (ledger(&design.circuit, &of_design.mean.ledger))
         };
         document(title, "", &body, "")
     }
@@ -281,14 +319,14 @@ impl Outcome {
                     .designs
                     .iter()
                     .filter(move |(design, _)| design.law == law);
-                of.map(move |(_, figures)| ((x.1)(figures), (y.1)(figures)))
+                of.map(move |(_, it)| ((x.1)(&it.mean), (y.1)(&it.mean)))
             };
             let front = self
                 .designs
                 .iter()
                 .zip(&self.front)
                 .filter(|(_, front)| **front);
-            let front = front.map(|((_, figures), _)| ((x.1)(figures), (y.1)(figures)));
+            let front = front.map(|((_, it), _)| ((x.1)(&it.mean), (y.1)(&it.mean)));
             let mut plot =
                 Plot::new(title, [x.0, y.0])
                     .plane()
