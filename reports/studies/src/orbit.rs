@@ -247,7 +247,7 @@ struct Flight<B> {
     samples: Vec<Sample>,
 }
 
-/// A cycle of decisions, and the state [`AHEAD`] of its first: where [`Actuation::orbit`] begins.
+/// A cycle of decisions, and the state a few valve cycles before the first: where [`Actuation::orbit`] begins.
 #[derive(Clone, Debug)]
 pub struct Cycle<B> {
     start: State<B>,
@@ -390,7 +390,7 @@ fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usiz
 }
 
 impl<B: Body> Cycle<B> {
-    /// The body, [`AHEAD`] of the first decision.
+    /// The body, a few valve cycles before the first decision.
     #[must_use]
     pub fn body(&self) -> B {
         self.start.body
