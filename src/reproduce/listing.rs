@@ -63,10 +63,13 @@ pub fn text(
         let mut errata = lines.iter().map(|line| line.entry.erratum.as_deref());
         errata.any(|it| it == Some(number))
     };
-    let mut errata = "\nErrata named above\n".to_owned();
+    let mut errata = String::new();
     for (number, erratum) in book.errata().iter().filter(|(n, _)| named(n)) {
         // Writing to a String does not fail.
         let _ = writeln!(errata, "{number:>4}  {erratum}");
+    }
+    if !errata.is_empty() {
+        errata.insert_str(0, "\nErrata named above\n");
     }
     Ok(format!("\n{text}{}", wrapped(&errata)))
 }

@@ -68,7 +68,7 @@ impl Page {
             ul {
                 @for chapter in chapters { li { a href=(format!("#{}", place(chapter.title))) { (chapter.title) } } }
                 @if procedure.is_some() { li { a href=(format!("#{}", place("procedure"))) { "The procedure step by step" } } }
-                li { a href=(format!("#{}", place("errata"))) { "Errata" } }
+                @if !book.errata().is_empty() { li { a href=(format!("#{}", place("errata"))) { "Errata" } } }
                 li { details { summary { "Numbers" }
                     ul { @for (family, _) in &families { li { a href=(format!("#{}", place(family))) { (family) } } } }
                 } }
@@ -91,12 +91,14 @@ impl Page {
                 h2 id=(place("procedure")) { (report.name) ": the procedure step by step" }
                 details { summary { "Each step with its numbers" } pre { (procedure) } }
             }
-            h2 id=(place("errata")) { (report.name) ": errata" }
-            div.scroll { table {
-                @for (number, text) in book.errata() {
-                    tr id=(number) { td { (number) } td.note style="max-width: 60rem" { (text) } }
-                }
-            } }
+            @if !book.errata().is_empty() {
+                h2 id=(place("errata")) { (report.name) ": errata" }
+                div.scroll { table {
+                    @for (number, text) in book.errata() {
+                        tr id=(number) { td { (number) } td.note style="max-width: 60rem" { (text) } }
+                    }
+                } }
+            }
         });
     }
 
@@ -104,7 +106,7 @@ impl Page {
     #[must_use]
     pub fn text(&self) -> String {
         let body = html! {
-            h1 { "Two reports, computed again" }
+            h1 { "Two reports and recorded validations, computed again" }
             p.lead { "Every number that they print, beside what comes out here, and the figures that their copies have lost." }
             div.columns { @for summary in &self.summaries { (summary) } }
             div.filter id="numbers" {
@@ -118,7 +120,7 @@ impl Page {
             @for numbers in &self.numbers { (numbers) }
             @for report in &self.reports { (report) }
         };
-        document("Two reports, computed again", STYLE, &body, SCRIPT)
+        document("Two reports and recorded validations, computed again", STYLE, &body, SCRIPT)
     }
 }
 
