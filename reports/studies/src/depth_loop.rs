@@ -2,7 +2,7 @@
 //! leakage leave after a dive.
 //!
 //! The vehicle is program T6's (Brunner, NPS thesis, 1988, App. C), with the thesis's righting moment where a case
-//! has one ([`Plant`]); the control computer is the depth controller with its default gains, which are the
+//! has one (`M_theta`); the control computer is the depth controller with its default gains, which are the
 //! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands harmonic
 //! balance around
 //!
