@@ -6,14 +6,18 @@
 //! the digital hydraulic system*, TUT 2009): every pair of edges and openings is weighed by the speed it would settle at under the
 //! measured force, by switchings, power, and the pressures it leads to: the steady ones, those while one edge has switched and the
 //! other not yet, and how far they overshoot when load and oil spring take up the change of speed; above the limit, or below that of the
-//! atmosphere, where a chamber would be drawn empty, a choice costs more than any error of speed.
+//! atmosphere, where a chamber would be drawn empty, a choice costs the more the further.
 
 use crate::circuit::{Circuit, Law, MOST_EDGES, MOST_VALVES};
 use crate::coding::{Opening, SAME_FLOW, openings};
 use crate::simulation::Simulation;
 
-/// What a pressure beyond the limit costs, of the largest speed: more than any error of speed.
+/// What a pressure beyond the limit costs for its excess, as a share of the limit: a tenth costs as much as an error of the whole
+/// speed.
 const OVER_LIMIT: f64 = 10.0;
+
+/// The most that it costs, so that a ram that can only be moved or stopped beyond the limit still is.
+const MOST_OVER: f64 = 0.4;
 
 /// The reference at the begin of a sampling period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -204,13 +208,14 @@ impl Controller {
                 }
                 let swing = overshoots[chamber] * change;
                 if pressure + swing > control.pressure_limit {
-                    cost = cost.max(OVER_LIMIT * (pressure + swing) / control.pressure_limit);
+                    cost =
+                        cost.max(OVER_LIMIT * ((pressure + swing) / control.pressure_limit - 1.0));
                 }
                 if pressure - swing < 0.0 {
-                    cost = cost.max(OVER_LIMIT * (1.0 - (pressure - swing) / supply));
+                    cost = cost.max(OVER_LIMIT * (swing - pressure) / supply);
                 }
             }
-            cost
+            cost.min(MOST_OVER)
         };
         let mut best = asked.abs() / self.largest_speed
             + control.switching_cost * f64::from(all_switched)

@@ -296,6 +296,31 @@ mod tests {
     }
 
     #[test]
+    fn however_coarse_its_valves_the_model_based_law_follows_and_meets_no_stop() {
+        let points = vec![
+            point(0.0, -0.15, 800.0),
+            point(1.5, 0.15, 800.0),
+            point(2.5, 0.15, 2500.0),
+            point(4.0, -0.05, 2500.0),
+            point(5.0, -0.05, 800.0),
+        ];
+        let cycle = LoadCycle::new(points).unwrap();
+        for (name, coding) in Coding::ALL {
+            for count in 3..=6 {
+                let mut circuit = parse(BUILT_IN[0].1).unwrap();
+                for edge in &mut circuit.edges {
+                    edge.valves = coding.share(edge.valves.iter().sum(), count);
+                }
+                let figures = run(&circuit.into(), &cycle, 1e-6, 1, |_, _| ());
+                assert!(
+                    !figures.met_stop && figures.tracking < 0.02,
+                    "{name} {count}: {figures:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
     fn every_law_closes_its_valves_where_nothing_moves_the_ram_the_way_it_is_asked() {
         for (name, law) in Law::ALL {
             let mut circuit = parse(BUILT_IN[0].1).unwrap();

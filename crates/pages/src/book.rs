@@ -120,7 +120,12 @@ impl Page {
             @for numbers in &self.numbers { (numbers) }
             @for report in &self.reports { (report) }
         };
-        document("Two reports and recorded validations, computed again", STYLE, &body, SCRIPT)
+        document(
+            "Two reports and recorded validations, computed again",
+            STYLE,
+            &body,
+            SCRIPT,
+        )
     }
 }
 
