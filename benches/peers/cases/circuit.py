@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from tools import Missing, best, output, program
 
 TITLE = "Circuit of on/off valves"
-NOTE = "0.6 s under six commands; scipy is DOP853 at rtol 1e-11, with an event at each halt, break-away and stop, ours at 1e-12: both end within 1e-12 m."
+NOTE = "0.6 s under six commands; scipy is DOP853 at rtol 1e-8, with an event at each halt, break-away and stop, ours at 1e-8: both end within 3e-11 m of the truth."
 
 ATMOSPHERE = 101325.0
 MASS, VISCOUS, COULOMB, LOAD = 120.0, 900.0, 150.0, 500.0
@@ -31,7 +31,8 @@ VARIANTS = {"rigid": (0.0, None), "elastic": (2000.0, (5e6, 2.0))}
 
 def bulk_modulus(p):
     absolute = p + ATMOSPHERE
-    air = AIR * (ATMOSPHERE / absolute) ** (1 / POLYTROPIC)
+    # A trial step of the integrator may lead below zero.
+    air = AIR * (ATMOSPHERE / max(absolute, 1.0)) ** (1 / POLYTROPIC)
     return (1 + air) / (1 / BULK + air / (POLYTROPIC * absolute))
 
 
@@ -115,7 +116,7 @@ class Cylinder:
                 next(change for (_, change), t in zip(margins, part.t_events) if len(t))()
 
 
-def moved(variant, rtol=1e-11):
+def moved(variant, rtol=1e-8):
     """x after 0.6 s [m]."""
     cylinder = Cylinder(*VARIANTS[variant])
     for (time, *masks), after in zip(COMMANDS, [time for time, *_ in COMMANDS[1:]] + [0.6 - DELAY]):
@@ -132,12 +133,12 @@ def contenders():
 
 @cache
 def after() -> dict[str, float]:
-    found = re.findall(r"^(\w+) at 1e-12: .* x = (\S+) m", output([program("schedule")]), re.MULTILINE)
+    found = re.findall(r"^(\w+) at 1e-8: .* x = (\S+) m", output([program("schedule")]), re.MULTILINE)
     return {name: float(position) for name, position in found}
 
 
 def ours() -> dict[str, float]:
-    found = re.findall(r"^(\w+) at 1e-12: 0.6 s in ([\d.]+) us", output([program("schedule")]), re.MULTILINE)
+    found = re.findall(r"^(\w+) at 1e-8: 0.6 s in ([\d.]+) us", output([program("schedule")]), re.MULTILINE)
     return {f"{name} [us]": float(time) for name, time in found}
 
 
@@ -145,7 +146,7 @@ def scipy() -> dict[str, float]:
     times = {}
     for name in VARIANTS:
         position = moved(name)
-        if not np.isclose(position, after()[name], rtol=0, atol=1e-12):
+        if not np.isclose(position, after()[name], rtol=0, atol=6e-11):
             raise Missing(f"{name}: scipy ends at {position:.13f} m, ours at {after()[name]:.13f} m")
         times[f"{name} [us]"] = best(lambda: moved(name), 2) * 1e6
     return times
