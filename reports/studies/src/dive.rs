@@ -282,10 +282,7 @@ mod tests {
             restoring: 0.163,
         };
         let set = load("auv").unwrap();
-        let demand = Demand {
-            position_loop: false,
-            ..Demand::angle(0.0)
-        };
+        let demand = Demand::angle(0.0);
         let mut flight = Flight::begin(&around, Dha::new(&set)).unwrap();
         let mut parameters = ControllerParameters {
             depth_setpoint: SETPOINT,
