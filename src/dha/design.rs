@@ -27,7 +27,7 @@ const MOST: usize = 10_000;
 pub struct DesignArgs {
     /// A circuit of on/off valves: built in (dfcu), or a file
     pub file: String,
-    /// Load cycle: a table of time, position (m, or its unit as in 'position [mm]') and, if there is one, force (N)
+    /// Load cycle: a table of time, position (m, or its unit as in 'position (mm)') and, if there is one, force (N)
     /// against positive motion; or a scenario, whose plane command is the reference
     #[arg(long, value_name = "CSV|SCENARIO")]
     pub load_cycle: String,
