@@ -12,6 +12,7 @@ use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_flight::sink::write_text;
 use planesman_flight::{Loop, Scenario};
 use planesman_hydraulics::{ActuatorFile, actuator_file};
+use planesman_parameters::Choice;
 use planesman_signals::{CsvSource, Request, Role, TableTime};
 use planesman_studies::circuit_design::{Outcome, designs, evaluate, ledger_table};
 use planesman_text::did_you_mean;
@@ -81,27 +82,16 @@ pub trait Items: Sized {
 #[derive(Clone, Copy, Debug)]
 pub struct Named<T>(T);
 
-fn by_name<T: Copy>(text: &str, all: &[(&'static str, T)]) -> Result<Vec<Named<T>>, String> {
-    let names = || all.iter().map(|(name, _)| *name);
-    match all.iter().find(|(name, _)| *name == text) {
-        Some((_, thing)) => Ok(vec![Named(*thing)]),
-        None => Err(format!(
-            "'{text}' is none of {}{}",
-            names().collect::<Vec<_>>().join(", "),
-            did_you_mean(text, names())
-        )),
-    }
-}
-
-impl Items for Named<Coding> {
+impl<T: Choice> Items for Named<T> {
     fn items(text: &str) -> Result<Vec<Self>, String> {
-        by_name(text, &Coding::ALL)
-    }
-}
-
-impl Items for Named<Law> {
-    fn items(text: &str) -> Result<Vec<Self>, String> {
-        by_name(text, &Law::ALL)
+        match T::named(text) {
+            Some(choice) => Ok(vec![Self(choice)]),
+            None => Err(format!(
+                "'{text}' is none of {}{}",
+                T::NAMES.join(", "),
+                did_you_mean(text, T::NAMES.iter().copied())
+            )),
+        }
     }
 }
 

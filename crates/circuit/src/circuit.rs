@@ -84,6 +84,15 @@ pub struct Chamber {
     pub volume: f64,
 }
 
+impl Chamber {
+    /// The oil in it where the ram has enlarged it by `more`, m^3; a hundredth of that at mid-stroke at least.
+    #[inline]
+    #[must_use]
+    pub fn volume_at(&self, more: f64) -> f64 {
+        (self.volume + more).max(0.01 * self.volume)
+    }
+}
+
 /// A supply level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
@@ -154,7 +163,7 @@ pub struct Control {
 }
 
 /// A law of the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Law {
     /// The opening whose flow at half the supply pressure is nearest to the flow asked for.
     Nearest,
@@ -162,24 +171,6 @@ pub enum Law {
     Model,
     /// All valves of an edge together, for a part of each period.
     Pwm,
-}
-
-impl Law {
-    /// All of them and their names.
-    pub const ALL: [(&'static str, Self); 3] = [
-        ("nearest", Self::Nearest),
-        ("model", Self::Model),
-        ("pwm", Self::Pwm),
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL
-            .iter()
-            .find(|(_, law)| *law == self)
-            .map_or("", |(name, _)| name)
-    }
 }
 
 impl Oil {
@@ -260,8 +251,8 @@ impl Circuit {
     /// The oil in a chamber where the ram leaves it least, m^3.
     #[must_use]
     pub fn least_volume(&self, chamber: usize) -> f64 {
-        let Chamber { area, volume } = self.chambers[chamber];
-        (volume - area * self.load.travel).max(0.01 * volume)
+        let chamber = &self.chambers[chamber];
+        chamber.volume_at(-chamber.area * self.load.travel)
     }
 
     /// The highest frequency, Hz, at which the load can swing on its oil, its spring and its elastic stops.

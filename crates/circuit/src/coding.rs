@@ -4,7 +4,7 @@
 pub(crate) const SAME_FLOW: f64 = 1e-9;
 
 /// A coding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Coding {
     /// Binary, pulse code modulation: 1, 2, 4, 8, ...
     Pcm,
@@ -15,22 +15,6 @@ pub enum Coding {
 }
 
 impl Coding {
-    /// All of them and their names.
-    pub const ALL: [(&'static str, Self); 3] = [
-        ("pcm", Self::Pcm),
-        ("pnm", Self::Pnm),
-        ("fibonacci", Self::Fibonacci),
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::ALL
-            .iter()
-            .find(|(_, coding)| *coding == self)
-            .map_or("", |(name, _)| name)
-    }
-
     /// The sizes of `count` valves, the smallest 1.
     #[must_use]
     pub fn sizes(self, count: usize) -> Vec<f64> {

@@ -2,15 +2,16 @@
 //!
 //! `circuits/dfcu.yaml` is the example; [`BUILT_IN`] has the files that are built in.
 
+use planesman_parameters::Choice;
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension as D, Quantity};
-use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
+use serde::de::{Deserialize, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 use crate::circuit::{
-    Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_LEVELS, MOST_VALVES, Oil,
+    Chamber, Circuit, Control, Edge, ElasticStop, Level, Load, MOST_LEVELS, MOST_VALVES, Oil,
     Valves,
 };
 use crate::coding::Coding;
@@ -229,18 +230,17 @@ fn or_zero(
     })
 }
 
-/// The thing of this name in a list.
-fn named<T: Copy>(field: &str, name: &str, all: &[(&'static str, T)]) -> Result<T, FileError> {
-    let names = || all.iter().map(|(name, _)| *name);
-    match all.iter().find(|(known, _)| *known == name) {
-        Some((_, thing)) => Ok(*thing),
+/// The choice of this name.
+fn named<T: Choice>(field: &str, name: &str) -> Result<T, FileError> {
+    match T::named(name) {
+        Some(choice) => Ok(choice),
         None => refused(
             field,
             name,
             format!(
                 "it must be one of {}{}",
-                names().collect::<Vec<_>>().join(", "),
-                did_you_mean(name, names())
+                T::NAMES.join(", "),
+                did_you_mean(name, T::NAMES.iter().copied())
             ),
         ),
     }
@@ -249,8 +249,11 @@ fn named<T: Copy>(field: &str, name: &str, all: &[(&'static str, T)]) -> Result<
 /// Whether a YAML text is meant to be a circuit: it has edges.
 #[must_use]
 pub fn is_circuit(text: &str) -> bool {
-    text.lines()
-        .any(|line| line.trim_end() == "edges:" || line.starts_with("edges:"))
+    #[derive(serde::Deserialize)]
+    struct Head {
+        edges: Option<IgnoredAny>,
+    }
+    planesman_text::yaml::from_str(text).is_ok_and(|head: Head| head.edges.is_some())
 }
 
 /// The circuit that `text` describes.
@@ -357,7 +360,7 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
     let period =
         (read("control.period", &written.period, D::Time, 1e-4, 10.0)? * 1e9).round() as i64;
     let control = Control {
-        law: named("control.law", &written.law, &Law::ALL)?,
+        law: named("control.law", &written.law)?,
         period,
         gain: number("control.gain", written.gain, 0.0, 1e4)?,
         dead_zone: or_zero(
@@ -617,7 +620,7 @@ fn edge_valves(field: &str, edge: &WrittenEdge, drop: f64) -> Result<Vec<f64>, F
             flow: Some(total),
             flows: None,
         } => {
-            let coding = named(&format!("{field}.coding"), coding, &Coding::ALL)?;
+            let coding: Coding = named(&format!("{field}.coding"), coding)?;
             if !(1..=MOST_VALVES).contains(count) {
                 return refused(
                     &format!("{field}.count"),

@@ -574,7 +574,8 @@ impl Actuator {
                 };
                 let work = match (now, ahead) {
                     (ActuatorModel::Circuit(now, _), ActuatorModel::Circuit(ahead, _)) => {
-                        ahead.simulation().work() - now.simulation().work()
+                        ahead.simulation().ledger_so_far().supply
+                            - now.simulation().ledger_so_far().supply
                     }
                     _ => 0.0,
                 };

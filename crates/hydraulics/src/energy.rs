@@ -25,10 +25,10 @@
 use std::ops::{Add, Sub};
 
 use planesman_circuit as circuit;
+use planesman_linear::first_below_zero;
 use planesman_msgs::planesman_msgs::msg::DhaState;
 
 use crate::closed_form::{ClosedForm, Integrals, Quantity};
-use crate::events::first_below_zero;
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 

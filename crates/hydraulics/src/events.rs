@@ -8,6 +8,8 @@
 //! Two margins are opened by a hair, so that an event is never its own cause: a break-away
 //! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
 
+use planesman_linear::{first_below_zero, lowest_point};
+
 use crate::closed_form::{ClosedForm, Quantity, Turns};
 use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
@@ -186,19 +188,6 @@ impl Margin {
     }
 }
 
-/// Where a margin that falls at `low` and rises at `high` turns, by halving.
-fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if margin(middle).1 < 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
-}
-
 /// The net flow outwards at the volume limit, m^3/s: while it is positive, V_T stays there.
 #[must_use]
 pub(crate) fn outward_flow(constants: &Constants, side: Side, flow: f64, state: &State) -> f64 {
@@ -256,37 +245,4 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
         add(Event::VolumeLimit(Negative));
     }
     events
-}
-
-/// How exactly a zero is found: Newton's last step relative to the stretch searched. Its square
-/// is what then remains of the margin.
-const NEWTON_STEP: f64 = 1e-9;
-
-/// Where a margin falls below zero between `low`, where it has not, and `high`, where it has:
-/// Newton's method, kept within the bracket by halving.
-pub(crate) fn first_below_zero(
-    mut low: f64,
-    mut high: f64,
-    margin: impl Fn(f64) -> (f64, f64),
-) -> f64 {
-    let close_enough = NEWTON_STEP * (high - low);
-    let mut t = 0.5 * (low + high);
-    while high - low > close_enough {
-        let (value, rate) = margin(t);
-        if value < 0.0 {
-            high = t;
-        } else {
-            low = t;
-        }
-        let newton = t - value / rate;
-        if (newton - t).abs() <= close_enough {
-            return newton.clamp(low, high);
-        }
-        t = if newton > low && newton < high {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
-    }
-    t
 }

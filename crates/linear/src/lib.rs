@@ -10,6 +10,7 @@
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
+//! - [`first_below_zero`], [`lowest_point`]: where a margin falls below zero, and where it turns.
 //! - [`digits`]: numbers written to the digits that they have.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
@@ -23,6 +24,7 @@ mod dormand_prince;
 pub mod error;
 mod exponential;
 pub mod frequency;
+mod margin;
 pub mod pitch;
 pub mod poles;
 pub mod polynomial;
@@ -38,6 +40,7 @@ pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
 pub use error::Error;
 pub use exponential::exponential;
 pub use frequency::{DelayedLoop, unwrapped_phases};
+pub use margin::{first_below_zero, lowest_point};
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::{
     by_decay, discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text,

@@ -19,6 +19,7 @@ use planesman_circuit::coding::Coding;
 use planesman_circuit::{Circuit, Edge, Figures, Law, Ledger, LoadCycle, run};
 use planesman_console::Table;
 use planesman_pages::{document, figures};
+use planesman_parameters::Choice as _;
 use planesman_plot::{Plot, Style};
 use planesman_text::number;
 
@@ -331,9 +332,9 @@ impl Outcome {
                 Plot::new(title, [x.0, y.0])
                     .plane()
                     .with(Style::Crosses, "not beaten", front);
-            for (name, law) in Law::ALL {
+            for law in Law::NAMES.iter().filter_map(|name| Law::named(name)) {
                 if points(law).next().is_some() {
-                    plot = plot.with(Style::Dots, name, points(law));
+                    plot = plot.with(Style::Dots, law.name(), points(law));
                 }
             }
             plot
