@@ -23,6 +23,8 @@ use planesman_parameters::Choice as _;
 use planesman_plot::{Plot, Style};
 use planesman_text::number;
 
+use crate::orbit::range;
+
 /// Largest error of a step of the integration, as a share of each quantity's scale.
 const ACCURACY: f64 = 1e-6;
 /// Points of a time plot.
@@ -264,11 +266,8 @@ impl Outcome {
                 .enumerate()
                 .filter(|(place, _)| self.front[*place])
         };
-        let range = |of: fn(&Figures) -> f64| {
-            let all = front().map(|(_, (_, it))| of(&it.mean));
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
-                (low.min(it), high.max(it))
-            });
+        let share = |of: fn(&Figures) -> f64| {
+            let (low, high) = range(front().map(|(_, (_, it))| of(&it.mean)));
             move |figures: &Figures| {
                 if high > low {
                     (of(figures) - low) / (high - low)
@@ -277,7 +276,7 @@ impl Outcome {
                 }
             }
         };
-        let (tracking, energy) = (range(|f| f.tracking), range(|f| f.energy));
+        let (tracking, energy) = (share(|f| f.tracking), share(|f| f.energy));
         let distance = |figures: &Figures| tracking(figures) + energy(figures);
         let nearest = front()
             .min_by(|one, other| distance(&one.1.1.mean).total_cmp(&distance(&other.1.1.mean)));

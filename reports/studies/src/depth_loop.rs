@@ -27,8 +27,8 @@ use planesman_design::default_gains;
 
 pub use crate::dive::{Diving, Loop};
 use crate::dive::{Flight, TICK};
-use crate::orbit::{Actuation, Cycle, Lags};
-use crate::watched::{Motion, Watched, range};
+use crate::orbit::{Actuation, Cycle, Lags, range};
+use crate::watched::{Motion, Watched};
 
 /// A motion, and the cycle of its orbit.
 pub type Settled = (Motion, Option<Cycle<Diving>>);
@@ -178,7 +178,7 @@ impl LimitCycle {
     fn of(watched: &Watched<Diving>) -> Self {
         let depths = &watched.outputs;
         let mean = depths.iter().sum::<f64>() / depths.len() as f64;
-        let (low, high) = range(depths);
+        let (low, high) = range(depths.iter().copied());
         let rising: Vec<usize> = depths
             .windows(2)
             .enumerate()
@@ -191,7 +191,7 @@ impl LimitCycle {
             }
             _ => 0.0,
         };
-        let planes = range(&watched.angles);
+        let planes = range(watched.angles.iter().copied());
         Self {
             depth: high - low,
             error: mean,

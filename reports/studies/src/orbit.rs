@@ -700,15 +700,7 @@ impl Actuation {
         self.decided_so(cycle, &flight).then_some(())?;
         let seconds = self.set.cycle();
         let samples = self.between_cycles(cycle, &flight.samples, &step.later);
-        let range = |of: fn(&Sample) -> f64| {
-            samples
-                .iter()
-                .map(of)
-                .fold((f64::MAX, f64::MIN), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                })
-        };
-        let output = range(|sample| sample.output);
+        let output = range(samples.iter().map(|sample| sample.output));
         let mean = samples.iter().map(|s| s.output).sum::<f64>() / samples.len() as f64;
         let first = cycle.times[0] as f64;
         let times = cycle.times.iter().zip(&step.later);
@@ -720,7 +712,7 @@ impl Actuation {
                 .collect(),
             multipliers: step.multipliers.clone(),
             output: (output.0, output.1, mean),
-            angle: range(|sample| sample.angle),
+            angle: range(samples.iter().map(|sample| sample.angle)),
             samples,
         })
     }
@@ -775,6 +767,12 @@ impl Actuation {
 /// Whether a decision comes within a sample of the one before: the error was beyond the threshold then already.
 fn follows(times: &[i64], i: usize, tick: i64) -> bool {
     i > 0 && times[i] - times[i - 1] <= tick
+}
+
+/// The least and the largest.
+pub(crate) fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let both = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
+    values.into_iter().fold((f64::MAX, f64::MIN), both)
 }
 
 /// The least solution of equations that may determine some combinations of the unknown not at all.

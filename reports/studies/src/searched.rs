@@ -6,6 +6,8 @@ use ibm_1966::RateSignal;
 use ibm_1966::search::{Point, Score, missiles};
 use planesman_units::DEGREE;
 
+use crate::orbit::range;
+
 /// How many of the best are listed.
 const LISTED: usize = 6;
 /// And of the best of some.
@@ -59,17 +61,20 @@ pub fn found(by_assumptions: &[Vec<Point>]) -> String {
     for (what, range) in [
         (
             "psi pp with leakage, deg",
-            range(&points, |p| p.cycles[0].yaw / DEGREE),
+            range(points.iter().map(|p| p.cycles[0].yaw / DEGREE)),
         ),
         (
             "psi pp without, deg",
-            range(&points, |p| p.cycles[1].yaw / DEGREE),
+            range(points.iter().map(|p| p.cycles[1].yaw / DEGREE)),
         ),
         (
             "pulses/s with leakage",
-            range(&points, |p| p.cycles[0].pulses),
+            range(points.iter().map(|p| p.cycles[0].pulses)),
         ),
-        ("pulses/s without", range(&points, |p| p.cycles[1].pulses)),
+        (
+            "pulses/s without",
+            range(points.iter().map(|p| p.cycles[1].pulses)),
+        ),
     ] {
         let _ = writeln!(text, "  {what:<26} {:.4} to {:.4}", range.0, range.1);
     }
@@ -137,13 +142,4 @@ fn described(point: &Point) -> String {
         m.rate_gain,
         m.nozzle_moment
     )
-}
-
-fn range(points: &[&Point], of: impl Fn(&Point) -> f64) -> (f64, f64) {
-    points
-        .iter()
-        .map(|p| of(p))
-        .fold((f64::MAX, f64::MIN), |(low, high), x| {
-            (low.min(x), high.max(x))
-        })
 }

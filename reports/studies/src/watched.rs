@@ -3,7 +3,7 @@
 
 use planesman_hydraulics::{Command, Dha, Volume};
 
-use crate::orbit::{self, Actuation, Body, Cycle, Decision, Orbit, State};
+use crate::orbit::{self, Actuation, Body, Cycle, Decision, Orbit, State, range};
 
 /// How near a loop comes to an orbit that it follows, in frequency and in the stroke of the actuator. In precision mode a
 /// stroke is no more than three valve cycles of drift, and samples take their share of it.
@@ -115,7 +115,7 @@ impl<B: Body> Watched<B> {
         values
             .chunks_exact(length.clamp(1, values.len().max(1)))
             .map(|values| {
-                let (low, high) = range(values);
+                let (low, high) = range(values.iter().copied());
                 high - low
             })
     }
@@ -157,35 +157,27 @@ impl<B: Body> Watched<B> {
 
     fn no_orbit(&self, orbit: Option<Orbit>) -> Motion {
         let latest = &self.outputs[self.outputs.len() / 2..];
-        let (low, high) = range(latest);
+        let (low, high) = range(latest.iter().copied());
         if self.decisions.len() < 2 && high - low < STILL {
             return Motion::Rest;
         }
         if let Some(period) = orbit::repeats(&self.decisions, &self.before) {
             return Motion::Repeats(period);
         }
-        let swings: Vec<f64> = self.swings(&self.outputs, WINDOW).collect();
+        let swings = self.swings(&self.outputs, WINDOW);
         let begin = self.decisions.first().map_or(0.0, |first| first.time);
         let seconds = self.outputs.len() as f64 * self.interval;
-        let rates: Vec<f64> = (0..(seconds / WINDOW) as i32)
-            .map(|i| {
-                let from = begin + f64::from(i) * WINDOW;
-                let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
-                self.decisions.iter().filter(within).count() as f64 / WINDOW
-            })
-            .collect();
+        let rates = (0..(seconds / WINDOW) as i32).map(|i| {
+            let from = begin + f64::from(i) * WINDOW;
+            let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
+            self.decisions.iter().filter(within).count() as f64 / WINDOW
+        });
         Motion::Irregular(Irregular {
-            swing: range(&swings),
-            rate: range(&rates),
+            swing: range(swings),
+            rate: range(rates),
             orbit,
         })
     }
-}
-
-/// The least and the largest.
-pub(crate) fn range(values: &[f64]) -> (f64, f64) {
-    let both = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-    values.iter().fold((f64::MAX, f64::MIN), both)
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
