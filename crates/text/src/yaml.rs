@@ -117,8 +117,24 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
     Ok(found)
 }
 
-/// The reason of a parser; where it stumbles over a tab, in words.
-fn explained(reason: String, text: &str) -> String {
+/// The reason of a parser, without names of Rust's types; where it stumbles over a tab, in words.
+fn explained(mut reason: String, text: &str) -> String {
+    for (names, words) in [
+        (
+            &["usize", "u64", "u32", "u16", "u8", "i64", "i32"][..],
+            "a whole number",
+        ),
+        (&["f64", "f32"], "a number"),
+    ] {
+        for name in names {
+            let (typed, plain) = (format!(", expected {name}"), format!(", expected {words}"));
+            if let Some(place) = reason.find(&typed)
+                && !reason[place + typed.len()..].starts_with(char::is_alphanumeric)
+            {
+                reason.replace_range(place..place + typed.len(), &plain);
+            }
+        }
+    }
     let is_indented_by_tab = |line: &str| {
         let indent = line.len() - line.trim_start().len();
         line[..indent].contains('\t')
@@ -198,6 +214,16 @@ mod tests {
 
     fn refusal(text: &str) -> String {
         from_str::<Value>(text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn a_refusal_has_no_names_of_types() {
+        let refused = from_str::<BTreeMap<String, u64>>("count: 0.5\n").expect_err("no count");
+        let text = refused.to_string();
+        assert!(text.contains("expected a whole number"), "{text}");
+        let refused = from_str::<BTreeMap<String, f64>>("flow: [1]\n").expect_err("no number");
+        let text = refused.to_string();
+        assert!(text.contains("expected a number"), "{text}");
     }
 
     #[test]
