@@ -518,18 +518,31 @@ impl Reader<'_> {
             &file.oil.return_pressure,
             "it must be below oil.supply",
         )?;
-        for (field, written, clamp) in [
+        let resting = set.supply / set.area_ratio;
+        for (field, written, clamp, room, bound) in [
             (
                 "oil.clamp_positive",
                 &file.oil.clamp_positive,
                 set.clamp_positive,
+                set.supply - resting,
+                "oil.supply less oil.supply/ram.area_ratio",
             ),
             (
                 "oil.clamp_negative",
                 &file.oil.clamp_negative,
                 set.clamp_negative,
+                resting - set.return_pressure,
+                "oil.supply/ram.area_ratio less oil.return",
             ),
         ] {
+            check(
+                clamp <= room * (1.0 + 1e-12),
+                field,
+                written,
+                &format!(
+                    "it must not exceed {bound}, {room:.6} Pa, or oil would flow from low to high pressure"
+                ),
+            )?;
             check(
                 clamp * set.area > set.coulomb * 1.001,
                 field,

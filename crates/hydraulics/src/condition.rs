@@ -12,7 +12,7 @@
 //! | encoder frozen | the measured position stays | the ram runs to its limit |
 //!
 //! **Supply.** The auxiliary pistons hold the cavity's pressure between two fixed shares of P_h
-//! about P_h A_R/A_L (Appendix A), so that the clamps on P_d are proportional to P_h. Leakage flows
+//! about P_h A_R/A_L (Appendix A), so that the clamps on P_d are proportional to P_h; the lower one ends at P_R. Leakage flows
 //! past the calibrating piston from P_h and to P_R: q_L and q_LC are proportional to P_h - P_R, and
 //! k = 2 q_L/P_h follows.
 //!
@@ -167,11 +167,14 @@ impl Sound {
             error_rate: self.leakages.error_rate * scale,
         };
         let sound = self.constants;
+        // Oil does not flow from the return into the ram: the clamp ends at P_R.
+        let negative = sound.clamp_negative * left;
+        let above_return = self.pressures.resting * left - self.pressures.back;
         let constants = Constants {
             stiffness: sound.stiffness * (1.0 - condition.air),
             leakage: 2.0 * leakages.rate_gain / supply,
             clamp_positive: sound.clamp_positive * left,
-            clamp_negative: sound.clamp_negative * left,
+            clamp_negative: negative.min(above_return.max(1e-3 * negative)),
             stepping: condition.stepping,
             ..sound
         };

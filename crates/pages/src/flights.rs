@@ -409,7 +409,7 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive dive. The command includes the identification signal; the actuator follows in quanta."),
+            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive dive. The command includes the identification signal; the actuator follows in steps."),
             &[
                 (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[0])),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[0])),
@@ -417,7 +417,7 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Dive planes, close up", "plane angle [deg]").note("The first five seconds: the ram moves one calibrated volume at a time."),
+            time("Dive planes, close up", "plane angle [deg]").note("The first five seconds, with the steps of the actuator."),
             &[
                 (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[1])),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[1])),
