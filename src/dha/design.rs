@@ -156,7 +156,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     });
     let seconds = begun.elapsed().as_secs_f64();
     planesman_console::err!("{} designs in {seconds:.1} s", designs.len());
-    let outcome = Outcome::new(designs.into_iter().zip(figures).collect());
+    let outcome = Outcome::new(designs.into_iter().zip(figures).collect(), &cycle);
     let format = Format::or_by_output(args.format);
     if matches!(format, Format::Table | Format::Md) {
         planesman_console::print_wrapped(outcome.head(&args.load_cycle, &cycle))?;
@@ -193,11 +193,12 @@ fn once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
 
 /// The load cycle in a table, or the plane command of a scenario flown with ideal planes.
 fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
-    if Path::new(name)
-        .extension()
-        .is_some_and(|extension| extension != "yaml")
-    {
-        return of_table(Path::new(name));
+    let path = Path::new(name);
+    if match path.extension() {
+        Some(extension) => extension != "yaml" && extension != "yml",
+        None => path.is_file(),
+    } {
+        return of_table(path);
     }
     let scenario = Scenario::load_with(name, &["dha_actuator.actuator=ideal".to_owned()])?;
     scenario.check()?;
@@ -216,9 +217,18 @@ fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
 fn of_table(path: &Path) -> Result<LoadCycle> {
     let table = CsvSource::open(path, &TableTime::default())?;
     let heads = table.signals();
-    let (position, in_metres) = column(path, &heads, "position", Dimension::Length)?
-        .unwrap_or_else(|| ("position".to_owned(), 1.0));
+    let position = column(path, &heads, "position", Dimension::Length)?;
     let force = column(path, &heads, "force", Dimension::Force)?;
+    let used = [&position, &force].map(|it| it.as_ref().map(|it| it.0.as_str()));
+    if let Some(unused) = heads.iter().find(|head| !used.contains(&Some(**head))) {
+        bail!(
+            "{}: column '{unused}' is none of time, position and force, with or without a unit as in 'force [kN]'",
+            path.display()
+        );
+    }
+    let Some((position, in_metres)) = position else {
+        bail!("{}: it has no column 'position'", path.display());
+    };
     let in_newtons = force.as_ref().map_or(1.0, |it| it.1);
     let requests: Vec<Request> = [
         Some((position, Role::Output)),
@@ -250,28 +260,33 @@ fn of_table(path: &Path) -> Result<LoadCycle> {
     LoadCycle::new(points).with_context(|| path.display().to_string())
 }
 
-/// The head of the column of that name, with or without a unit behind it in brackets, and the unit in SI.
+/// The head of the column of that name, with or without a unit behind it (`force [kN]`, `force_kN`), and the unit in SI.
 fn column(
     path: &Path,
     heads: &[&str],
     name: &str,
     dimension: Dimension,
 ) -> Result<Option<(String, f64)>> {
-    let bare = |head: &str| {
-        head.split(['[', '('])
+    let behind = |head: &'_ str| {
+        let (start, rest) = head.split_at_checked(name.len())?;
+        let unit = rest.trim_matches(|sign: char| "[]()_".contains(sign) || sign.is_whitespace());
+        let apart = rest
+            .chars()
             .next()
-            .unwrap_or_default()
-            .trim()
-            .to_owned()
+            .is_none_or(|next| !next.is_alphanumeric());
+        (start.eq_ignore_ascii_case(name) && apart).then(|| unit.to_owned())
     };
-    let Some(head) = heads.iter().find(|head| bare(head) == name) else {
+    let mut found = heads.iter().filter_map(|head| Some((*head, behind(head)?)));
+    let Some((head, unit)) = found.next() else {
         return Ok(None);
     };
-    let unit = head[name.len()..]
-        .trim()
-        .trim_matches(|sign| "[]()".contains(sign))
-        .trim();
-    let factor = match unit {
+    if let Some((other, _)) = found.next() {
+        bail!(
+            "{}: columns '{head}' and '{other}' are both the {name}",
+            path.display()
+        );
+    }
+    let factor = match unit.as_str() {
         "" => 1.0,
         unit => {
             let one: Quantity = format!("1 {unit}").parse().unwrap_or_default();
@@ -279,5 +294,5 @@ fn column(
                 .with_context(|| format!("{}: column '{head}'", path.display()))?
         }
     };
-    Ok(Some(((*head).to_owned(), factor)))
+    Ok(Some((head.to_owned(), factor)))
 }

@@ -175,7 +175,7 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         (
             "volume: 0.30 L",
             "volume: 0.01 L",
-            "chambers.A.volume: '0.01 L' refused: at mid-stroke it must be more than area times travel",
+            "chambers.A.volume: '0.01 L' refused: at mid-stroke it must be more than 1.01 times area times travel",
         ),
     ] {
         let file = bad(from, to);
@@ -227,7 +227,22 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
             "time,position\n0,0\n1,nan\n2,0\n",
             "point 2 of the load cycle has a number that is not finite",
         ),
-        ("time,speed\n0,0\n1,0.3\n", "position"),
+        (
+            "time,speed\n0,0\n1,0.3\n",
+            "column 'speed' is none of time, position and force",
+        ),
+        (
+            "time,position,load\n0,0,1\n1,0.1,1\n",
+            "column 'load' is none of time, position and force",
+        ),
+        (
+            "time,position,position [mm]\n0,0,0\n1,0.1,100\n",
+            "columns 'position' and 'position [mm]' are both the position",
+        ),
+        (
+            "time,position,force_stone\n0,0,1\n1,0.1,1\n",
+            "column 'force_stone'",
+        ),
         (
             "time,position\n0,0\n",
             "a load cycle needs two points at least",
@@ -241,4 +256,28 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
             outcome.stderr
         );
     }
+}
+
+#[test]
+fn a_load_cycle_says_its_units_and_a_design_that_does_not_follow_is_not_on_the_front() {
+    let stage = Stage::new();
+    let design = |file: &str, cycle: &str| {
+        let cycle = stage.file("cycle.csv", cycle);
+        let of = "--valves 5 --codings pnm --controllers nearest --seeds 1 --all --format csv";
+        let mut words = vec!["dha", "design", file, "--load-cycle", &cycle];
+        words.extend(of.split(' '));
+        stage.run(&words).success().stdout
+    };
+    let in_other_units = "time [ms],Position_mm,force [kN]\n0,-100,.5\n1000,100,.5\n1500,100,2\n2500,-100,.5\n3000,-100,.5\n";
+    assert_eq!(design("dfcu", CYCLE), design("dfcu", in_other_units));
+    // A law for which each movement is too dear.
+    let lazy = file::BUILT_IN[0]
+        .1
+        .replace("  gain: 6 ", "  energy_cost: 9\n  gain: 6 ");
+    let lazy = stage.file("lazy.yaml", lazy);
+    let table = design(&lazy, CYCLE);
+    assert!(table.contains("does not follow"), "{table}");
+    let rests = design("dfcu", "time,position\n0,0\n3,0\n");
+    assert!(!rests.contains("NaN") && !rests.contains("inf"), "{rests}");
+    assert!(rests.contains(",-,"), "{rests}");
 }

@@ -224,6 +224,16 @@ impl Circuit {
         )
     }
 
+    /// What an ideal 4-way proportional valve, without lag and leakage, takes to move the ram by `way`, m: the highest level's
+    /// pressure for the volume into a chamber, less the lowest one's for that out of the other, J.
+    #[must_use]
+    pub fn proportional(&self, way: f64) -> f64 {
+        let (high, low) = self.pressures();
+        let [filled, emptied] = if way > 0.0 { [0, 1] } else { [1, 0] }
+            .map(|chamber| self.chambers[chamber].area * way.abs());
+        high * filled - low * emptied
+    }
+
     /// The static friction, N. A hair more than Coulomb's, so that no halt is its own break-away.
     #[must_use]
     pub fn break_away(&self) -> f64 {

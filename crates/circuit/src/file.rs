@@ -252,8 +252,10 @@ pub fn is_circuit(text: &str) -> bool {
     #[derive(serde::Deserialize)]
     struct Head {
         edges: Option<IgnoredAny>,
+        chambers: Option<IgnoredAny>,
     }
-    planesman_text::yaml::from_str(text).is_ok_and(|head: Head| head.edges.is_some())
+    planesman_text::yaml::from_str(text)
+        .is_ok_and(|head: Head| head.edges.is_some() || head.chambers.is_some())
 }
 
 /// The circuit that `text` describes.
@@ -408,7 +410,42 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
         );
     }
     fast_enough(&circuit, &file)?;
+    within_the_cylinder(&circuit, &file)?;
     Ok(circuit)
+}
+
+/// What the levels press into a stop stays in the cylinder, and no plane turns by a quarter.
+fn within_the_cylinder(circuit: &Circuit, file: &File) -> Result<(), FileError> {
+    let load = &circuit.load;
+    let (high, low) = circuit.pressures();
+    let [a, b] = &circuit.chambers;
+    let out = high * a.area - low * b.area - load.force;
+    let back = high * b.area - low * a.area + load.force;
+    let deepest = load
+        .elastic_stop
+        .map_or(0.0, |stop| out.max(back).max(0.0) / stop.stiffness);
+    let reach = load.travel + deepest;
+    if [a, b].iter().any(|it| it.area * reach > 0.99 * it.volume)
+        && let Some(stop) = &file.load.elastic_stop
+    {
+        return refused(
+            "load.elastic_stop.stiffness",
+            &stop.stiffness,
+            format!(
+                "the levels would press the ram {deepest:.3} m into it, to the end of its chamber"
+            ),
+        );
+    }
+    if reach / load.moment_arm >= std::f64::consts::FRAC_PI_2 {
+        return refused(
+            "load.moment_arm",
+            &file.load.moment_arm,
+            format!(
+                "the ram's way of {reach:.3} m, stops included, would turn the plane by a right angle or more"
+            ),
+        );
+    }
+    Ok(())
 }
 
 /// What would take steps so short that a simulation never ends is refused.
@@ -441,6 +478,22 @@ fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
                 format!("{k} m^3/s/sqrt(Pa)"),
                 format!(
                     "its valves would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
+                ),
+            );
+        }
+    }
+    for (chamber, it) in circuit.chambers.iter().enumerate() {
+        let time =
+            circuit.least_volume(chamber) / (circuit.seal_leakage * circuit.oil.bulk_modulus);
+        if it.area > 0.0
+            && time < SHORTEST_TIME
+            && let Some(written) = &file.seal_leakage
+        {
+            return refused(
+                "seal_leakage",
+                written,
+                format!(
+                    "it would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
                 ),
             );
         }
@@ -534,8 +587,8 @@ fn chambers(
                 &field("volume"),
                 &chamber.volume,
                 format!(
-                    "at mid-stroke it must be more than area times travel, {} m^3",
-                    area * load.travel
+                    "at mid-stroke it must be more than 1.01 times area times travel, {} m^3",
+                    1.01 * area * load.travel
                 ),
             );
         }
@@ -700,6 +753,22 @@ mod tests {
                 "rated_life: -1",
                 "valves.rated_life: '-1' refused",
             ),
+            (
+                "\nvalves:",
+                "\nseal_leakage: 1 m^3/s\nvalves:",
+                "seal_leakage: '1 m^3/s' refused: it would fill the chamber",
+            ),
+            (
+                "coulomb: 150 N",
+                "coulomb: 150 N\n  elastic_stop: {stiffness: 1 N/m, damping: 0}",
+                "load.elastic_stop.stiffness: '1 N/m' refused",
+            ),
+            (
+                "moment_arm: 0.25 m",
+                "moment_arm: 0.15 m",
+                "load.moment_arm: '0.15 m' refused",
+            ),
+            ("\nedges:", "\nedge:", "unknown field `edge`"),
         ];
         for (from, to, said) in cases {
             let error = refusal(from, to);
@@ -724,13 +793,30 @@ mod tests {
         stretched
     }
 
+    /// The file's single-acting cylinder.
+    fn without_b(text: &str) -> String {
+        let stays = |line: &&str| {
+            !["B:", "P-B:", "B-T:"].contains(&line.split_whitespace().next().unwrap_or(""))
+        };
+        text.lines()
+            .filter(stays)
+            .map(|line| format!("{line}\n"))
+            .collect()
+    }
+
     #[test]
     fn whatever_is_taken_is_simulated_to_its_end_in_finite_numbers() {
         let mut random = Pcg64::seed_from_u64(3);
         let (mut taken, mut refused) = (0, 0);
-        for _ in 0..1500 {
+        let whole = BUILT_IN[0].1.replace(
+            "  coulomb: 150 N\n",
+            "  coulomb: 150 N\n  spring: 2e4 N/m\n  force: 300 N\n  stepping: 0.1\n  elastic_stop: {stiffness: 5e6 N/m, damping: 2}\n",
+        ) + "seal_leakage: 0.02 L/min\n";
+        let single = without_b(&whole);
+        for case in 0..1500 {
             let digits = 5.0 * random.random::<f64>();
-            let text = stretched(BUILT_IN[0].1, &mut random, digits);
+            let file = [BUILT_IN[0].1, &whole, &single][case % 3];
+            let text = stretched(file, &mut random, digits);
             let Ok(circuit) = parse(&text) else {
                 refused += 1;
                 continue;

@@ -127,6 +127,33 @@ impl LoadCycle {
         }
     }
 
+    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the motion of the reference, J: the highest
+    /// level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
+    #[must_use]
+    pub fn proportional(&self, circuit: &Circuit) -> f64 {
+        let ways = self.points.windows(2);
+        ways.map(|two| circuit.proportional(two[1].position - two[0].position))
+            .sum()
+    }
+
+    /// The standard deviation of the reference over time, m.
+    #[must_use]
+    pub fn deviation(&self) -> f64 {
+        let mean = |of: &dyn Fn(f64, f64) -> f64| {
+            let lines = self
+                .points
+                .windows(2)
+                .map(|two| of(two[0].position, two[1].position) * (two[1].time - two[0].time));
+            lines.sum::<f64>() / self.duration()
+        };
+        let middle = mean(&|one, other| 0.5 * (one + other));
+        let square = mean(&|one, other| {
+            let (one, other) = (one - middle, other - middle);
+            (one * one + one * other + other * other) / 3.0
+        });
+        square.sqrt()
+    }
+
     /// s
     #[must_use]
     pub fn duration(&self) -> f64 {
@@ -184,8 +211,6 @@ pub struct Figures {
     pub switchings: f64,
     /// Until the valve that switches most has reached its rated life, h.
     pub life: f64,
-    /// What an ideal proportional valve would take for the same motion ([`Simulation::proportional`](crate::Simulation::proportional)), J.
-    pub proportional: f64,
     /// The ledger at the end.
     pub ledger: Ledger,
     /// Steps of the integration.
@@ -248,7 +273,6 @@ pub fn run(
         lowest_pressure: lowest,
         switchings: simulation.total_switchings() as f64 / hours,
         life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
-        proportional: simulation.proportional(),
         ledger,
         steps: simulation.steps(),
     }

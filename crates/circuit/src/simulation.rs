@@ -123,16 +123,17 @@ impl Simulation {
         let (high, low) = c.pressures();
         let [a, b] = c.chambers;
         let needed = c.load.spring * position + c.load.force + force;
+        // Beside a single-acting ram is the atmosphere.
         let p_b = if b.area > 0.0 {
             low + 0.5 * (high - low)
         } else {
-            low
+            0.0
         };
         let p_a = ((p_b * b.area + needed) / a.area).clamp(low, high);
         let p_b = if b.area > 0.0 {
             ((p_a * a.area - needed) / b.area).clamp(low, high)
         } else {
-            low
+            0.0
         };
         let mut row = [0.0; STATES];
         row[..4].copy_from_slice(&[position, 0.0, p_a, p_b]);
@@ -442,10 +443,7 @@ impl Simulation {
         }
         let moved = stretch.after[0] - before[0];
         self.slid += moved.abs();
-        let (high, low) = self.circuit.pressures();
-        let [filled, emptied] = if moved > 0.0 { [0, 1] } else { [1, 0] }
-            .map(|chamber| self.circuit.chambers[chamber].area * moved.abs());
-        self.proportional += high * filled - low * emptied;
+        self.proportional += self.circuit.proportional(moved);
         self.row = stretch.after;
         self.time = stretch.end;
         self.stretch = None;
@@ -938,7 +936,6 @@ mod tests {
             if single {
                 circuit.chambers[1] = crate::Chamber { area: 0.0, volume: 1.0 };
                 circuit.edges.retain(|edge| edge.chamber == 0);
-                circuit.seal_leakage = 0.0;
             }
             let mut simulation = Simulation::new(Arc::new(circuit), 1e-11, 0.3 * travel, force, 7);
             let mut commands: Vec<(f64, [u32; 4])> = commands;

@@ -2,8 +2,9 @@
 //!
 //! All designs have the file's flow with all valves of an edge open; the coding shares it. The figures that a paper would print:
 //!
-//! Each is a mean over seeds of the valves' scatter, the peak the worst. A design whose ram met a stop did not carry its load, or overran: it is
-//! never among those not beaten.
+//! Each is a mean over seeds of the valves' scatter, the peak the worst. A design whose ram met a stop did not carry its load, or overran; one
+//! that tracks worse than half of the reference's standard deviation, the dead zone and a hundredth of the stroke does not follow. Neither is
+//! ever among those not beaten.
 //!
 //! - **energy**: what the supply levels gave over the load cycle, pressure times volume, and the solenoids took, J;
 //! - **tracking**: root of the mean square of reference less position, m;
@@ -127,7 +128,6 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
         all.tracking += one.tracking;
         all.switchings += one.switchings;
         all.life += one.life;
-        all.proportional += one.proportional;
         all.ledger = all.ledger.plus(&one.ledger);
         all.met_stop |= one.met_stop;
         all.largest_error = all.largest_error.max(one.largest_error);
@@ -141,7 +141,6 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
         &mut all.tracking,
         &mut all.switchings,
         &mut all.life,
-        &mut all.proportional,
     ] {
         *figure *= share;
     }
@@ -156,14 +155,23 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
 pub struct Outcome {
     /// The designs, the file's own first.
     pub designs: Vec<(Design, Evaluation)>,
-    /// Whether it met no stop, and no other such design is at least as good in every figure and better in one.
+    /// Whether it follows and met no stop, and no other such design is at least as good in every figure and better in one.
     pub front: Vec<bool>,
+    /// What an ideal proportional valve would take for the reference's motion, J.
+    pub proportional: f64,
+    /// Tracking beyond which a design does not follow, m.
+    pub loose: f64,
 }
 
 impl Outcome {
-    /// The designs and who of them is not beaten.
+    /// The designs on a load cycle, the file's own first, and who of them is not beaten.
     #[must_use]
-    pub fn new(designs: Vec<(Design, Evaluation)>) -> Self {
+    pub fn new(designs: Vec<(Design, Evaluation)>, cycle: &LoadCycle) -> Self {
+        let circuit = &designs[0].0.circuit;
+        let proportional = cycle.proportional(circuit);
+        let loose = (0.5 * cycle.deviation())
+            .max(circuit.control.dead_zone)
+            .max(0.02 * circuit.load.travel);
         let of = |figures: &Figures| {
             [
                 figures.energy,
@@ -181,14 +189,22 @@ impl Outcome {
             |figures: [f64; 5]| figures.map(|it| format!("{it:.3e}").parse().unwrap_or(it));
         let all: Vec<Option<[f64; 5]>> = designs
             .iter()
-            .map(|(_, it)| (!it.mean.met_stop).then(|| rounded(of(&it.mean))))
+            .map(|(_, it)| {
+                let holds = !it.mean.met_stop && it.mean.tracking <= loose;
+                holds.then(|| rounded(of(&it.mean)))
+            })
             .collect();
         let beaten = |one: &[f64; 5]| all.iter().flatten().any(|other| beats(other, one));
         let front = all
             .iter()
             .map(|one| one.is_some_and(|one| !beaten(&one)))
             .collect();
-        Self { designs, front }
+        Self {
+            designs,
+            front,
+            proportional,
+            loose,
+        }
     }
 
     /// The table: all designs, or those not beaten, by tracking.
@@ -211,12 +227,10 @@ impl Outcome {
             .collect();
         let tracking = |place: &usize| self.designs[*place].1.mean.tracking;
         order.sort_by(|one, other| tracking(one).total_cmp(&tracking(other)));
-        let whole = |number: f64| {
-            if number.is_finite() {
-                format!("{number:.0}")
-            } else {
-                "-".to_owned()
-            }
+        // Nothing is no negative nothing.
+        let whole = |figure: f64| match figure.is_finite() {
+            true => format!("{:.0}", figure.round() + 0.0),
+            false => "-".to_owned(),
         };
         for place in order {
             let (design, it) = &self.designs[place];
@@ -229,12 +243,17 @@ impl Outcome {
                 format!("{:.2}", figures.peak_pressure / 1e6),
                 whole(figures.switchings),
                 whole(figures.life),
-                whole(100.0 * figures.energy / figures.proportional),
-                match (figures.met_stop, self.front[place]) {
-                    (true, _) => "met a stop".to_owned(),
-                    (false, true) => "yes".to_owned(),
-                    (false, false) => String::new(),
-                },
+                whole(100.0 * figures.energy / self.proportional),
+                if figures.met_stop {
+                    "met a stop"
+                } else if figures.tracking > self.loose {
+                    "does not follow"
+                } else if self.front[place] {
+                    "yes"
+                } else {
+                    ""
+                }
+                .to_owned(),
             ]);
         }
         table
@@ -378,7 +397,10 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
         table.row([
             name,
             number(work),
-            format!("{:.2}", 100.0 * work / ledger.supply),
+            match ledger.supply {
+                0.0 => "-".to_owned(),
+                supply => format!("{:.2}", 100.0 * work / supply + 0.0),
+            },
         ]);
     };
     row("supply".to_owned(), ledger.supply);
