@@ -15,8 +15,6 @@ import shutil
 import sys
 
 import numpy as np
-import scipy.integrate
-import scipy.signal
 from fmpy import extract, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
@@ -79,6 +77,8 @@ def fly(opened, run, first, last, time):
 
 def computed(model, inputs):
     """The outputs of a model file by scipy, from rest."""
+    import scipy.signal  # where it is needed: it takes most of a second
+
     u = np.array(list(inputs.values()))
     if "state_space" in model:
         space = model["state_space"]
@@ -98,6 +98,8 @@ def computed(model, inputs):
 
 def pushed(ram, tick, forces):
     """Position, velocity and pressures of a ram between closed valves, from rest, under forces that jump at the ticks: the equations of docs/circuit.md."""
+    import scipy.integrate  # where it is needed, as above
+
     atmosphere, mass, viscous, polytropic = 101325.0, ram["mass"], ram["viscous"], ram["polytropic"]
     (area_a, volume_a), (area_b, volume_b) = ram["A"], ram["B"]
 

@@ -63,12 +63,9 @@ impl<C: Core> Node<C> {
     pub(crate) fn load(file: &Path, text: &str, tick: Option<f64>) -> Result<Self, Error> {
         let name = file.display().to_string();
         let read = C::read(&name, text)?;
+        let mut own = vec![(C::FILE, Value::String(name.clone()))];
         let held = C::HELD.iter().copied().chain(tick.map(|it| ("tick", it)));
-        let held = held.map(|(name, value)| (name, value.into()));
-        let own: Vec<(&str, Value)> = [(C::FILE, Value::String(name.clone()))]
-            .into_iter()
-            .chain(held)
-            .collect();
+        own.extend(held.map(|(name, value)| (name, value.into())));
         let parameters = C::Parameters::default().with(&own)?;
         let declared = C::Parameters::declarations().into_iter();
         let declared = declared.filter(|it| C::has(&read, &it.name)).map(|it| {
@@ -124,6 +121,7 @@ impl<C: Core> Subject for Node<C> {
 /// A node's core that runs.
 #[derive(Clone)]
 struct Running<C: Core> {
+    /// Those at the begin; a change gives all that may change.
     parameters: C::Parameters,
     core: C,
 }
@@ -131,9 +129,7 @@ struct Running<C: Core> {
 impl<C: Core> Simulation for Running<C> {
     fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
         let parameters = changed(&self.parameters, parameters)?;
-        self.core.set_parameters(&parameters)?;
-        self.parameters = parameters;
-        Ok(())
+        self.core.set_parameters(&parameters)
     }
 
     fn advance(&mut self, inputs: &[f64]) -> Result<(), Error> {

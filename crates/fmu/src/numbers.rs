@@ -3,6 +3,7 @@
 //! A number that an importer changes is written into the text, in SI, and the text is read by the file's own reader. One that keeps its value stays as
 //! it is written: converted and read again it might differ in the last bit.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use planesman_parameters::{Declaration, Value};
@@ -61,11 +62,12 @@ impl Numbers {
 
     /// The text with these values of its numbers.
     pub(crate) fn text(&self, values: &Parameters) -> String {
+        let values: BTreeMap<&str, &Value> = values.iter().map(|it| (&*it.0, &it.1)).collect();
         let edits = self.all.iter().filter_map(|number| {
             let own = &number.declaration;
-            let (_, value) = values.iter().find(|(name, _)| *name == own.name)?;
-            let written = format!("{value} {}", own.unit);
-            (*value != own.default).then(|| (number.place.clone(), written.trim_end().to_owned()))
+            let value = values.get(&*own.name).filter(|it| ***it != own.default)?;
+            let written = format!("{value} {}", own.unit).trim_end().to_owned();
+            Some((number.place.clone(), written))
         });
         edited(&self.text, edits)
     }
