@@ -21,7 +21,7 @@ pub struct ExportArgs {
     /// Tick: inputs are taken, and outputs change, at its multiples (s, or 1ms) [default: 0.05 s; a model's own sampling time]
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-4, 1.0))]
     step: Option<f64>,
-    /// Start value of a parameter, as speed=1.5; may be repeated
+    /// Start value of a parameter, as speed=1.5 or "load.mass=150 kg"; may be repeated
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
     set: Vec<(String, String)>,
     /// The library that runs the FMU [default: libplanesman_fmu beside the program]

@@ -1,8 +1,9 @@
 """Runs FMUs in FMPy, as any importer does, and tries what none should do.
 
 A JSON object on standard input: `runs`, each with `fmu`, `tick`, `inputs` (a list of values for each input's name, one for each tick), `outputs` (names) and,
-where wanted, `start` (values of parameters by name), `parts` (steps in a tick) and `model` (a model file, to be computed by scipy on the same inputs);
-`garbage`: FMUs to be called wrongly, within a gigabyte of memory. A JSON object on standard output: `runs` and `garbage`.
+where wanted, `start` (values of parameters by name), `parts` (steps in a tick) and `model` (a model file, to be computed by scipy on the same inputs) or
+`ram` (a circuit's between closed valves, likewise under its `load_force`); `refused`: FMUs with a parameter's name, a value that is not taken and one that is;
+`garbage`: FMUs to be called wrongly, within a gigabyte of memory. A JSON object on standard output: `runs`, `refused` and `garbage`.
 """
 
 import ctypes
@@ -14,8 +15,8 @@ import shutil
 import sys
 
 import numpy as np
-import scipy.signal
 from fmpy import extract, read_model_description
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 from fmpy.validation import validate_fmu
 
@@ -76,6 +77,8 @@ def fly(opened, run, first, last, time):
 
 def computed(model, inputs):
     """The outputs of a model file by scipy, from rest."""
+    import scipy.signal  # where it is needed: it takes most of a second
+
     u = np.array(list(inputs.values()))
     if "state_space" in model:
         space = model["state_space"]
@@ -91,6 +94,43 @@ def computed(model, inputs):
         assert (curve["side"], curve["kind"]) == ("input", "dead zone")
         x = np.where(x > level["upper"], x - level["upper"], np.where(x < level["lower"], x - level["lower"], 0.0))
     return [[it] for it in scipy.signal.lfilter(num, den, x - model.get("input_level", 0.0)) + model["offset"]]
+
+
+def pushed(ram, tick, forces):
+    """Position, velocity and pressures of a ram between closed valves, from rest, under forces that jump at the ticks: the equations of docs/circuit.md."""
+    import scipy.integrate  # where it is needed, as above
+
+    atmosphere, mass, viscous, polytropic = 101325.0, ram["mass"], ram["viscous"], ram["polytropic"]
+    (area_a, volume_a), (area_b, volume_b) = ram["A"], ram["B"]
+
+    def modulus(pressure):
+        absolute = pressure + atmosphere
+        air = ram["air"] * (atmosphere / absolute) ** (1 / polytropic)
+        return (1 + air) / (1 / ram["bulk_modulus"] + air / (polytropic * absolute))
+
+    def rates(_, state, force):
+        x, v, p_a, p_b = state
+        return [
+            v,
+            (p_a * area_a - p_b * area_b - viscous * v - force) / mass,
+            -modulus(p_a) / (volume_a + area_a * x) * area_a * v,
+            modulus(p_b) / (volume_b - area_b * x) * area_b * v,
+        ]
+
+    p_b = (ram["P"] + ram["T"]) / 2
+    rows, state = [], [0.0, 0.0, p_b * area_b / area_a, p_b]
+    for force in forces:
+        rows.append(state)
+        error = {"method": "DOP853", "rtol": 1e-12, "atol": [1e-15, 1e-13, 1e-4, 1e-4]}
+        solution = scipy.integrate.solve_ivp(rates, (0.0, tick), state, args=(force,), **error)
+        state = solution.y[:, -1].tolist()
+    return rows
+
+
+def constants(description):
+    """Type, unit and start value of each parameter that is fixed."""
+    fixed = [it for it in description.modelVariables if (it.causality, it.variability) == ("parameter", "fixed")]
+    return {it.name: [it.type, it.unit, float(it.start)] for it in fixed}
 
 
 def units(description):
@@ -118,11 +158,30 @@ def perform(run):
         "outputs": rows + rest,
         "repeats": rest == again,
         "units": units(opened.description),
+        "constants": constants(opened.description),
     }
+    if "ram" in run:
+        answer["computed"] = pushed(run["ram"], run["tick"], run["inputs"]["load_force"])
     if "model" in run:
         with open(run["model"], encoding="utf-8") as file:
             answer["computed"] = computed(json.load(file), run["inputs"])
     return answer
+
+
+def refuse(case):
+    """The status of initialization with a value that is not taken, its message, and whether the FMU goes on with one that is."""
+    opened = Opened(case["fmu"], {case["name"]: case["value"]})
+    opened.fmu.enterInitializationMode(startTime=0.0)
+    try:
+        opened.fmu.exitInitializationMode()
+        return None
+    except FMICallException as refusal:
+        status = refusal.status
+    opened.put(case["name"], case["then"])
+    opened.fmu.exitInitializationMode()
+    opened.fmu.doStep(0.0, 0.05)
+    opened.close()
+    return [status, opened.messages]
 
 
 def abuse(path):
@@ -196,7 +255,10 @@ def abuse(path):
 
 def main():
     asked = json.load(sys.stdin)
-    answer = {"runs": [perform(run) for run in asked.get("runs", [])]}
+    answer = {
+        "runs": [perform(run) for run in asked.get("runs", [])],
+        "refused": [refuse(case) for case in asked.get("refused", [])],
+    }
     resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
     answer["garbage"] = [abuse(path) for path in asked.get("garbage", [])]
     json.dump(answer, sys.stdout)

@@ -372,6 +372,199 @@ fn an_fmu_in_fmpy_moves_as_the_loop_does_and_as_scipy_computes_its_model() {
     }
 }
 
+/// A built-in file with some words of it changed, and its FMU; the words stand there once.
+fn edited(stage: &Stage, name: &str, text: &str, words: &[(&str, &str)]) -> String {
+    let mut text = text.to_owned();
+    for (from, to) in words {
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        text = text.replace(from, to);
+    }
+    let file = format!("edited_{name}.yaml");
+    stage.file(&file, text);
+    exported(stage, &file, &[])
+}
+
+/// A run of a built-in subject with parameters set, beside one of its file edited by hand.
+fn both_ways(
+    stage: &Stage,
+    (name, text): (&str, &str),
+    words: &[(&str, &str)],
+    start: Value,
+    (inputs, outputs): (Value, &[&str]),
+) -> [Value; 2] {
+    let by_hand = edited(stage, name, text, words);
+    let run = |fmu: String, start: Value| json!({"fmu": fmu, "tick": 0.05, "start": start, "inputs": inputs, "outputs": outputs});
+    [
+        run(exported(stage, name, &[]), start),
+        run(by_hand, json!({})),
+    ]
+}
+
+#[test]
+fn a_number_of_the_file_set_as_a_parameter_is_the_file_edited() {
+    let stage = Stage::new();
+    let actuator = |name| {
+        let mut all = planesman_hydraulics::actuator_file::built_in();
+        all.find(|it| it.0 == name).unwrap()
+    };
+    let vehicle = |name| planesman_vehicle::vehicle_file::text(name).unwrap();
+    let angles = signal(60, 11, 0.2);
+    let pairs = [
+        both_ways(
+            &stage,
+            actuator("dfcu"),
+            &[
+                ("mass: 120 kg", "mass: 150 kg"),
+                ("A: {area: 8.04 cm^2", "A: {area: 8.1 cm^2"),
+                (
+                    "P-A: {coding: pcm, count: 5, flow: 12 L/min}",
+                    "P-A: {coding: pcm, count: 4, flow: 16 L/min}",
+                ),
+                ("gain: 6", "gain: 4.5"),
+            ],
+            json!({
+                "load.mass": 150.0,
+                "chambers.A.area": 8.1 / 1e4,
+                "edges.P-A.count": 4,
+                "edges.P-A.flow": 16.0 / 6e4,
+                "control.gain": 4.5,
+            }),
+            (
+                json!({"plane_command": angles, "load_force": signal(60, 7, 800.0)}),
+                &["ram", "p_A", "p_B", "pulses", "energy_supply"],
+            ),
+        ),
+        both_ways(
+            &stage,
+            actuator("auv"),
+            &[
+                ("supply: 150 psi", "supply: 160 psi"),
+                ("mass: 0.002 lb s^2/in ", "mass: 0.5 kg "),
+            ],
+            json!({"oil.supply": 160.0 * planesman_units::PSI, "load.mass": 0.5}),
+            (
+                json!({"plane_command": angles}),
+                &["ram", "pressure", "pulses"],
+            ),
+        ),
+        both_ways(
+            &stage,
+            ("brunner", &vehicle("brunner")),
+            &[
+                ("restoring_arm: 0.1 in", "restoring_arm: 5 mm"),
+                ("z_w: -1.295", "z_w: -1.5"),
+            ],
+            json!({"particulars.restoring_arm": 0.005, "coefficients.z_w": -1.5}),
+            (json!({"dive_planes": angles}), &STATE),
+        ),
+        both_ways(
+            &stage,
+            ("lauv", &vehicle("lauv")),
+            &[
+                ("xx: 0.0405 kg m^2", "xx: 0.06 kg m^2"),
+                ("added_mass: [1, 16,", "added_mass: [1.5, 16,"),
+                ("Z_uuds: -19.2", "Z_uuds: -25"),
+                ("[0 m, 0 m, 0.01 m]", "[0 m, 0 m, 20 mm]"),
+            ],
+            json!({
+                "inertia.xx": 0.06,
+                "added_mass[0]": 1.5,
+                "coefficients.values.Z_uuds": -25.0,
+                "centre_of_gravity[2]": 0.02,
+            }),
+            (
+                json!({"dive_planes": angles, "rudder": signal(60, 13, 0.3)}),
+                &STATE,
+            ),
+        ),
+    ];
+    // A ram between closed valves, under a force that jumps within the controller's periods of 20 ms.
+    let options = ["--step", "13ms", "--set", "control.dead_zone=1m"];
+    let ram = [&["export", "--fmi", "dfcu", "-o", "ram.fmu"], &options[..]].concat();
+    stage.run(&ram).success();
+    let ram = json!({
+        "fmu": stage.path("ram.fmu"),
+        "tick": 0.013,
+        "start": {"load.coulomb": 0.0, "chambers.B.volume": 0.25e-3},
+        "inputs": {"plane_command": vec![0.0; 60], "load_force": signal(60, 9, 600.0)},
+        "outputs": ["ram", "ram_velocity", "p_A", "p_B"],
+        "ram": {
+            "mass": 120.0, "viscous": 900.0, "A": [8.04e-4, 0.3e-3], "B": [4.9e-4, 0.25e-3],
+            "P": 10e6, "T": 0.3e6, "bulk_modulus": 1.4e9, "air": 0.005, "polytropic": 1.4,
+        },
+    });
+    let fmu = |of: usize| pairs[of][0]["fmu"].clone();
+    let refused = json!([
+        {"fmu": fmu(0), "name": "load.mass", "value": -3.0, "then": 100.0},
+        {"fmu": fmu(0), "name": "edges.P-A.count", "value": 9, "then": 8},
+        {"fmu": fmu(1), "name": "oil.return", "value": 2e6, "then": 1e5},
+        {"fmu": fmu(2), "name": "coefficients.z_w", "value": 1.0, "then": -1.0},
+        {"fmu": fmu(3), "name": "inertia.xx", "value": -1.0, "then": 0.05},
+    ]);
+    let runs: Vec<&Value> = pairs.iter().flatten().chain([&ram]).collect();
+    let Some(answer) = fmpy(&json!({"runs": runs, "refused": refused})) else {
+        return;
+    };
+    let answers = answer["runs"].as_array().unwrap();
+    for (run, answer) in runs.iter().zip(answers) {
+        assert_eq!(answer["problems"], json!([]), "{}", run["fmu"]);
+        assert_eq!(answer["repeats"], true, "{}", run["fmu"]);
+    }
+    for pair in answers[..8].chunks(2) {
+        // To the last bit, and the number does something.
+        assert_eq!(pair[0]["outputs"], pair[1]["outputs"]);
+        assert_ne!(pair[0]["constants"], pair[1]["constants"]);
+    }
+    let (found, expected) = (&answers[8]["outputs"], &answers[8]["computed"]);
+    let row = |of: &Value, k: usize| -> [f64; 4] { serde_json::from_value(of[k].clone()).unwrap() };
+    for k in 0..60 {
+        let scales = [1e-3, 0.1, 1e6, 1e6];
+        for ((found, expected), scale) in row(found, k).iter().zip(row(expected, k)).zip(scales) {
+            let error = (found - expected).abs() / scale;
+            assert!(error < 1e-6, "{k}: {found} for {expected}");
+        }
+    }
+    // In SI, as a hand computes them.
+    for (of, name, kind, unit, value) in [
+        (0, "load.mass", "Float64", Some("kg"), 120.0),
+        (0, "chambers.A.area", "Float64", Some("m^2"), 8.04e-4),
+        (0, "edges.P-A.flow", "Float64", Some("m^3/s"), 2e-4),
+        (0, "edges.P-A.count", "Int64", None, 5.0),
+        (0, "control.gain", "Float64", None, 6.0),
+        (0, "valves.rated_life", "Float64", None, 1e8),
+        (2, "oil.supply", "Float64", Some("Pa"), 1_034_213.593_975),
+        (2, "logic.limit_option", "Int64", None, 1.0),
+        (4, "depth_port.forward", "Float64", Some("m"), 0.0127),
+        (6, "quadratic_damping[5][5]", "Float64", None, 9.1),
+        (6, "propulsion[0].limits[1]", "Float64", Some("N"), 14.0),
+    ] {
+        let found = &answers[of]["constants"][name];
+        assert_eq!(
+            (&found[0], &found[1]),
+            (&kind.into(), &unit.into()),
+            "{name}"
+        );
+        let start = found[2].as_f64().unwrap();
+        assert!((start / value - 1.0).abs() < 1e-12, "{name}: {start}");
+    }
+    let none = &answers[4]["constants"]["geometry.hull.length"];
+    assert_eq!(*none, Value::Null, "nothing reads it");
+    let said = [
+        "load.mass: '-3.0 kg' refused",
+        "edges.P-A.count: '9' refused: it must be from 1 to 8",
+        "oil.return: '2000000.0 Pa' refused: it must be below oil.supply",
+        "coefficients.z_w: 1 refused",
+        "inertia.xx: -1.0 kg m^2 refused",
+    ];
+    for (answer, said) in answer["refused"].as_array().unwrap().iter().zip(said) {
+        // fmi3Discard, and its message.
+        assert_eq!(answer[0], 2, "{said}");
+        let messages = answer[1].as_array().unwrap();
+        assert_eq!(messages.len(), 1, "{messages:?}");
+        assert!(messages[0].as_str().unwrap().contains(said), "{messages:?}");
+    }
+}
+
 #[test]
 fn an_fmu_refuses_what_no_importer_should_do_and_goes_on() {
     let stage = Stage::new();

@@ -53,6 +53,12 @@ impl Actuator {
         &self.simulation
     }
 
+    /// A force on the load that jumps at the instant `nanos`, to which it has been advanced, and then holds, N. What is demanded from then on has
+    /// to have the same.
+    pub fn push(&mut self, nanos: i64, force: f64) {
+        self.simulation.push(self.in_cycle(nanos), force);
+    }
+
     /// Runs to the instant `nanos` after the start. Sampling periods that begin before it act on `demand`; one that begins
     /// exactly there waits for the next call. Going back has no effect.
     pub fn advance_to(&mut self, nanos: i64, demand: Demand) {

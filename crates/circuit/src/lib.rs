@@ -21,5 +21,5 @@ pub use circuit::{
 };
 pub use control::Reference;
 pub use ledger::Ledger;
-pub use load_cycle::{Figures, LoadCycle, LoadCycleError, Point, run};
+pub use load_cycle::{Figures, LoadCycle, LoadCycleError, MOST_FORCE, Point, run};
 pub use simulation::{Force, Mode, Simulation};

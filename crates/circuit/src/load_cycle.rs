@@ -8,8 +8,8 @@ use crate::control::Reference;
 use crate::ledger::Ledger;
 use crate::simulation::Force;
 
-/// The largest force, N.
-const MOST_FORCE: f64 = 1e8;
+/// The largest force on a load, N.
+pub const MOST_FORCE: f64 = 1e8;
 
 /// How often the error of position is sampled in a sampling period.
 const SAMPLES: i64 = 4;

@@ -328,6 +328,34 @@ impl Simulation {
         }
     }
 
+    /// A force on the load that jumps at `time`, up to which it has been advanced, and then holds, N.
+    pub fn push(&mut self, time: f64, force: f64) {
+        let force = Force {
+            begin: force,
+            rate: 0.0,
+        };
+        if force == self.force {
+            return;
+        }
+        let after = self.row_at(time);
+        let slopes = [self.rates(self.time, &self.row), self.rates(time, &after)];
+        self.commit(&Stretch {
+            end: time.max(self.time),
+            after,
+            slopes: slopes.map(|rates| [rates[2], rates[3]]),
+            event: None,
+        });
+        self.set_force(force);
+        let net = self.net(self.time, &self.row);
+        match self.mode {
+            Mode::Stuck => self.mode = self.at_rest(),
+            Mode::AtStop(side) if side * net < -self.circuit.break_away() => {
+                self.mode = Mode::Sliding(-side);
+            }
+            Mode::AtStop(_) | Mode::Sliding(_) => {}
+        }
+    }
+
     /// Begins a new cycle where the present one, `period` s long, ends; it has been advanced to there.
     pub fn next_cycle(&mut self, period: f64) {
         self.advance(period, period);
@@ -958,6 +986,17 @@ mod tests {
                 for lost in ledger.throttling.iter().chain([&ledger.seal, &ledger.viscous, &ledger.friction]) {
                     prop_assert!(*lost >= 0.0, "{ledger:?}");
                 }
+                // The force turns round: friction or a stop that cannot hold the ram lets it go at once.
+                simulation.push(time, -simulation.force.begin);
+                prop_assert_eq!(simulation.at(time), [x, v, a, b]);
+                let net = simulation.net(time, &simulation.row);
+                let held = simulation.circuit.break_away();
+                let holds = match simulation.mode {
+                    Mode::Sliding(_) => true,
+                    Mode::Stuck => net.abs() <= held,
+                    Mode::AtStop(side) => side * net >= -held,
+                };
+                prop_assert!(holds, "{:?} {net} {held}", simulation.mode);
             }
             prop_assert!(simulation.steps() < 200_000, "{}", simulation.steps());
         }

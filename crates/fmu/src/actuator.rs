@@ -2,22 +2,20 @@
 //!
 //! After a step the outputs are those of its end: the ram is where `dha_state` has it at that stamp, and the counts are those of the tick before.
 
-use std::path::Path;
-
+use planesman_circuit::MOST_FORCE;
 use planesman_hydraulics::{
-    Actuator, ActuatorFile as Description, ActuatorParameters, Error as ActuatorError,
-    actuator_file,
+    Actuator, ActuatorFile, ActuatorParameters, Error as ActuatorError, actuator_file,
 };
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand};
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_parameters::{Parameters as _, Value};
+use planesman_parameters::Value;
 
 use crate::error::Error;
-use crate::subject::{Parameters, Simulation, Subject, changed};
+use crate::node::Core;
 use crate::variable::{Field, Variable, fields};
 
-/// Parameters of the node that are the FMU's: those of one actuator.
+/// Parameters of the node that are the FMU's, by the beginnings of their names: those of one actuator.
 const PARAMETERS: [&str; 6] = [
     "position_loop",
     "command_limit",
@@ -30,16 +28,13 @@ const PARAMETERS: [&str; 6] = [
 /// Those of a circuit of on/off valves.
 const OF_A_CIRCUIT: [&str; 1] = ["command_limit"];
 
-/// The loop's command timeout \[s\], longer than any tick: in an FMU an input holds until another is set.
-const TIMEOUT: f64 = 60.0;
-
 /// The actuator at the end of the step.
 const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     ram, "m", "Ram position from neutral";
     ram_velocity, "m/s", "Ram velocity";
     plane_angle, "rad", "Plane angle, positive dive: ram over moment arm";
-    pressure, "Pa", "Differential pressure P_d across the ram";
-    volume, "m^3", "Net oil metered into the actuator V_T";
+    pressure, "Pa", "Differential pressure P_d across the ram; of a circuit p_A - p_B";
+    volume, "m^3", "Net oil metered into the actuator V_T; of a circuit out of the levels";
     leakage, "m^3", "Net oil gained through drift and leakage since the start";
     sign, "", "Present direction: +1 or -1";
     sliding, "", "The load moves";
@@ -48,7 +43,7 @@ const AT_THE_END: &[Field<DhaState>] = fields! { DhaState:
     energy_supply, "J", "Work of supply and return since the start";
     energy_switching, "J", "Electrical energy of the solenoids";
     energy_viscous, "J", "Work on the load against viscous friction";
-    energy_kinetic, "J", "Kinetic energy of ram and load";
+    energy_kinetic, "J", "Kinetic energy of ram and load, of a circuit also what spring, weight and load force took";
     energy_stops, "J", "Energy taken by the stops";
     energy_friction, "J", "Energy taken by Coulomb friction";
     energy_throttling, "J", "Throttled in the valves, or the large volume's";
@@ -68,101 +63,67 @@ const IN_THE_TICK: &[Field<DhaState>] = fields! { DhaState:
     hydraulic_power, "W", "Mean hydraulic power over the tick";
     limit_cycle_frequency, "Hz", "Frequency of the last whole cycle of the direction; 0: none";
     limit_cycle_amplitude, "rad", "Half of what the planes covered in it; 0: none";
-    pulses, "", "Calibrated volumes issued since the start, both signs";
+    pulses, "", "Calibrated volumes issued since the start, both signs; of a circuit switchings of its valves";
     small_pulses, "", "Of these, small ones of a two-speed actuator";
     sign_changes, "", "Changes of direction issued since the start";
     slewing, "", "A volume was issued in every valve cycle of the tick";
     inhibited, "", "A pulse was refused by the travel limit in the tick";
 };
 
-/// An actuator file, read.
-pub(crate) struct ActuatorFile {
-    parameters: ActuatorParameters,
-    variables: Vec<Variable>,
-}
+/// What a circuit of on/off valves has no part in.
+const OF_METERING: [&str; 11] = [
+    "leakage",
+    "pressure_limited",
+    "energy_throttling_small",
+    "energy_stored",
+    "energy_returned",
+    "limit_cycle_frequency",
+    "limit_cycle_amplitude",
+    "small_pulses",
+    "sign_changes",
+    "slewing",
+    "inhibited",
+];
 
-impl ActuatorFile {
-    /// # Errors
-    /// A file or a tick that is not taken.
-    pub(crate) fn load(file: &Path, tick: Option<f64>) -> Result<Self, Error> {
-        let actuator = file.display().to_string();
-        let own = [
-            ("actuator", Value::String(actuator)),
-            (
-                "tick",
-                tick.unwrap_or(ActuatorParameters::default().tick).into(),
-            ),
-            ("command_timeout", TIMEOUT.into()),
-        ];
-        let parameters = ActuatorParameters::default().with(&own)?;
-        new(&parameters)?;
-        let own: &[&str] =
-            match actuator_file::read(&parameters.actuator).map_err(ActuatorError::from)? {
-                Description::Metering(_) => &PARAMETERS,
-                Description::Circuit(_) => &OF_A_CIRCUIT,
-            };
-        let input = Variable::input(
-            "plane_command".to_owned(),
-            "rad",
-            "Plane angle asked for, positive dive",
-        );
-        let outputs = AT_THE_END.iter().chain(IN_THE_TICK).map(Variable::field);
-        let declared = ActuatorParameters::declarations().into_iter();
-        let declared = declared.filter(|it| {
-            // One actuator moves the planes together.
-            it.name != "fault.group" && own.iter().any(|own| it.name.starts_with(own))
-        });
-        let declared = declared.map(|it| Variable::parameter(it, false));
-        Ok(Self {
-            variables: [input].into_iter().chain(outputs).chain(declared).collect(),
-            parameters,
-        })
+/// The gauge pressures of a circuit's chambers.
+const CHAMBERS: [(&str, &str); 2] = [
+    ("p_A", "Gauge pressure in chamber A"),
+    ("p_B", "Gauge pressure in chamber B"),
+];
+
+/// The chambers of a circuit; of an actuator of metered volumes none.
+fn chambers(file: &ActuatorFile) -> usize {
+    match file {
+        ActuatorFile::Metering(_) => 0,
+        ActuatorFile::Circuit(it) => it.chambers.iter().filter(|it| it.area > 0.0).count(),
     }
 }
 
-fn new(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
-    let tick = (parameters.tick * 1e9).round() as i64;
-    Ok(Actuator::new(parameters, tick)?)
+/// The outputs among some fields of an actuator with so many chambers.
+fn outputs(
+    fields: &'static [Field<DhaState>],
+    chambers: usize,
+) -> impl Iterator<Item = &'static Field<DhaState>> {
+    let is_its = move |it: &&Field<DhaState>| chambers == 0 || !OF_METERING.contains(&it.name);
+    fields.iter().filter(is_its)
 }
 
-impl Subject for ActuatorFile {
-    fn tick(&self) -> f64 {
-        self.parameters.tick
-    }
-
-    fn variables(&self) -> &[Variable] {
-        &self.variables
-    }
-
-    fn begin(&self, parameters: &Parameters) -> Result<Box<dyn Simulation>, Error> {
-        let parameters = changed(&self.parameters, parameters)?;
-        let tick = (parameters.tick * 1e9).round() as i64;
-        let mut simulation = Simulated {
-            actuator: new(&parameters)?,
-            parameters,
-            tick,
-            stamp: 0,
-            in_the_tick: DhaState::default(),
-            at_the_end: DhaState::default(),
-        };
-        simulation.look_ahead();
-        Ok(Box::new(simulation))
-    }
-}
-
+/// An actuator and its present tick.
 #[derive(Clone)]
-struct Simulated {
-    parameters: ActuatorParameters,
+pub(crate) struct Ticking {
     actuator: Actuator,
+    chambers: usize,
     /// ns
     tick: i64,
     /// The present instant, ns.
     stamp: i64,
     in_the_tick: DhaState,
     at_the_end: DhaState,
+    /// p_A and p_B there, Pa.
+    pressures: [f64; 2],
 }
 
-impl Simulated {
+impl Ticking {
     /// The state at the present instant: a copy answers a tick there for which no command has come.
     fn look_ahead(&mut self) {
         let answer = self
@@ -170,15 +131,67 @@ impl Simulated {
             .clone()
             .on_silence(Time::from_nanos(self.stamp));
         self.at_the_end = answer.states().into_iter().next().unwrap_or_default();
+        self.pressures = answer.chamber_pressures().next().unwrap_or_default();
     }
 }
 
-impl Simulation for Simulated {
-    fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
-        let parameters = changed(&self.parameters, parameters)?;
-        self.actuator.set_parameters(&parameters)?;
-        self.parameters = parameters;
-        Ok(())
+impl Core for Ticking {
+    type Parameters = ActuatorParameters;
+    type File = ActuatorFile;
+
+    const FILE: &'static str = "actuator";
+    /// The loop's command timeout is longer than any tick: in an FMU an input holds until another is set.
+    const HELD: &'static [(&'static str, f64)] = &[("command_timeout", 60.0)];
+
+    fn read(name: &str, text: &str) -> Result<ActuatorFile, Error> {
+        Ok(actuator_file::of_text(name, text).map_err(ActuatorError::from)?)
+    }
+
+    fn variables(file: &ActuatorFile) -> Vec<Variable> {
+        let command = "Plane angle asked for, positive dive";
+        let mut variables = vec![Variable::input("plane_command".to_owned(), "rad", command)];
+        let chambers = chambers(file);
+        if chambers > 0 {
+            let load_force = "Force on the ram, against positive motion";
+            let load_force = Variable::input("load_force".to_owned(), "N", load_force);
+            variables.push(load_force.within(-MOST_FORCE, MOST_FORCE));
+        }
+        let like = Value::Double(0.0);
+        let pressure = |(name, description): &(&str, &'static str)| {
+            Variable::output((*name).to_owned(), &like, "Pa", description)
+        };
+        variables.extend(outputs(AT_THE_END, chambers).map(Variable::field));
+        variables.extend(CHAMBERS.iter().take(chambers).map(pressure));
+        variables.extend(outputs(IN_THE_TICK, chambers).map(Variable::field));
+        variables
+    }
+
+    fn has(file: &ActuatorFile, parameter: &str) -> bool {
+        let own: &[&str] = match file {
+            ActuatorFile::Metering(_) => &PARAMETERS,
+            ActuatorFile::Circuit(_) => &OF_A_CIRCUIT,
+        };
+        // One actuator moves the planes together.
+        parameter != "fault.group" && own.iter().any(|it| parameter.starts_with(it))
+    }
+
+    fn new(parameters: &ActuatorParameters, file: ActuatorFile) -> Result<Self, Error> {
+        let tick = (parameters.tick * 1e9).round() as i64;
+        let mut new = Self {
+            chambers: chambers(&file),
+            actuator: Actuator::of_files(parameters, tick, |_| Ok(file.clone()))?,
+            tick,
+            stamp: 0,
+            in_the_tick: DhaState::default(),
+            at_the_end: DhaState::default(),
+            pressures: [0.0; 2],
+        };
+        new.look_ahead();
+        Ok(new)
+    }
+
+    fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), Error> {
+        Ok(self.actuator.set_parameters(parameters)?)
     }
 
     fn advance(&mut self, inputs: &[f64]) -> Result<(), Error> {
@@ -190,6 +203,9 @@ impl Simulation for Simulated {
             dive_planes: inputs.first().copied().unwrap_or_default(),
             ..PlaneCommand::default()
         };
+        if let Some(force) = inputs.get(1) {
+            self.actuator.set_load_force(*force)?;
+        }
         let answer = self.actuator.on_command(&command)?;
         self.in_the_tick = answer.states().into_iter().next().unwrap_or_default();
         self.stamp = self.stamp.saturating_add(self.tick);
@@ -197,13 +213,11 @@ impl Simulation for Simulated {
         Ok(())
     }
 
-    fn outputs(&self, _: &[f64]) -> Vec<Value> {
-        let at_the_end = AT_THE_END.iter().map(|it| (it.of)(&self.at_the_end));
-        let in_the_tick = IN_THE_TICK.iter().map(|it| (it.of)(&self.in_the_tick));
-        at_the_end.chain(in_the_tick).collect()
-    }
-
-    fn copy(&self) -> Box<dyn Simulation> {
-        Box::new(self.clone())
+    fn outputs(&self) -> Vec<Value> {
+        let at_the_end = outputs(AT_THE_END, self.chambers).map(|it| (it.of)(&self.at_the_end));
+        let pressures = self.pressures.iter().take(self.chambers);
+        let in_the_tick = outputs(IN_THE_TICK, self.chambers).map(|it| (it.of)(&self.in_the_tick));
+        let pressures = pressures.map(|it| Value::Double(*it));
+        at_the_end.chain(pressures).chain(in_the_tick).collect()
     }
 }

@@ -4,7 +4,8 @@ use std::env::consts::{ARCH, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use planesman_hydraulics::actuator_file;
+use planesman_hydraulics::Error as ActuatorError;
+use planesman_hydraulics::actuator_file::{self, ActuatorFileError};
 use planesman_model_file::{ModelFile, SeveralModelFile};
 use planesman_text::did_you_mean;
 use planesman_vehicle::vehicle_file;
@@ -73,11 +74,13 @@ pub fn fmu(options: &Options) -> Result<Fmu, Error> {
         tick: options.tick,
         start: options.start.clone(),
     };
-    let resources = Resources::of(manifest, path, &text).map_err(|reason| match kind {
-        Kind::Actuator if !is_built_in(&options.subject) => Error::Unknown {
-            file: options.subject.clone(),
-            reason: Box::new(reason),
-        },
+    let resources = Resources::of(manifest, path, &text).map_err(|reason| match reason {
+        Error::Actuator(ActuatorError::ActuatorFile(ActuatorFileError::Malformed { .. })) => {
+            Error::Unknown {
+                file: options.subject.clone(),
+                reason: Box::new(reason),
+            }
+        }
         _ => reason,
     })?;
     let library = match &options.library {
@@ -128,10 +131,6 @@ fn library_at(path: &Path) -> Result<Vec<u8>, Error> {
         true => Ok(bytes),
         false => Err(Error::OtherLibrary(path.display().to_string())),
     }
-}
-
-fn is_built_in(name: &str) -> bool {
-    actuator_file::built_in().any(|it| it.0 == name)
 }
 
 /// What a name or a file is, and its text.

@@ -5,7 +5,8 @@
 //!
 //! - `export`, `description`, `unit`, `archive`: an FMU written.
 //! - `resources`: what an FMU holds, read and checked, on both sides.
-//! - `subject`: what is simulated: `actuator`, `vehicle`, `model`; `variable`: the one table of what can be set and read.
+//! - `subject`: what is simulated: `actuator` and `vehicle`, each a `node`, and `model`; `numbers`: those of an actuator's or a vehicle's file as parameters;
+//!   `variable`: the one table of what can be set and read.
 //! - `instance`: a simulation as an importer drives it; `interface`: its C functions, the only unsafe code.
 
 mod actuator;
@@ -16,6 +17,8 @@ mod export;
 mod instance;
 mod interface;
 mod model;
+mod node;
+mod numbers;
 mod resources;
 mod subject;
 mod unit;

@@ -33,15 +33,13 @@ enum System {
 impl Model {
     /// # Errors
     /// A file that is not taken; a tick that is not the model's own.
-    pub(crate) fn load(file: &Path, tick: Option<f64>) -> Result<Self, Error> {
+    pub(crate) fn load(file: &Path, text: &str, tick: Option<f64>) -> Result<Self, Error> {
         let refused = |refusal| planesman_model_file::Error {
             path: file.display().to_string(),
             refusal,
         };
-        let text = planesman_text::read(file)
-            .map_err(|reason| refused(Refusal::File(reason.to_string())))?;
-        let (system, sample_time, inputs, outputs) = if SeveralModelFile::recognises(file, &text) {
-            let model = SeveralModelFile::parse(file, &text)?;
+        let (system, sample_time, inputs, outputs) = if SeveralModelFile::recognises(file, text) {
+            let model = SeveralModelFile::parse(file, text)?;
             let names: Vec<String> = (model.outputs.iter()).map(|it| it.output.clone()).collect();
             let several = Several::new(&model);
             (
@@ -51,7 +49,7 @@ impl Model {
                 names,
             )
         } else {
-            let model = ModelFile::parse(file, &text)?;
+            let model = ModelFile::parse(file, text)?;
             let one = One::new(&model).map_err(refused)?;
             let (inputs, outputs) = (vec![model.input], vec![model.output]);
             (System::One(one), model.sample_time, inputs, outputs)

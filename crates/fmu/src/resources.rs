@@ -3,15 +3,17 @@
 use std::path::Path;
 
 use planesman_parameters::{Value, Values};
+use planesman_units::Quantity;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::actuator::ActuatorFile;
+use crate::actuator::Ticking;
 use crate::error::Error;
 use crate::model::Model;
+use crate::node::Node;
 use crate::subject::{Kind, Subject};
 use crate::variable::{Causality, Variable};
-use crate::vehicle::VehicleFile;
+use crate::vehicle::Driven;
 
 /// The file's name within `resources`.
 pub(crate) const MANIFEST: &str = "fmu.json";
@@ -101,7 +103,7 @@ impl Resources {
     /// # Errors
     /// As [`Self::read`].
     pub(crate) fn of(manifest: Manifest, file: &Path, text: &str) -> Result<Self, Error> {
-        let subject = load(manifest.kind, file, manifest.tick)?;
+        let subject = load(manifest.kind, file, text, manifest.tick)?;
         let mut variables = subject.variables().to_vec();
         let is_set = |it: &&mut Variable| it.causality == Causality::Parameter;
         let declared = variables.iter_mut().filter(is_set);
@@ -143,7 +145,13 @@ fn start(
 ) -> Result<(), Error> {
     let parsed = changes.iter().map(|(name, text)| {
         let value = planesman_parameters::file::parse_value(name, text)?;
-        Ok((name.clone(), value))
+        // A number with its unit, as a file has it.
+        let Ok(quantity) = text.parse::<Quantity>();
+        let own = declared.iter().find(|it| it.name == *name);
+        Ok(match (quantity.in_si(), own) {
+            (Some((number, unit)), Some(own)) if own.unit == unit => (name.clone(), number.into()),
+            _ => (name.clone(), value),
+        })
     });
     let parsed: Vec<(String, Value)> = parsed.collect::<Result<_, Error>>()?;
     let values = Values::defaults(declared.iter().map(|it| (**it).clone()).collect());
@@ -156,14 +164,14 @@ fn start(
     Ok(())
 }
 
-/// The subject in a file that holds it whole, or one that is built in.
+/// The subject in the text of a file.
 ///
 /// # Errors
-/// A file that is not taken.
-fn load(kind: Kind, file: &Path, tick: Option<f64>) -> Result<Box<dyn Subject>, Error> {
+/// A file or a tick that is not taken.
+fn load(kind: Kind, file: &Path, text: &str, tick: Option<f64>) -> Result<Box<dyn Subject>, Error> {
     Ok(match kind {
-        Kind::Actuator => Box::new(ActuatorFile::load(file, tick)?),
-        Kind::Vehicle => Box::new(VehicleFile::load(file, tick)?),
-        Kind::Model => Box::new(Model::load(file, tick)?),
+        Kind::Actuator => Box::new(Node::<Ticking>::load(file, text, tick)?),
+        Kind::Vehicle => Box::new(Node::<Driven>::load(file, text, tick)?),
+        Kind::Model => Box::new(Model::load(file, text, tick)?),
     })
 }

@@ -56,15 +56,3 @@ pub(crate) trait Simulation: Send {
     /// The same simulation once more.
     fn copy(&self) -> Box<dyn Simulation>;
 }
-
-/// A node's parameters with changes.
-///
-/// # Errors
-/// A name that is not declared, a value against its declaration.
-pub(crate) fn changed<P: planesman_parameters::Parameters>(
-    parameters: &P,
-    changes: &Parameters,
-) -> Result<P, Error> {
-    let values = parameters.values().with(changes.iter().cloned())?;
-    Ok(P::from_values(&values)?)
-}

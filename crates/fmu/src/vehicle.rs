@@ -1,15 +1,14 @@
 //! A vehicle in an FMU: the core of `plant_sim`, tick by tick, its true state without instruments.
 
 use std::f64::consts::FRAC_PI_2;
-use std::path::Path;
 
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{PlaneMotion, ThrusterCommand, VehicleState};
-use planesman_parameters::{Parameters as _, Value};
+use planesman_parameters::Value;
 use planesman_plant::{Craft, Plant, PlantParameters};
 
 use crate::error::Error;
-use crate::subject::{Parameters, Simulation, Subject, changed};
+use crate::node::Core;
 use crate::variable::{Field, Variable, fields};
 
 /// Parameters of the node that are the FMU's, by the beginnings of their names: motion and water, no instrument.
@@ -27,9 +26,6 @@ const PARAMETERS: [&str; 12] = [
     "environment.tether.",
     "seed",
 ];
-
-/// Of these, the ones that count at the beginning alone.
-const FIXED: [&str; 2] = ["initial_", "seed"];
 
 const OUTPUTS: &[Field<VehicleState>] = fields! { VehicleState:
     distance, "m", "Along the initial heading since the start";
@@ -128,78 +124,43 @@ impl Drive {
     }
 }
 
-/// A vehicle file, read.
-pub(crate) struct VehicleFile {
-    parameters: PlantParameters,
-    drives: Vec<Drive>,
-    variables: Vec<Variable>,
-}
-
-impl VehicleFile {
-    /// # Errors
-    /// A file or a tick that is not taken.
-    pub(crate) fn load(file: &Path, tick: Option<f64>) -> Result<Self, Error> {
-        let own = [
-            ("vehicle", Value::String(file.display().to_string())),
-            (
-                "tick",
-                tick.unwrap_or(PlantParameters::default().tick).into(),
-            ),
-        ];
-        let parameters = PlantParameters::default().with(&own)?;
-        let drives = Drive::of(&Craft::load(&parameters)?);
-        let outputs = OUTPUTS.iter().map(Variable::field).chain([sway()]);
-        let begins = |name: &str, with: &[&str]| with.iter().any(|it| name.starts_with(it));
-        let declared = PlantParameters::declarations().into_iter();
-        let declared = declared
-            .filter(|it| begins(&it.name, &PARAMETERS))
-            .map(|it| {
-                let fixed = begins(&it.name, &FIXED);
-                Variable::parameter(it, fixed)
-            });
-        Ok(Self {
-            variables: (drives.iter().map(Drive::variable))
-                .chain(outputs)
-                .chain(declared)
-                .collect(),
-            parameters,
-            drives,
-        })
-    }
-}
-
-impl Subject for VehicleFile {
-    fn tick(&self) -> f64 {
-        self.parameters.tick
-    }
-
-    fn variables(&self) -> &[Variable] {
-        &self.variables
-    }
-
-    fn begin(&self, parameters: &Parameters) -> Result<Box<dyn Simulation>, Error> {
-        let parameters = changed(&self.parameters, parameters)?;
-        Ok(Box::new(Simulated {
-            plant: Plant::new(&parameters)?,
-            parameters,
-            drives: self.drives.clone(),
-        }))
-    }
-}
-
+/// A vehicle with what moves it.
 #[derive(Clone)]
-struct Simulated {
-    parameters: PlantParameters,
+pub(crate) struct Driven {
     plant: Plant,
     drives: Vec<Drive>,
 }
 
-impl Simulation for Simulated {
-    fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
-        let parameters = changed(&self.parameters, parameters)?;
-        self.plant.set_parameters(&parameters)?;
-        self.parameters = parameters;
-        Ok(())
+impl Core for Driven {
+    type Parameters = PlantParameters;
+    type File = Craft;
+
+    const FILE: &'static str = "vehicle";
+    const FIXED: &'static [&'static str] = &["initial_", "seed"];
+
+    fn read(name: &str, text: &str) -> Result<Craft, Error> {
+        Ok(Craft::parse(name, text)?)
+    }
+
+    fn variables(craft: &Craft) -> Vec<Variable> {
+        let inputs = Drive::of(craft).into_iter().map(|it| it.variable());
+        let outputs = OUTPUTS.iter().map(Variable::field).chain([sway()]);
+        inputs.chain(outputs).collect()
+    }
+
+    fn has(_: &Craft, parameter: &str) -> bool {
+        PARAMETERS.iter().any(|it| parameter.starts_with(it))
+    }
+
+    fn new(parameters: &PlantParameters, craft: Craft) -> Result<Self, Error> {
+        Ok(Self {
+            drives: Drive::of(&craft),
+            plant: Plant::of(craft, parameters)?,
+        })
+    }
+
+    fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), Error> {
+        Ok(self.plant.set_parameters(parameters)?)
     }
 
     fn advance(&mut self, inputs: &[f64]) -> Result<(), Error> {
@@ -229,15 +190,11 @@ impl Simulation for Simulated {
         Ok(self.plant.advance(Some(&motion))?)
     }
 
-    fn outputs(&self, _: &[f64]) -> Vec<Value> {
+    fn outputs(&self) -> Vec<Value> {
         let state = self.plant.state(Time::default());
         let fields = OUTPUTS.iter().map(|it| (it.of)(&state));
         fields
             .chain([Value::Double(self.plant.body().sway)])
             .collect()
-    }
-
-    fn copy(&self) -> Box<dyn Simulation> {
-        Box::new(self.clone())
     }
 }

@@ -31,6 +31,8 @@ pub enum Model {
 pub(crate) struct Request {
     /// The angle for all of them, and the digital one's settings.
     pub demand: Demand,
+    /// The force on the ram of a circuit, against positive motion, N.
+    pub load_force: f64,
     /// The first-order one's law.
     pub lag: Lag,
 }
@@ -114,11 +116,13 @@ impl ActuatorModel {
         }
     }
 
-    /// Makes a demand take effect: at once on an ideal actuator, at its next valve cycle on
-    /// the digital one, from now on with a lag.
-    pub(crate) fn ask(&mut self, request: &Request) {
-        if let Self::Ideal(angle) = self {
-            *angle = request.demand.angle;
+    /// Makes a demand take effect at the instant `nanos`, to which it has been advanced: at once on an ideal actuator, at its
+    /// next valve cycle on the digital one, from now on with a lag; the force on a circuit's ram at once.
+    pub(crate) fn ask(&mut self, nanos: i64, request: &Request) {
+        match self {
+            Self::Ideal(angle) => *angle = request.demand.angle,
+            Self::Circuit(actuator, _) => actuator.push(nanos, request.load_force),
+            Self::Dha(_) | Self::FirstOrder(_) => {}
         }
     }
 
@@ -133,13 +137,11 @@ impl ActuatorModel {
                     position,
                     speed: 0.0,
                 };
-                actuator.advance_to(
-                    nanos,
-                    circuit::Demand {
-                        reference,
-                        ..circuit::Demand::default()
-                    },
-                );
+                let force = circuit::Force {
+                    begin: request.load_force,
+                    rate: 0.0,
+                };
+                actuator.advance_to(nanos, circuit::Demand { reference, force });
             }
             Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
             Self::Ideal(angle) => *angle = request.demand.angle,

@@ -27,13 +27,14 @@
 
 use std::sync::Arc;
 
+use planesman_circuit::MOST_FORCE;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::Header;
 
-use crate::actuator_file;
+use crate::actuator_file::{self, ActuatorFileError};
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
 use crate::actuator_set::{ActuatorFile, MOST_CYCLES_IN_FLIGHT};
 use crate::condition::Condition;
@@ -141,6 +142,12 @@ impl Output {
         energies.reduce(|sum, of_group| sum + of_group)
     }
 
+    /// The gauge pressures p_A and p_B at the stamp, Pa, of each circuit of on/off valves.
+    pub fn chamber_pressures(&self) -> impl Iterator<Item = [f64; 2]> {
+        let chambers = self.groups.iter().filter_map(|it| it.planes.chambers);
+        chambers.map(|it| it.pressures)
+    }
+
     /// Each group's planes and ram by name at the stamp; the dive planes, bow and stern together, first.
     #[must_use]
     pub fn planes(&self) -> JointState {
@@ -244,6 +251,7 @@ impl Output {
 pub struct Actuator {
     design: Arc<Design>,
     tick: i64,
+    load_force: f64,
     run: Option<Run>,
 }
 
@@ -399,6 +407,18 @@ impl Actuator {
     /// # Errors
     /// [`Error`]: an actuator file, a tick that is not positive, parameters that do not fit the actuators.
     pub fn new(parameters: &ActuatorParameters, tick_nanos: i64) -> Result<Self, Error> {
+        Self::of_files(parameters, tick_nanos, actuator_file::read)
+    }
+
+    /// The same where `read` finds the actuators' files by their names.
+    ///
+    /// # Errors
+    /// As [`Actuator::new`].
+    pub fn of_files(
+        parameters: &ActuatorParameters,
+        tick_nanos: i64,
+        read: impl Fn(&str) -> Result<ActuatorFile, ActuatorFileError>,
+    ) -> Result<Self, Error> {
         let config = Config::new(parameters);
         if tick_nanos <= 0 {
             return Err(Error::Tick(tick_nanos));
@@ -406,12 +426,13 @@ impl Actuator {
         let files = config
             .members
             .iter()
-            .map(|member| actuator_file::read(&member.actuator))
+            .map(|member| read(&member.actuator))
             .collect::<Result<Vec<_>, _>>()?;
         fit(&config, &files)?;
         Ok(Self {
             design: Arc::new(Design { files, config }),
             tick: tick_nanos,
+            load_force: 0.0,
             run: None,
         })
     }
@@ -453,6 +474,19 @@ impl Actuator {
             files: files.clone(),
             config: new,
         });
+        Ok(())
+    }
+
+    /// A force on the ram of each circuit of on/off valves, against positive motion, N, held from the next tick on; 0 at first. An
+    /// actuator of metered volumes has none.
+    ///
+    /// # Errors
+    /// When it is not finite or beyond [`MOST_FORCE`]; the force is then as it was.
+    pub fn set_load_force(&mut self, force: f64) -> Result<(), Error> {
+        if !(-MOST_FORCE..=MOST_FORCE).contains(&force) {
+            return Err(Error::LoadForce(force));
+        }
+        self.load_force = force;
         Ok(())
     }
 
@@ -556,7 +590,7 @@ impl Actuator {
     ) -> Arc<Output> {
         let acting = self.asked(stamp, command.as_ref());
         for (index, model) in now.iter_mut().enumerate() {
-            model.ask(&acting.at(index, stamp));
+            model.ask(stamp - began, &acting.at(index, stamp));
             if let ActuatorModel::Dha(dha) = model {
                 // Counted is what the tick ahead brings.
                 dha.take_tally();
@@ -684,6 +718,7 @@ impl Actuator {
                 logic: config.logic,
                 condition: config.condition(group),
             },
+            load_force: self.load_force,
             lag: config.parameters.first_order,
         };
         Demands {

@@ -1,5 +1,7 @@
 //! The errors of the actuator node's core.
 
+use planesman_circuit::MOST_FORCE;
+
 use crate::actuator_file::ActuatorFileError;
 use crate::actuator_set::MOST_CYCLES_IN_FLIGHT;
 
@@ -51,6 +53,9 @@ pub enum Error {
     /// Other groups, actuators or models after the start.
     #[error("groups, actuators and models are fixed once the actuator has started")]
     Fixed,
+    /// A force on the ram beyond what is taken.
+    #[error("load force of {0} N refused: at most {MOST_FORCE} N to either side are taken")]
+    LoadForce(f64),
     /// A number of a plane command is not finite.
     #[error("plane command refused: {0} is not finite")]
     Command(String),

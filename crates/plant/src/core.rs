@@ -141,7 +141,14 @@ impl Plant {
     /// # Errors
     /// The refusal and its reason: a vehicle file, a prefix, thrust for a vehicle without propulsion.
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
-        let craft = Craft::load(parameters)?;
+        Self::of(Craft::load(parameters)?, parameters)
+    }
+
+    /// The same of a vehicle that is read already.
+    ///
+    /// # Errors
+    /// As [`Plant::new`].
+    pub fn of(craft: Craft, parameters: &PlantParameters) -> Result<Self, Error> {
         let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
             place: Place::of(settings.initial),

@@ -29,14 +29,31 @@ impl Craft {
         let (name, base) = (&parameters.vehicle, &parameters.vehicle_base);
         match vehicle_file::load_on(name, base) {
             Err(VehicleError::OfSixDegrees(of)) if of == *name => {
-                let tick = Tick::new(six_dof::load(name)?).map_err(|reason| Error::Unmoved {
-                    vehicle: of,
-                    reason,
-                })?;
-                Ok(Self::SixDof(Box::new(tick)))
+                Self::of_six_degrees(name, six_dof::load(name)?)
             }
             of_the_plane => Ok(Self::Plane(Box::new(of_the_plane?))),
         }
+    }
+
+    /// The vehicle in a file's text; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// The refusal and its reason.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Error> {
+        match vehicle_file::parse(file, text) {
+            Err(VehicleError::OfSixDegrees(_)) => {
+                Self::of_six_degrees(file, six_dof::parse(file, text)?)
+            }
+            of_the_plane => Ok(Self::Plane(Box::new(of_the_plane?))),
+        }
+    }
+
+    fn of_six_degrees(name: &str, vehicle: six_dof::Vehicle) -> Result<Self, Error> {
+        let tick = Tick::new(vehicle).map_err(|reason| Error::Unmoved {
+            vehicle: name.to_owned(),
+            reason,
+        })?;
+        Ok(Self::SixDof(Box::new(tick)))
     }
 
     /// Its name.

@@ -57,7 +57,7 @@ pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
 }
 
-/// Where a scalar stands in a text: the keys that lead to it, places in lists from 0 among them, and its bytes.
+/// Where a scalar stands in a text: the keys that lead to it, places in lists among them as `[0]`, and its bytes.
 pub type Place = (Vec<String>, Range<usize>);
 
 /// Every scalar that is a value, in the order of the text.
@@ -90,7 +90,7 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
             }
             Event::Scalar(..) => {
                 let path = levels.iter().map(|it| match it {
-                    Level::List(place) => place.to_string(),
+                    Level::List(place) => format!("[{place}]"),
                     Level::Mapping(key) => key.clone().unwrap_or_default(),
                 });
                 found.push((path.collect(), byte(at.start.index())..byte(at.end.index())));
@@ -245,12 +245,12 @@ mod tests {
             .map(|(path, at)| (path.join("."), text[at.clone()].trim_end()))
             .collect();
         let expected = [
-            ("a.b.0", "1.5"),
-            ("a.b.1", "2 m"),
+            ("a.b.[0]", "1.5"),
+            ("a.b.[1]", "2 m"),
             ("a.c", "-3"),
-            ("d.0.0", "4"),
-            ("d.0.1", "5"),
-            ("d.1.e", "6"),
+            ("d.[0].[0]", "4"),
+            ("d.[0].[1]", "5"),
+            ("d.[1].e", "6"),
         ];
         let expected = expected.map(|(path, value)| (path.to_owned(), value));
         assert_eq!(found, expected);

@@ -163,6 +163,12 @@ impl Dimension {
         Self::ALL.into_iter().find(is_its)
     }
 
+    /// The dimension that has a unit of this symbol: no two have the same.
+    pub(crate) fn of_unit(symbol: &str) -> Option<Self> {
+        let has = |dimension: &Self| dimension.units().iter().any(|unit| unit.symbol == symbol);
+        Self::ALL.into_iter().find(has)
+    }
+
     /// The units a quantity of this dimension may have, the SI unit first.
     #[must_use]
     pub fn units(self) -> &'static [Unit] {

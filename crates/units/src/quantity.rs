@@ -94,6 +94,13 @@ impl Quantity {
         }
     }
 
+    /// The value in SI by its unit alone, which is of one dimension, and SI's unit; `None` without a number or a unit that is known.
+    #[must_use]
+    pub fn in_si(&self) -> Option<(f64, &'static str)> {
+        let dimension = Dimension::of_unit(symbol(self.parts().1))?;
+        Some((self.si(dimension).ok()?, dimension.units()[0].symbol))
+    }
+
     /// The number and the unit.
     fn parts(&self) -> (&str, &str) {
         let text = self.0.trim();
@@ -246,6 +253,7 @@ mod tests {
             for unit in dimension.units() {
                 let symbol = unit.symbol;
                 let expected = Ok(unit.si(-12.5));
+                assert_eq!(Dimension::of_unit(symbol), Some(dimension), "{symbol}");
                 for text in [
                     format!("-12.5 {symbol}"),
                     format!(" -1.25e1  {symbol} "),
@@ -256,6 +264,15 @@ mod tests {
                     assert_eq!(read.si(dimension), expected, "{text}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_unit_tells_its_dimension() {
+        assert_eq!(quantity("8.04 cm^2").in_si(), Some((8.04 / 1e4, "m^2")));
+        assert_eq!(quantity("30deg").in_si(), Some((30.0 * DEGREE, "rad")));
+        for text in ["12", "12 stone", "m", "inf m", "auv"] {
+            assert_eq!(quantity(text).in_si(), None, "{text}");
         }
     }
 

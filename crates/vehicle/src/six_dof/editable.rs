@@ -167,7 +167,10 @@ impl EditableFile {
 
 /// The name and group of what a path leads to; `None` for what is no coefficient.
 fn named(path: &[&str]) -> Option<(String, &'static str)> {
-    let place = |text: &str| text.parse::<usize>().ok();
+    let place = |text: &str| -> Option<usize> {
+        let place = text.strip_prefix('[')?.strip_suffix(']')?;
+        place.parse().ok()
+    };
     let matrix = |group: &'static str, i: usize, j: usize| {
         Some((format!("{group}_{}{}", i + 1, j + 1), group))
     };
