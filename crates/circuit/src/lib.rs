@@ -11,12 +11,13 @@ pub mod coding;
 mod control;
 pub mod file;
 mod ledger;
+mod line;
 mod load_cycle;
 mod simulation;
 
 pub use actuator::{Actuator, Demand};
 pub use circuit::{
-    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_EDGES,
+    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Line, Load, MOST_EDGES,
     MOST_LEVELS, MOST_VALVES, Oil, Steady, Valves, root,
 };
 pub use control::Reference;
