@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and where they are read.
+//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and where they are read; [`Line`]: a hydraulic line from a level to its valves.
 //! - [`Simulation`]: the motion between valves that open and close, a ram that sticks, slides and meets its stops; [`Ledger`]: its energy.
 //! - [`Actuator`]: the circuit under its controller, [`Law`].
 //! - [`LoadCycle`]: a reference and a force over time; [`run`]: the figures of a circuit that follows one.

@@ -27,11 +27,11 @@ pub(crate) const DEGREE: usize = 8;
 pub(crate) const NODES: [f64; DEGREE + 1] = [
     1.0,
     0.9238795325112867,
-    0.7071067811865476,
+    std::f64::consts::FRAC_1_SQRT_2,
     0.3826834323650898,
     0.0,
     -0.3826834323650898,
-    -0.7071067811865476,
+    -std::f64::consts::FRAC_1_SQRT_2,
     -0.9238795325112867,
     -1.0,
 ];
@@ -54,7 +54,13 @@ const SAME_TIME: f64 = 1e-12;
 
 /// The coefficients of the Chebyshev polynomials through the values at [`NODES`].
 fn chebyshev(values: &[f64; DEGREE + 1]) -> [f64; DEGREE + 1] {
-    let end = |place: usize| if place % DEGREE == 0 { 0.5 } else { 1.0 };
+    let end = |place: usize| {
+        if place.is_multiple_of(DEGREE) {
+            0.5
+        } else {
+            1.0
+        }
+    };
     std::array::from_fn(|order| {
         let cosine = |place: usize| {
             let turn = order * place % (2 * DEGREE);
@@ -304,6 +310,7 @@ impl Waves {
             leaving: arriving - 2.0 * self.line.impedance * flow,
         }
     }
+
     /// What happens over the step from `begin` to `end` with this at [`NODES`] of it.
     pub(crate) fn step(&self, begin: f64, end: f64, valves: &[AtValves; DEGREE + 1]) -> LineStep {
         let half = 0.5 * (end - begin);
@@ -491,7 +498,6 @@ mod tests {
     #[test]
     fn what_friction_takes_from_a_closed_line_is_what_it_held_however_long_it_is_looked_at() {
         let (mut at_once, flow) = flowing(46e-6);
-        // In steady flow half of the resistance at each end takes R q^2 in all: Hagen and Poiseuille's.
         let mut longer = at_once.clone();
         let held = at_once.taken(1e7);
         let begin = at_once.end();

@@ -111,6 +111,7 @@ pub struct Simulation {
     k: [f64; MOST_EDGES],
     pending: Vec<Transition>,
     stretch: Option<Stretch>,
+    /// Of the levels that have one.
     lines: Vec<Waves>,
     /// What happens at the valves of lines over the stretch.
     line_steps: Vec<(usize, LineStep)>,
@@ -751,7 +752,7 @@ impl Simulation {
                     }
                 })
                 / self.accuracy;
-            if error <= 1.0 && !self.lines.is_empty() {
+            if (error <= 1.0 || h <= SHORTEST) && !self.lines.is_empty() {
                 self.line_steps = self.line_steps(h);
                 let tails = self.line_steps.iter().map(|(_, step)| step.tail());
                 let most = TAIL * self.accuracy * self.scales[2];

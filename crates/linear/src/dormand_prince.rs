@@ -284,13 +284,13 @@ impl<const N: usize> DormandPrinceDense<N> {
             slopes[stage] = f(inputs, &at);
         }
         let mut terms = [[0.0; N]; 7];
+        let [change, first, second, others @ ..] = &mut terms;
         for i in 0..N {
-            let change = after[i] - y[i];
-            terms[0][i] = change;
-            terms[1][i] = h * slopes[0][i] - change;
-            terms[2][i] = 2.0 * change - h * (slopes[0][i] + slopes[12][i]);
+            change[i] = after[i] - y[i];
+            first[i] = h * slopes[0][i] - change[i];
+            second[i] = 2.0 * change[i] - h * (slopes[0][i] + slopes[12][i]);
         }
-        for (term, weights) in terms[3..].iter_mut().zip(DENSE_TERMS) {
+        for (term, weights) in others.iter_mut().zip(DENSE_TERMS) {
             add(term, h, weights, &slopes);
         }
         Self { begin: *y, terms }
@@ -302,12 +302,12 @@ impl<const N: usize> DormandPrinceDense<N> {
         let mut y = [0.0; N];
         for (place, term) in self.terms.iter().enumerate().rev() {
             let factor = if place % 2 == 0 { share } else { 1.0 - share };
-            for i in 0..N {
-                y[i] = (y[i] + term[i]) * factor;
+            for (y, term) in y.iter_mut().zip(term) {
+                *y = (*y + term) * factor;
             }
         }
-        for i in 0..N {
-            y[i] += self.begin[i];
+        for (y, begin) in y.iter_mut().zip(self.begin) {
+            *y += begin;
         }
         y
     }
