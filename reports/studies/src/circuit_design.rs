@@ -267,11 +267,11 @@ impl Outcome {
         if let Some((highest, lowest)) = lines.fold(None, wider) {
             let _ = writeln!(
                 text,
-                "At the valves' end of its lines the pressure is from {:.2} to {:.2} MPa, over all designs{}.",
+                "At the valves' end of the lines the oil's pressure is from {:.2} to {:.2} MPa, over all designs{}.",
                 lowest / 1e6,
                 highest / 1e6,
                 if lowest < -ATMOSPHERE {
-                    "; below -0.1 MPa oil boils, which these lines do not: what they print there is too low"
+                    "; below -0.1 MPa it would boil, which is not modelled"
                 } else {
                     ""
                 }
