@@ -106,6 +106,32 @@ fn designs_are_compared_over_a_load_cycle_and_none_on_the_front_is_beaten() {
 }
 
 #[test]
+fn designs_behind_lines_tell_the_pressures_at_the_valves_and_what_the_lines_hold() {
+    let stage = Stage::new();
+    let lines = "lines: {P: {length: 3 m, diameter: 12 mm}, T: {length: 2 m, diameter: 12 mm}}\noil:\n  viscosity: 46 mm^2/s\n";
+    let circuit = stage.file("lines.yaml", file::BUILT_IN[0].1.replace("oil:\n", lines));
+    let cycle = stage.file("cycle.csv", CYCLE);
+    let mut arguments = vec!["dha", "design", &circuit, "--load-cycle", &cycle];
+    arguments.extend([
+        "--codings",
+        "pcm",
+        "--valves",
+        "5",
+        "--controllers",
+        "model",
+    ]);
+    arguments.extend(["--seeds", "1", "--format", "md"]);
+    let designs = stage.run(&arguments).success().stdout;
+    for part in [
+        "At the valves' end of the lines the oil's pressure is from -",
+        "| held in the lines |",
+        "| friction in the lines |",
+    ] {
+        assert!(designs.contains(part), "{part}: {designs}");
+    }
+}
+
+#[test]
 fn a_scenario_is_a_load_cycle_and_a_circuit_moves_its_planes() {
     let stage = Stage::new();
     let designs = stage

@@ -100,6 +100,33 @@ pub struct Level {
     pub name: String,
     /// Gauge pressure, Pa.
     pub pressure: f64,
+    /// The line from there to its valves; none where they are next to it.
+    pub line: Option<Line>,
+}
+
+/// A hydraulic line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Of a wave from one end to the other, s: its length over the speed of sound `sqrt(B/rho)`.
+    pub delay: f64,
+    /// Characteristic impedance `rho a/A`, Pa s/m^3.
+    pub impedance: f64,
+    /// Laminar resistance `128 rho nu l/(pi d^4)`, Pa s/m^3.
+    pub resistance: f64,
+}
+
+impl Line {
+    /// A line of the size `length` and `diameter`, m, full of oil with the bulk modulus `bulk`, Pa, the density `density`, kg/m^3, and
+    /// the kinematic viscosity `viscosity`, m^2/s.
+    #[must_use]
+    pub fn new(length: f64, diameter: f64, bulk: f64, density: f64, viscosity: f64) -> Self {
+        let area = 0.25 * std::f64::consts::PI * diameter * diameter;
+        Self {
+            delay: length * (density / bulk).sqrt(),
+            impedance: (density * bulk).sqrt() / area,
+            resistance: 8.0 * std::f64::consts::PI * density * viscosity * length / (area * area),
+        }
+    }
 }
 
 /// Valves in parallel from a level to a chamber.
@@ -204,6 +231,13 @@ impl Oil {
 #[must_use]
 pub fn root(drop: f64, transition: f64) -> f64 {
     drop / (drop * drop + transition * transition).sqrt().sqrt()
+}
+
+/// The slope of [`root`].
+#[inline]
+pub(crate) fn root_slope(drop: f64, transition: f64) -> f64 {
+    let sum = drop * drop + transition * transition;
+    (0.5 * drop * drop + transition * transition) / (sum * sum.sqrt().sqrt())
 }
 
 impl Circuit {

@@ -11,7 +11,7 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use crate::circuit::{
-    Chamber, Circuit, Control, Edge, ElasticStop, Level, Load, MOST_LEVELS, MOST_VALVES, Oil,
+    Chamber, Circuit, Control, Edge, ElasticStop, Level, Line, Load, MOST_LEVELS, MOST_VALVES, Oil,
     Valves,
 };
 use crate::coding::Coding;
@@ -22,6 +22,10 @@ pub const BUILT_IN: &[(&str, &str)] = &[("dfcu", include_str!("../circuits/dfcu.
 /// The shortest time constant that is taken, s, and the highest frequency: what is faster would be simulated for ever.
 const SHORTEST_TIME: f64 = 1e-6;
 const MOST_FREQUENCY: f64 = 20_000.0;
+/// The shortest and the longest delay of a line, s: a step is at most a round trip long, and the wave of a round trip is kept.
+const LINE_DELAYS: [f64; 2] = [5e-5, 0.5];
+/// Density of mineral oil, kg/m^3.
+const DENSITY: f64 = 870.0;
 
 /// Why a text describes no circuit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -52,6 +56,8 @@ struct File {
     seal_leakage: Option<Quantity>,
     #[serde(deserialize_with = "each_once")]
     supply: BTreeMap<String, Quantity>,
+    #[serde(default, deserialize_with = "each_once")]
+    lines: BTreeMap<String, WrittenLine>,
     oil: WrittenOil,
     valves: WrittenValves,
     #[serde(deserialize_with = "each_once")]
@@ -91,11 +97,20 @@ struct WrittenChamber {
 
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
+struct WrittenLine {
+    length: Quantity,
+    diameter: Quantity,
+}
+
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 struct WrittenOil {
     bulk_modulus: Quantity,
     air: f64,
     #[serde(default = "fast")]
     polytropic: f64,
+    density: Option<Quantity>,
+    viscosity: Option<Quantity>,
 }
 
 fn fast() -> f64 {
@@ -285,6 +300,7 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
         levels.push(Level {
             name: name.clone(),
             pressure: read(&field, written, D::Pressure, 0.0, 1e8)?,
+            line: None,
         });
     }
     if !file.supply.contains_key("T") {
@@ -358,6 +374,7 @@ pub fn parse(text: &str) -> Result<Circuit, FileError> {
         air: number("oil.air", file.oil.air, 1e-6, 0.5)?,
         polytropic: number("oil.polytropic", file.oil.polytropic, 1.0, 1.7)?,
     };
+    lines(&file, &oil, &mut levels)?;
     let written = &file.control;
     let period =
         (read("control.period", &written.period, D::Time, 1e-4, 10.0)? * 1e9).round() as i64;
@@ -523,6 +540,56 @@ fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
             &file.control.period,
             format!("the valves' delay, {longest} s with scatter, must be at most 100 periods"),
         );
+    }
+    Ok(())
+}
+
+/// Gives their lines to the levels.
+fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> {
+    let written = file.oil.density.as_ref();
+    let density = written.map_or(Ok(DENSITY), |written| {
+        read("oil.density", written, D::Density, 100.0, 1e4)
+    })?;
+    let written = file.oil.viscosity.as_ref();
+    let viscosity = or_zero("oil.viscosity", written, D::Viscosity, 1.0)?;
+    for (name, written) in &file.lines {
+        let names: Vec<String> = levels.iter().map(|level| level.name.clone()).collect();
+        let Some(level) = levels.iter_mut().find(|level| level.name == *name) else {
+            return refused(
+                &format!("lines.{name}"),
+                name,
+                format!(
+                    "a line is named as its supply level, of {}",
+                    names.join(", ")
+                ),
+            );
+        };
+        let field = |what: &str| format!("lines.{name}.{what}");
+        let length = read(&field("length"), &written.length, D::Length, 1e-3, 1e4)?;
+        let diameter = read(&field("diameter"), &written.diameter, D::Length, 1e-4, 1.0)?;
+        let line = Line::new(length, diameter, oil.bulk_modulus, density, viscosity);
+        let [least, most] = LINE_DELAYS;
+        if !(least..=most).contains(&line.delay) {
+            return refused(
+                &field("length"),
+                &written.length,
+                format!(
+                    "a wave would take {:.2e} s from end to end; from {least} to {most} s are taken",
+                    line.delay
+                ),
+            );
+        }
+        if line.resistance > line.impedance {
+            return refused(
+                &field("diameter"),
+                &written.diameter,
+                format!(
+                    "the line's laminar resistance, {:.2e} Pa s/m^3, would exceed its impedance, {:.2e}: friction at its ends would not stand for it",
+                    line.resistance, line.impedance
+                ),
+            );
+        }
+        level.line = Some(line);
     }
     Ok(())
 }
@@ -749,6 +816,41 @@ mod tests {
             ("A-T:", "A-X:", "an edge is written as LEVEL-CHAMBER"),
             ("law: model", "law: modle", "did you mean"),
             (
+                "supply:",
+                "lines: {P: {length: 0 m, diameter: 12 mm}}\nsupply:",
+                "lines.P.length: '0 m' refused: it must be from 0.001 to 10000 m",
+            ),
+            (
+                "supply:",
+                "lines: {P: {length: .nan m, diameter: 12 mm}}\nsupply:",
+                "lines.P.length: '.nan m' refused",
+            ),
+            (
+                "supply:",
+                "lines: {P: {length: 5 mm, diameter: 12 mm}}\nsupply:",
+                "lines.P.length: '5 mm' refused: a wave would take 3.94e-6 s from end to end",
+            ),
+            (
+                "supply:",
+                "lines: {T: {length: 9000 m, diameter: 12 mm}}\nsupply:",
+                "lines.T.length: '9000 m' refused: a wave would take 7.09e0 s",
+            ),
+            (
+                "supply:",
+                "lines: {R: {length: 1 m, diameter: 12 mm}}\nsupply:",
+                "a line is named as its supply level, of P, T",
+            ),
+            (
+                "oil:",
+                "lines: {P: {length: 100 m, diameter: 3 mm}}\noil:\n  viscosity: 46 mm^2/s",
+                "lines.P.diameter: '3 mm' refused: the line's laminar resistance",
+            ),
+            (
+                "oil:",
+                "oil:\n  density: 0 kg/m^3",
+                "oil.density: '0 kg/m^3' refused",
+            ),
+            (
                 "rated_life: 1e8",
                 "rated_life: -1",
                 "valves.rated_life: '-1' refused",
@@ -812,11 +914,12 @@ mod tests {
             "  coulomb: 150 N\n",
             "  coulomb: 150 N\n  spring: 2e4 N/m\n  force: 300 N\n  stepping: 0.1\n  elastic_stop: {stiffness: 5e6 N/m, damping: 2}\n",
         ) + "seal_leakage: 0.02 L/min\n";
-        let single = without_b(&whole);
-        for case in 0..1500 {
+        let lines = "lines: {P: {length: 3 m, diameter: 12 mm}, T: {length: 2 m, diameter: 16 mm}}\n\noil:\n  viscosity: 46 mm^2/s\n";
+        let with_lines = BUILT_IN[0].1.replace("oil:\n", lines);
+        let files = [BUILT_IN[0].1, &whole, &without_b(&whole), &with_lines];
+        for case in 0..1600 {
             let digits = 5.0 * random.random::<f64>();
-            let file = [BUILT_IN[0].1, &whole, &single][case % 3];
-            let text = stretched(file, &mut random, digits);
+            let text = stretched(files[case % 4], &mut random, digits);
             let Ok(circuit) = parse(&text) else {
                 refused += 1;
                 continue;

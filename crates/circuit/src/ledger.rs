@@ -1,7 +1,7 @@
 //! Where the work of the supply goes.
 //!
 //! ```text
-//! supply = throttling + seal + compression + viscous + friction + load + mechanical + stops
+//! supply = throttling + seal + compression + viscous + friction + load + mechanical + stops + lines + line friction
 //! ```
 //! Every term is an integral of its own, so that the balance is a check. Switching is electrical and beside it.
 
@@ -32,6 +32,10 @@ pub struct Ledger {
     pub mechanical: f64,
     /// Lost at the stops.
     pub stops: f64,
+    /// Gained in the lines: oil compressed and in motion.
+    pub lines: f64,
+    /// Lost to the oil's friction in the lines.
+    pub line_friction: f64,
     /// Electrical: the solenoids' energy.
     pub switching: f64,
 }
@@ -69,6 +73,8 @@ impl Ledger {
             &mut self.load,
             &mut self.mechanical,
             &mut self.stops,
+            &mut self.lines,
+            &mut self.line_friction,
             &mut self.switching,
         ];
         terms.extend(self.levels.iter_mut().chain(&mut self.throttling));
@@ -92,7 +98,9 @@ impl Ledger {
                 + self.friction
                 + self.load
                 + self.mechanical
-                + self.stops)
+                + self.stops
+                + self.lines
+                + self.line_friction)
     }
 
     /// What the balance is to be compared with: all the work that went through it, J.

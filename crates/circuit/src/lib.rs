@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and where they are read.
+//! - [`Circuit`], [`mod@file`]: the constants of a circuit, and where they are read; [`Line`]: a hydraulic line from a level to its valves.
 //! - [`Simulation`]: the motion between valves that open and close, a ram that sticks, slides and meets its stops; [`Ledger`]: its energy.
 //! - [`Actuator`]: the circuit under its controller, [`Law`].
 //! - [`LoadCycle`]: a reference and a force over time; [`run`]: the figures of a circuit that follows one.
@@ -11,12 +11,13 @@ pub mod coding;
 mod control;
 pub mod file;
 mod ledger;
+mod line;
 mod load_cycle;
 mod simulation;
 
 pub use actuator::{Actuator, Demand};
 pub use circuit::{
-    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Load, MOST_EDGES,
+    ATMOSPHERE, Chamber, Circuit, Control, Edge, ElasticStop, Law, Level, Line, Load, MOST_EDGES,
     MOST_LEVELS, MOST_VALVES, Oil, Steady, Valves, root,
 };
 pub use control::Reference;

@@ -207,6 +207,9 @@ pub struct Figures {
     pub peak_pressure: f64,
     /// The lowest, gauge, Pa.
     pub lowest_pressure: f64,
+    /// The highest and the lowest pressure at the valves' end of a line ([`Simulation::line_peaks`](crate::Simulation::line_peaks)),
+    /// gauge, Pa; `None` without lines.
+    pub line_pressures: Option<(f64, f64)>,
     /// Switchings of all valves in an hour, opening and closing counted apart.
     pub switchings: f64,
     /// Until the valve that switches most has reached its rated life, h.
@@ -271,6 +274,7 @@ pub fn run(
         largest_error: largest,
         peak_pressure: highest,
         lowest_pressure: lowest,
+        line_pressures: simulation.line_peaks(),
         switchings: simulation.total_switchings() as f64 / hours,
         life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
         ledger,

@@ -156,8 +156,8 @@ impl Energy {
         (self.proportional_valve > 0.0).then(|| self.load() / self.proportional_valve)
     }
 
-    /// Those of a circuit of on/off valves; `kinetic` has springs and weight too, `throttling` all its valves, `leakage` the
-    /// piston's seal.
+    /// Those of a circuit of on/off valves; `kinetic` has springs and weight too, `throttling` all its valves and the friction in its
+    /// lines, `leakage` the piston's seal, `compressed` less `recovered` what its lines hold.
     pub(crate) fn of_circuit(ledger: &circuit::Ledger, proportional_valve: f64) -> Self {
         Self {
             supply: ledger.supply,
@@ -166,10 +166,10 @@ impl Energy {
             kinetic: ledger.mechanical + ledger.load,
             stops: ledger.stops,
             friction: ledger.friction,
-            throttling: ledger.throttled(),
+            throttling: ledger.throttled() + ledger.line_friction,
             leakage: ledger.seal,
             compressed: ledger.compressed,
-            recovered: ledger.compressed - ledger.compression,
+            recovered: ledger.compressed - ledger.compression - ledger.lines,
             proportional_valve,
             ..Self::default()
         }

@@ -17,6 +17,21 @@ pub const DORMAND_PRINCE_NODES: [f64; 12] = [
     1.0,
 ];
 
+/// The same where [`DormandPrinceDense`] asks for them.
+pub const DORMAND_PRINCE_DENSE_NODES: [f64; 16] = {
+    let mut nodes = [0.0; 16];
+    let mut place = 0;
+    while place < 12 {
+        nodes[place] = DORMAND_PRINCE_NODES[place];
+        place += 1;
+    }
+    nodes[12] = 1.0;
+    nodes[13] = 0.1;
+    nodes[14] = 0.2;
+    nodes[15] = 7.0 / 9.0;
+    nodes
+};
+
 /// What each stage has of the slopes before it: their places and weights. The last is the result.
 const STAGES: [&[(usize, f64)]; 13] = [
     &[],
@@ -118,6 +133,100 @@ const ERROR_OF_THIRD: &[(usize, f64)] = &[
     (11, 0.02265179219836082),
 ];
 
+/// Of the three stages more that the polynomial through a step needs.
+const DENSE_STAGES: [&[(usize, f64)]; 3] = [
+    &[
+        (0, 0.056167502283047954),
+        (6, 0.25350021021662483),
+        (7, -0.2462390374708025),
+        (8, -0.12419142326381637),
+        (9, 0.15329179827876568),
+        (10, 0.00820105229563469),
+        (11, 0.007567897660545699),
+        (12, -0.008298),
+    ],
+    &[
+        (0, 0.03183464816350214),
+        (5, 0.028300909672366776),
+        (6, 0.053541988307438566),
+        (7, -0.05492374857139099),
+        (10, -0.00010834732869724932),
+        (11, 0.0003825710908356584),
+        (12, -0.00034046500868740456),
+        (13, 0.1413124436746325),
+    ],
+    &[
+        (0, -0.42889630158379194),
+        (5, -4.697621415361164),
+        (6, 7.683421196062599),
+        (7, 4.06898981839711),
+        (8, 0.3567271874552811),
+        (12, -0.0013990241651590145),
+        (13, 2.9475147891527724),
+        (14, -9.15095847217987),
+    ],
+];
+
+/// What the last four terms of that polynomial have of the slopes.
+const DENSE_TERMS: [&[(usize, f64)]; 4] = [
+    &[
+        (0, -8.428938276109013),
+        (5, 0.5667149535193777),
+        (6, -3.0689499459498917),
+        (7, 2.38466765651207),
+        (8, 2.117034582445028),
+        (9, -0.871391583777973),
+        (10, 2.2404374302607883),
+        (11, 0.6315787787694688),
+        (12, -0.08899033645133331),
+        (13, 18.148505520854727),
+        (14, -9.194632392478356),
+        (15, -4.436036387594894),
+    ],
+    &[
+        (0, 10.427508642579134),
+        (5, 242.28349177525817),
+        (6, 165.20045171727028),
+        (7, -374.5467547226902),
+        (8, -22.113666853125306),
+        (9, 7.733432668472264),
+        (10, -30.674084731089398),
+        (11, -9.332130526430229),
+        (12, 15.697238121770845),
+        (13, -31.139403219565178),
+        (14, -9.35292435884448),
+        (15, 35.81684148639408),
+    ],
+    &[
+        (0, 19.985053242002433),
+        (5, -387.0373087493518),
+        (6, -189.17813819516758),
+        (7, 527.8081592054236),
+        (8, -11.57390253995963),
+        (9, 6.8812326946963),
+        (10, -1.0006050966910838),
+        (11, 0.7777137798053443),
+        (12, -2.778205752353508),
+        (13, -60.19669523126412),
+        (14, 84.32040550667716),
+        (15, 11.99229113618279),
+    ],
+    &[
+        (0, -25.69393346270375),
+        (5, -154.18974869023643),
+        (6, -231.5293791760455),
+        (7, 357.6391179106141),
+        (8, 93.40532418362432),
+        (9, -37.45832313645163),
+        (10, 104.0996495089623),
+        (11, 29.8402934266605),
+        (12, -43.53345659001114),
+        (13, 96.32455395918828),
+        (14, -39.17726167561544),
+        (15, -149.72683625798564),
+    ],
+];
+
 /// One step of length `h` of `y' = f(s, y)`, and the estimate of its error. `s` holds the inputs of `f` besides `y` at
 /// the [`DORMAND_PRINCE_NODES`].
 #[inline(always)]
@@ -148,13 +257,69 @@ pub fn dormand_prince_step<S, const N: usize>(
     (after, error)
 }
 
+/// The polynomial of degree seven through a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DormandPrinceDense<const N: usize> {
+    begin: [f64; N],
+    terms: [[f64; N]; 7],
+}
+
+impl<const N: usize> DormandPrinceDense<N> {
+    /// Over the step of length `h` from `y`, with the inputs of `f` at the [`DORMAND_PRINCE_DENSE_NODES`].
+    pub fn new<S>(
+        y: &[f64; N],
+        h: f64,
+        inputs: &[S; 16],
+        f: impl Fn(&S, &[f64; N]) -> [f64; N],
+    ) -> Self {
+        let mut slopes = [[0.0; N]; 16];
+        let mut after = *y;
+        let stages = STAGES.iter().chain(&DENSE_STAGES);
+        for ((stage, weights), inputs) in stages.enumerate().zip(inputs) {
+            let mut at = *y;
+            add(&mut at, h, weights, &slopes);
+            if stage == 12 {
+                after = at;
+            }
+            slopes[stage] = f(inputs, &at);
+        }
+        let mut terms = [[0.0; N]; 7];
+        let [change, first, second, others @ ..] = &mut terms;
+        for i in 0..N {
+            change[i] = after[i] - y[i];
+            first[i] = h * slopes[0][i] - change[i];
+            second[i] = 2.0 * change[i] - h * (slopes[0][i] + slopes[12][i]);
+        }
+        for (term, weights) in others.iter_mut().zip(DENSE_TERMS) {
+            add(term, h, weights, &slopes);
+        }
+        Self { begin: *y, terms }
+    }
+
+    /// The states after the share `share` of the step.
+    #[must_use]
+    pub fn at(&self, share: f64) -> [f64; N] {
+        let mut y = [0.0; N];
+        for (place, term) in self.terms.iter().enumerate().rev() {
+            let factor = if place % 2 == 0 { share } else { 1.0 - share };
+            for (y, term) in y.iter_mut().zip(term) {
+                *y = (*y + term) * factor;
+            }
+        }
+        for (y, begin) in y.iter_mut().zip(self.begin) {
+            *y += begin;
+        }
+        y
+    }
+}
+
 /// Adds the weighted slopes times `h`.
 #[inline(always)]
-fn add<const N: usize>(
+fn add<const N: usize, const STAGES: usize>(
     y: &mut [f64; N],
     h: f64,
     weights: &[(usize, f64)],
-    slopes: &[[f64; N]; 12],
+    slopes: &[[f64; N]; STAGES],
 ) {
     for (place, weight) in weights {
         let (slope, weight) = (&slopes[*place], h * weight);
@@ -196,6 +361,18 @@ mod tests {
         let times = DORMAND_PRINCE_NODES.map(|share| 2.0 * share);
         let ([y], _) = dormand_prince_step(&[0.0], 2.0, &times, |t: &f64, _| [8.0 * t.powi(7)]);
         assert!((y - 256.0).abs() < 1e-11, "{y}");
+    }
+
+    #[test]
+    fn the_polynomial_through_a_step_errs_by_the_eighth_power_of_its_length() {
+        let error = |h: f64| {
+            let dense = DormandPrinceDense::new(&[1.0], h, &[(); 16], |(), y| [-y[0]]);
+            let ([end], _) = dormand_prince_step(&[1.0], h, &[(); 12], |(), y| [-y[0]]);
+            assert!((dense.at(1.0)[0] - end).abs() < 1e-15);
+            dense.at(0.4)[0] - libm::exp(-0.4 * h)
+        };
+        let ratio = error(0.5) / error(0.25);
+        assert!((ratio / 256.0 - 1.0).abs() < 0.2, "{ratio}");
     }
 
     #[test]

@@ -9,8 +9,8 @@
 //! - [`pitch`]: the equations of pitch and heave that a vehicle and its identification share.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
-//! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
-//! - [`first_below_zero`], [`lowest_point`]: where a margin falls below zero, and where it turns.
+//! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error; [`DormandPrinceDense`]: the polynomial through its step.
+//! - [`first_below_zero`], [`below_zero_near`], [`lowest_point`]: where a margin falls below zero, and where it turns.
 //! - [`digits`]: numbers written to the digits that they have.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
@@ -36,11 +36,13 @@ pub mod step_metrics;
 pub mod transfer_function;
 
 pub use complex::{ComplexFunctions, polar};
-pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
+pub use dormand_prince::{
+    DORMAND_PRINCE_DENSE_NODES, DORMAND_PRINCE_NODES, DormandPrinceDense, dormand_prince_step,
+};
 pub use error::Error;
 pub use exponential::exponential;
 pub use frequency::{DelayedLoop, unwrapped_phases};
-pub use margin::{first_below_zero, lowest_point};
+pub use margin::{below_zero_near, first_below_zero, lowest_point};
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::{
     by_decay, discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text,

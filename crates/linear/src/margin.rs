@@ -21,9 +21,19 @@ pub fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f
 /// Where a margin falls below zero between `low`, where it has not, and `high`, where it has:
 /// Newton's method, kept within the bracket by halving.
 #[must_use]
-pub fn first_below_zero(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
+pub fn first_below_zero(low: f64, high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
+    below_zero_near(0.5 * (low + high), low, high, margin)
+}
+
+/// The same, where it is likely to be near `t`.
+#[must_use]
+pub fn below_zero_near(
+    mut t: f64,
+    mut low: f64,
+    mut high: f64,
+    margin: impl Fn(f64) -> (f64, f64),
+) -> f64 {
     let close_enough = NEWTON_STEP * (high - low);
-    let mut t = 0.5 * (low + high);
     while high - low > close_enough {
         let (value, rate) = margin(t);
         if value < 0.0 {

@@ -251,7 +251,15 @@ impl Dimension {
                     ]
                 }
             }
-            Self::Viscosity => const { &[U::new("m^2/s", 1.0), U::new("ft^2/s", FOOT * FOOT)] },
+            Self::Viscosity => {
+                const {
+                    &[
+                        U::new("m^2/s", 1.0),
+                        U::fraction("mm^2/s", 1e6),
+                        U::new("ft^2/s", FOOT * FOOT),
+                    ]
+                }
+            }
             Self::Force => {
                 const {
                     &[

@@ -55,6 +55,7 @@ fn circuit(
     let level = |(name, pressure): (&str, f64)| Level {
         name: name.to_owned(),
         pressure,
+        line: None,
     };
     Arc::new(Circuit {
         name: String::new(),

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use maud::{Markup, html};
 use planesman_circuit::coding::Coding;
-use planesman_circuit::{Circuit, Edge, Figures, Law, Ledger, LoadCycle, run};
+use planesman_circuit::{ATMOSPHERE, Circuit, Edge, Figures, Law, Ledger, LoadCycle, run};
 use planesman_console::Table;
 use planesman_pages::{document, figures};
 use planesman_parameters::Choice as _;
@@ -133,6 +133,7 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
         all.largest_error = all.largest_error.max(one.largest_error);
         all.peak_pressure = all.peak_pressure.max(one.peak_pressure);
         all.lowest_pressure = all.lowest_pressure.min(one.lowest_pressure);
+        all.line_pressures = wider(all.line_pressures, one.line_pressures);
     }
     let share = 1.0 / seeds as f64;
     all.ledger = all.ledger.times(share);
@@ -148,6 +149,14 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
         mean: all,
         worst_tracking,
     }
+}
+
+/// The highest and the lowest of both.
+fn wider(one: Option<(f64, f64)>, other: Option<(f64, f64)>) -> Option<(f64, f64)> {
+    let both = one
+        .zip(other)
+        .map(|(one, other)| (one.0.max(other.0), one.1.min(other.1)));
+    both.or(one).or(other)
 }
 
 /// Designs with their figures.
@@ -273,6 +282,20 @@ impl Outcome {
             number(cycle.duration()),
             self.designs.len()
         );
+        let lines = self.designs.iter().map(|(_, it)| it.mean.line_pressures);
+        if let Some((highest, lowest)) = lines.fold(None, wider) {
+            let _ = writeln!(
+                text,
+                "At the valves' end of the lines the oil's pressure is from {:.2} to {:.2} MPa, over all designs{}.",
+                lowest / 1e6,
+                highest / 1e6,
+                if lowest < -ATMOSPHERE {
+                    "; below -0.1 MPa it would boil, which is not modelled"
+                } else {
+                    ""
+                }
+            );
+        }
         text
     }
 
@@ -426,6 +449,10 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
     row("load".to_owned(), ledger.load);
     row("kinetic, springs, weight".to_owned(), ledger.mechanical);
     row("stops".to_owned(), ledger.stops);
+    if circuit.levels.iter().any(|level| level.line.is_some()) {
+        row("held in the lines".to_owned(), ledger.lines);
+        row("friction in the lines".to_owned(), ledger.line_friction);
+    }
     row("missing in the balance".to_owned(), ledger.residual());
     row(
         "switching (electrical, beside it)".to_owned(),
