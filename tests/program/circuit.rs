@@ -296,10 +296,10 @@ fn a_load_cycle_says_its_units_and_a_design_that_does_not_follow_is_not_on_the_f
     };
     let in_other_units = "time [ms],Position_mm,force [kN]\n0,-100,.5\n1000,100,.5\n1500,100,2\n2500,-100,.5\n3000,-100,.5\n";
     assert_eq!(design("dfcu", CYCLE), design("dfcu", in_other_units));
-    // A law for which each movement is too dear.
+    // For whom each switching is too dear.
     let lazy = file::BUILT_IN[0]
         .1
-        .replace("  gain: 6 ", "  energy_cost: 9\n  gain: 6 ");
+        .replace("switching_cost: 0.002", "switching_cost: 1");
     let lazy = stage.file("lazy.yaml", lazy);
     let table = design(&lazy, CYCLE);
     assert!(table.contains("does not follow"), "{table}");
