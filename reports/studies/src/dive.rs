@@ -17,14 +17,18 @@ use crate::watched::{Done, Watched};
 
 /// The control computer's sampling time, s.
 pub(crate) const TICK: f64 = 0.05;
-/// The vehicle's steps in a tick.
-const STEPS: i64 = 50;
+/// The vehicle's steps in a tick: four in a valve cycle of 80 Hz.
+const STEPS: i64 = 16;
+/// Half a step, ns.
+const HALF_NANOS: i64 = 1_562_500;
 /// The vehicle's step, ns.
-const STEP_NANOS: i64 = 1_000_000;
+const STEP_NANOS: i64 = 2 * HALF_NANOS;
 /// The vehicle's step, s.
-pub(crate) const H: f64 = TICK / STEPS as f64;
+const H: f64 = TICK / STEPS as f64;
 /// z_c, m.
 pub(crate) const SETPOINT: f64 = 3.0 * FOOT;
+/// Within 5 % of the step: the error, m.
+const NEAR: f64 = -0.05 * SETPOINT;
 
 /// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -154,9 +158,11 @@ impl Flight {
 
     /// Flies on to the begin of a tick and watches.
     pub(crate) fn watch(&mut self, until: i64, demand: &impl Fn(f64) -> Demand) -> Watched<Diving> {
-        self.watched = Some(Watched::new(H));
+        self.watched = Some(Watched::new(0.5 * H));
         self.until(until, demand);
-        self.watched.take().unwrap_or_else(|| Watched::new(H))
+        self.watched
+            .take()
+            .unwrap_or_else(|| Watched::new(0.5 * H))
     }
 
     /// One tick.
@@ -176,18 +182,23 @@ impl Flight {
         for step in 1..=STEPS {
             let nanos = (self.tick * STEPS + step) * STEP_NANOS;
             let before = Done::of(&self.dha);
-            self.dha.advance_to(nanos, demand);
-            let planes = self.dha.plane_angle(&self.dha.reading(nanos));
-            let mean = 0.5 * (self.planes + planes);
+            let mut seen = |nanos: i64| {
+                self.dha.advance_to(nanos, demand);
+                self.dha.plane_angle(&self.dha.reading(nanos))
+            };
+            let (middle, end) = (seen(nanos - HALF_NANOS), seen(nanos));
+            let last = self.motion.depth - SETPOINT;
+            let mean = simpson([self.planes, middle, end]);
             self.motion = self.plant.after(self.motion, H, |_| mean);
-            self.planes = planes;
+            self.planes = end;
             let error = self.motion.depth - SETPOINT;
-            if self.reached.is_none() && error >= -0.05 * SETPOINT {
-                self.reached = Some((self.tick * STEPS + step) as f64 * H);
+            if self.reached.is_none() && error >= NEAR {
+                let share = (NEAR - last) / (error - last);
+                self.reached = Some(((self.tick * STEPS + step - 1) as f64 + share) * H);
             }
             if let Some(watched) = &mut self.watched {
-                watched.outputs.push(error);
-                watched.angles.push(planes);
+                watched.outputs.extend([0.5 * (last + error), error]);
+                watched.angles.extend([middle, end]);
                 watched.take_decision(&self.dha, before, (nanos, angle), &self.recent[2]);
             }
         }
@@ -206,6 +217,11 @@ impl Flight {
             sign: self.dha.sign(),
         }
     }
+}
+
+/// The mean of an angle at begin, middle and end.
+fn simpson([begin, middle, end]: [f64; 3]) -> f64 {
+    (begin + 4.0 * middle + end) / 6.0
 }
 
 /// The vehicle with its control computer, as [`Body`]: continuous between the computer's samples.
@@ -227,11 +243,10 @@ impl Diving {
 }
 
 impl Body for Diving {
-    fn advance(&mut self, [begin, middle, end]: [f64; 3], h: f64) {
+    fn advance(&mut self, angles: [f64; 3], h: f64) {
         let (_, drive) = self.law.evaluate(&self.plant, &self.motion, self.share);
         self.share = self.law.share.apply(self.share + drive * h).value;
-        // Simpson's mean.
-        let mean = (begin + 4.0 * middle + end) / 6.0;
+        let mean = simpson(angles);
         self.motion = self.plant.after(self.motion, h, |_| mean);
     }
 
