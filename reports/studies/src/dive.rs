@@ -133,6 +133,7 @@ impl Flight {
             body,
             hydraulics: *dha.hydraulics(),
             sign: dha.sign(),
+            time: 0.0,
         };
         Ok(Self {
             plant,
@@ -215,6 +216,7 @@ impl Flight {
             },
             hydraulics: *self.dha.hydraulics(),
             sign: self.dha.sign(),
+            time: self.tick as f64 * TICK,
         }
     }
 }

@@ -106,6 +106,7 @@ pub fn watched(case: &Case) -> Watched<Steered> {
                 body,
                 hydraulics: *flight.hydraulics(),
                 sign,
+                time,
             },
         );
         recent.truncate(8);

@@ -108,6 +108,8 @@ pub struct State<B> {
     pub hydraulics: Hydraulics,
     /// The last sign pulse.
     pub sign: i8,
+    /// s
+    pub time: f64,
 }
 
 impl<B> State<B> {
@@ -163,6 +165,29 @@ pub struct Orbit {
     pub output: (f64, f64, f64),
     /// Of the angle: least and largest, rad.
     pub angle: (f64, f64),
+}
+
+/// How fast small deviations from a motion grow: its largest Lyapunov exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// 1/s; above 0 the motion is chaotic, below 0 deviations decay.
+    pub rate: f64,
+    /// Standard error of that mean over the windows, 1/s.
+    pub error: f64,
+}
+
+impl Growth {
+    /// Of the growth in windows, 1/s; none of fewer than two.
+    #[must_use]
+    pub fn of(windows: &[f64]) -> Option<Self> {
+        let count = windows.len() as f64;
+        let rate = windows.iter().sum::<f64>() / count;
+        let squares = windows.iter().map(|x| (x - rate).powi(2)).sum::<f64>();
+        (count > 1.0).then(|| Self {
+            rate,
+            error: (squares / (count - 1.0) / count).sqrt(),
+        })
+    }
 }
 
 impl Orbit {
@@ -580,6 +605,85 @@ impl Actuation {
         } else {
             asked - booked
         }
+    }
+
+    /// How fast a small deviation grows along a loop's decisions, 1/s, in each time of `window` s; the state a little before each
+    /// is given.
+    ///
+    /// From one decision to the next the deviation v becomes w, by two exact motions with the commands held; then the decision
+    /// moves with its threshold, and the deviation is taken where the decision is:
+    ///
+    /// ```text
+    /// w' = w - x_t (e_x w)/e_t        x_t, e_t: speed of state and error, e_x w: change of the error
+    /// ```
+    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest one). The mean is the largest
+    /// Lyapunov exponent of the loop whose instants are real numbers (Benettin et al., *Meccanica* 15, 1980).
+    #[must_use]
+    pub fn growth<B: Body>(
+        &self,
+        decisions: &[Decision],
+        before: &[State<B>],
+        window: f64,
+    ) -> Vec<f64> {
+        let cycles = |from: f64, to: f64| ((to - from) / self.set.cycle()).round() as i64;
+        let held = |start: State<B>, first: usize, end: usize, until: f64| {
+            let these = &decisions[first..end];
+            Cycle {
+                times: these.iter().map(|d| cycles(start.time, d.time)).collect(),
+                commands: these.iter().map(|d| d.command).collect(),
+                booked: these.iter().map(|d| d.booked).collect(),
+                period: cycles(start.time, until),
+                start,
+            }
+        };
+        let Some(begin) = decisions.first().map(|first| first.time) else {
+            return Vec::new();
+        };
+        let (mut windows, mut grown, mut from) = (Vec::new(), 0.0, begin);
+        let mut deviation: Option<Vec<f64>> = None;
+        for (i, pair) in decisions.windows(2).enumerate() {
+            let (now, next) = (pair[0].time, pair[1].time);
+            let passed = decisions[..i].partition_point(|d| d.time < before[i].time);
+            let ahead = held(before[i], passed, i, now);
+            let mut state = self.fly(&ahead, &ahead.times, false).state;
+            state.time = now;
+            let motion = held(state, i, i + 1, next);
+            let v = deviation
+                .take()
+                .unwrap_or_else(|| vec![1.0; self.coordinates(&state).len()]);
+            let by: Vec<f64> = v.iter().map(|x| x * DISPLACED).collect();
+            let beside = Cycle {
+                start: self.displaced(&state, &by),
+                ..motion.clone()
+            };
+            let flown = self.fly(&motion, &motion.times, false);
+            let other = self.fly(&beside, &motion.times, false);
+            let at = motion.period as f64;
+            let later = if motion.period <= self.tick() {
+                0.0
+            } else {
+                let speed = self.error(&flown, at + 0.5, 0.0) - self.error(&flown, at - 0.5, 0.0);
+                let change = self.error(&other, at, 0.0) - self.error(&flown, at, 0.0);
+                if speed == 0.0 { 0.0 } else { -change / speed }
+            };
+            let w: Vec<f64> = (0..by.len())
+                .map(|k| other.end[k] - flown.end[k] + (flown.later[k] - flown.end[k]) * later)
+                .collect();
+            let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let size = norm(&w);
+            if size > 0.0 && size.is_finite() {
+                // The first is not yet of the section, nor along the direction that grows most.
+                if i > 0 {
+                    grown += libm::log(size / norm(&by));
+                }
+                deviation = Some(w.iter().map(|x| x / size).collect());
+            }
+            if next - from >= window {
+                windows.push(grown / (next - from));
+                (grown, from) = (0.0, next);
+            }
+        }
+        windows
     }
 
     /// What is left of each threshold's equation; a decision right after another follows it, whatever the error.

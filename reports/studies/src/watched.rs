@@ -11,7 +11,7 @@ const FOLLOWED: (f64, f64) = (0.02, 0.05);
 /// The time over which an irregular motion's swings and rates are taken, s.
 const WINDOW: f64 = 50.0;
 /// The most decisions that are kept.
-const MOST_DECISIONS: usize = 3_000;
+const MOST_DECISIONS: usize = 40_000;
 /// Below this nothing moves, SI.
 const STILL: f64 = 1e-6;
 
@@ -166,7 +166,8 @@ impl<B: Body> Watched<B> {
         }
         let swings = self.swings(&self.outputs, WINDOW);
         let begin = self.decisions.first().map_or(0.0, |first| first.time);
-        let seconds = self.outputs.len() as f64 * self.interval;
+        let last = self.decisions.last().map_or(0.0, |last| last.time);
+        let seconds = last - begin;
         let rates = (0..(seconds / WINDOW) as i32).map(|i| {
             let from = begin + f64::from(i) * WINDOW;
             let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
