@@ -138,7 +138,7 @@ impl Flight {
         Ok(Self {
             plant,
             law,
-            planes: dha.plane_angle(&dha.reading(0)),
+            planes: dha.angle(0),
             asked: 0.0,
             dha,
             motion: Motion::default(),
@@ -185,7 +185,7 @@ impl Flight {
             let before = Done::of(&self.dha);
             let mut seen = |nanos: i64| {
                 self.dha.advance_to(nanos, demand);
-                self.dha.plane_angle(&self.dha.reading(nanos))
+                self.dha.angle(nanos)
             };
             let (middle, end) = (seen(nanos - HALF_NANOS), seen(nanos));
             let last = self.motion.depth - SETPOINT;

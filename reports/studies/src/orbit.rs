@@ -41,16 +41,20 @@ pub const SCALE: f64 = 1e-3;
 const DISPLACED: f64 = 1e-3;
 /// The most steps of Newton's method.
 const MOST_STEPS: usize = 12;
+/// After so many steps, the largest that leads to an orbit, in the coordinates' scale.
+const NEARING: (usize, f64) = (6, 1.0);
 /// The largest remaining step, in the coordinates' scale.
-const CLOSED: f64 = 1e-7;
+const CLOSED: f64 = 1e-5;
 /// Places this near to one another, in the coordinates' scale, are the same.
 const EXACTLY: f64 = 1e-3;
 /// The most decisions in a cycle.
 const MOST_DECISIONS: usize = 16;
 /// The most valve cycles that one step of Newton's method may fly.
 const MOST_FLOWN: f64 = 45_000.0;
+/// Frequencies of a cycle and of the motion this near to one another are alike: their decisions fall on samples.
+const ALIKE: f64 = 0.05;
 /// The cycles that are tried before there is none.
-const MOST_TRIED: usize = 8;
+const MOST_TRIED: usize = 6;
 
 /// What the actuator moves, and what measures it: all of the loop but actuator and logic.
 pub trait Body: Copy {
@@ -206,10 +210,7 @@ impl Orbit {
     /// As of [`turns`].
     #[must_use]
     pub fn turns(&self) -> f64 {
-        let signs = turning(self.decisions.iter().copied());
-        let next = signs.iter().cycle().skip(1);
-        let turned = signs.iter().zip(next).filter(|(a, b)| b.1 > a.1);
-        turned.count() as f64 / self.period
+        turned(self.decisions.iter().copied()) as f64 / self.period
     }
 
     /// The output from peak to peak.
@@ -306,7 +307,7 @@ pub fn find<B: Body>(
     let turns = turns(decisions)?;
     let apart = |orbit: &Orbit| (orbit.turns() / turns - 1.0).abs();
     let mut nearest: Option<(Orbit, Cycle<B>)> = None;
-    for (first, count) in candidates(actuation, decisions) {
+    for (first, count) in candidates(actuation, decisions, turns) {
         let cycle = actuation.cycle(&decisions[first..=first + count], &before[first]);
         let Some((orbit, cycle)) = actuation.orbit(cycle) else {
             continue;
@@ -338,6 +339,13 @@ pub fn turns(decisions: &[Decision]) -> Option<f64> {
         return None;
     };
     Some((times.len() - 1) as f64 / (last - first))
+}
+
+/// Turns to "+" in a cycle of decisions.
+fn turned(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> usize {
+    let signs = turning(decisions);
+    let next = signs.iter().cycle().skip(1);
+    signs.iter().zip(next).filter(|(a, b)| b.1 > a.1).count()
 }
 
 /// Time and sign of the volumes, or of all decisions where no volume moves.
@@ -373,8 +381,13 @@ pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f
     })
 }
 
-/// Cycles of decisions that nearly repeat, the best first: the index of the first decision and how many there are.
-fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usize)> {
+/// Cycles of decisions that nearly repeat and turn as often as the motion, the best first: the index of the first decision and
+/// how many there are.
+fn candidates(
+    actuation: &Actuation,
+    decisions: &[Decision],
+    turns: f64,
+) -> Vec<(usize, usize)> {
     let room = (AHEAD + actuation.tick()) as f64 * actuation.set.cycle();
     let mut found: Vec<(f64, usize, usize)> = Vec::new();
     for count in 1..=MOST_DECISIONS.min(decisions.len() / 2) {
@@ -396,7 +409,10 @@ fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usiz
             // A flight for each coordinate and each decision.
             let flown = period / actuation.set.cycle() * (count + 6) as f64;
             if flown < MOST_FLOWN {
-                found.push((apart / period + 0.01 * count as f64, first, count));
+                let these = &decisions[first..first + count];
+                let often = turned(these.iter().map(|d| (d.time, d.command))) as f64;
+                let beside = (often / (period * turns) - 1.0).abs().max(ALIKE);
+                found.push((apart / period + beside + 0.01 * count as f64, first, count));
             }
         }
     }
@@ -467,11 +483,13 @@ impl Actuation {
     /// would decide otherwise.
     #[must_use]
     pub fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<(Orbit, Cycle<B>)> {
-        for _ in 0..MOST_STEPS {
+        for taken in 0..MOST_STEPS {
             let step = self.step(&cycle)?;
             let size = step.by.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
+            let (after, nearing) = NEARING;
+            let astray = taken >= after && size > nearing;
             // Beyond a radian there is no small cycle.
-            if !size.is_finite() || size > 1.0 / SCALE {
+            if !size.is_finite() || size > 1.0 / SCALE || astray {
                 return None;
             }
             cycle.start = self.displaced(&cycle.start, &step.by);

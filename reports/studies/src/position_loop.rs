@@ -100,7 +100,7 @@ pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
                 let before = Done::of(&dha);
                 dha.advance_to(nanos, demand);
                 if step > WATCHED.0 {
-                    let seen = dha.plane_angle(&dha.reading(nanos));
+                    let seen = dha.angle(nanos);
                     watched.outputs.push(seen - angle);
                     watched.angles.push(seen);
                     watched.take_decision(&dha, before, (nanos, angle), &recent[1]);
