@@ -65,9 +65,11 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     if let (Some(varied), Some(to)) = (args.vary, args.to) {
         return follow(&cases, varied, to, format);
     }
-    let row = |case: &_| Row::of(case, !args.no_prediction);
-    let rows = on_all_cores("limit cycles", &cases, row);
-    let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let groups: Vec<_> = cases.chunk_by(Case::same_actuator).collect();
+    let rows = on_all_cores("limit cycles", &groups, |group| {
+        Row::of(group, !args.no_prediction)
+    });
+    let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
     planesman_console::print(text(&rows, format))?;
     if wanted.is_empty() && matches!(format, Format::Table | Format::Md) {
         let alone = position_loop::text(&position_loop::rows()?, format);

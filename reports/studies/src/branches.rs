@@ -218,6 +218,7 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
         "depth pp, in",
         "planes pp, deg",
         "multiplier",
+        "deviations",
     ]);
     let mut ends = String::new();
     for (case, branch) in found {
@@ -230,6 +231,7 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
                 format!("{:.4}", orbit.swing() / INCH),
                 format!("{:.4}", orbit.stroke() / DEGREE),
                 format!("{:.3}", orbit.growth()),
+                if orbit.stable() { "decay" } else { "grow" }.to_owned(),
             ]);
         }
         if let Some(value) = branch.ends {

@@ -110,7 +110,7 @@ pub(crate) struct Flight {
     planes: f64,
     /// Asked of the actuator in the last tick, rad.
     asked: f64,
-    tick: i64,
+    pub(crate) tick: i64,
     /// When the depth first came within 5 % of the step, s.
     pub(crate) reached: Option<f64>,
     /// While the dive is watched.
@@ -159,11 +159,10 @@ impl Flight {
 
     /// Flies on to the begin of a tick and watches.
     pub(crate) fn watch(&mut self, until: i64, demand: &impl Fn(f64) -> Demand) -> Watched<Diving> {
-        self.watched = Some(Watched::new(0.5 * H));
+        let unseen = Watched::new(0.5 * H, self.tick as f64 * TICK);
+        self.watched = Some(unseen.clone());
         self.until(until, demand);
-        self.watched
-            .take()
-            .unwrap_or_else(|| Watched::new(0.5 * H))
+        self.watched.take().unwrap_or(unseen)
     }
 
     /// One tick.

@@ -383,11 +383,7 @@ pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f
 
 /// Cycles of decisions that nearly repeat and turn as often as the motion, the best first: the index of the first decision and
 /// how many there are.
-fn candidates(
-    actuation: &Actuation,
-    decisions: &[Decision],
-    turns: f64,
-) -> Vec<(usize, usize)> {
+fn candidates(actuation: &Actuation, decisions: &[Decision], turns: f64) -> Vec<(usize, usize)> {
     let room = (AHEAD + actuation.tick()) as f64 * actuation.set.cycle();
     let mut found: Vec<(f64, usize, usize)> = Vec::new();
     for count in 1..=MOST_DECISIONS.min(decisions.len() / 2) {

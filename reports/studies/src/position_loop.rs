@@ -10,7 +10,7 @@ use crate::orbit::{Actuation, Body, Lags, State};
 use crate::watched::{Done, Motion, Watched};
 
 /// From and to, in milliseconds.
-const WATCHED: (i64, i64) = (20_000, 520_000);
+const WATCHED: (i64, i64) = (20_000, 270_000);
 /// Nanoseconds in one.
 const STEP_NANOS: i64 = 1_000_000;
 /// The angle held, in quanta: not the middle of a step.
@@ -83,7 +83,7 @@ pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
                 ..Demand::angle(angle)
             };
             let mut dha = Dha::new(&set);
-            let mut watched = Watched::new(1e-9 * STEP_NANOS as f64);
+            let mut watched = Watched::new(1e-9 * STEP_NANOS as f64, 1e-3 * WATCHED.0 as f64);
             let state = |dha: &Dha, millis: i64| State {
                 body: Held { angle, seen: angle },
                 hydraulics: *dha.hydraulics(),

@@ -12,12 +12,16 @@ const FOLLOWED: (f64, f64) = (0.02, 0.05);
 const WINDOW: f64 = 50.0;
 /// The most decisions that are kept.
 const MOST_DECISIONS: usize = 40_000;
+/// The most along which the growth of deviations is measured.
+const MOST_GROWN: usize = 3_000;
 /// Below this nothing moves, SI.
 const STILL: f64 = 1e-6;
 
 /// What was seen of a loop, in equal steps.
 #[derive(Clone, Debug)]
 pub struct Watched<B> {
+    /// The begin, s.
+    pub from: f64,
     /// Between two samples, s.
     pub interval: f64,
     /// [`Body::output`].
@@ -53,22 +57,58 @@ pub enum Motion {
     Irregular(Irregular),
 }
 
-/// An irregular motion.
+/// An irregular motion, in times of 50 s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregular {
-    /// The least and the largest swing of the output in 50 s, SI.
+    /// How many times of 50 s were seen.
+    pub windows: usize,
+    /// The least and the largest swing of the output among them, SI.
     pub swing: (f64, f64),
-    /// The fewest and the most decisions a second in 50 s.
+    /// The fewest and the most decisions a second.
     pub rate: (f64, f64),
-    /// The orbit nearest to it: unstable, or not followed.
+    /// By how much small deviations grow in each, 1/s, as of [`Actuation::growth`].
+    pub growth: Vec<f64>,
+    /// The orbit nearest to it in frequency: unstable, or not followed.
     pub orbit: Option<Orbit>,
 }
 
-impl<B: Body> Watched<B> {
-    /// Of samples so far apart, s.
+impl Irregular {
+    /// This one and another of the same loop as one.
     #[must_use]
-    pub fn new(interval: f64) -> Self {
+    pub fn and(mut self, other: &Self) -> Self {
+        let wider = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        self.windows += other.windows;
+        self.swing = wider(self.swing, other.swing);
+        self.rate = wider(self.rate, other.rate);
+        self.growth.extend(&other.growth);
+        self.orbit = self.orbit.or_else(|| other.orbit.clone());
+        self
+    }
+}
+
+impl Motion {
+    /// Whether two motions are of one kind, and if they are orbits, one within what the samples make of it.
+    #[must_use]
+    pub fn alike(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64, share: f64| (a - b).abs() < share * a;
+        match (self, other) {
+            (Self::Orbit(a), Self::Orbit(b)) => {
+                near(a.turns(), b.turns(), FOLLOWED.0) && near(a.stroke(), b.stroke(), FOLLOWED.1)
+            }
+            (Self::Rest, Self::Rest)
+            | (Self::Repeats(_), Self::Repeats(_))
+            | (Self::Irregular(_), Self::Irregular(_)) => true,
+            _ => false,
+        }
+    }
+}
+
+impl<B: Body> Watched<B> {
+    /// Of samples so far apart, s, from a time on, s.
+    #[must_use]
+    pub fn new(interval: f64, from: f64) -> Self {
         Self {
+            from,
             interval,
             outputs: Vec::new(),
             angles: Vec::new(),
@@ -151,11 +191,14 @@ impl<B: Body> Watched<B> {
         };
         match orbit::find(actuation, &self.decisions, &self.before, follows) {
             Some((orbit, cycle)) if follows(&orbit) => (Motion::Orbit(orbit), Some(cycle)),
-            found => (self.no_orbit(found.map(|(orbit, _)| orbit)), None),
+            found => (
+                self.no_orbit(actuation, found.map(|(orbit, _)| orbit)),
+                None,
+            ),
         }
     }
 
-    fn no_orbit(&self, orbit: Option<Orbit>) -> Motion {
+    fn no_orbit(&self, actuation: &Actuation, orbit: Option<Orbit>) -> Motion {
         let latest = &self.outputs[self.outputs.len() / 2..];
         let (low, high) = range(latest.iter().copied());
         if self.decisions.len() < 2 && high - low < STILL {
@@ -165,17 +208,18 @@ impl<B: Body> Watched<B> {
             return Motion::Repeats(period);
         }
         let swings = self.swings(&self.outputs, WINDOW);
-        let begin = self.decisions.first().map_or(0.0, |first| first.time);
-        let last = self.decisions.last().map_or(0.0, |last| last.time);
-        let seconds = last - begin;
-        let rates = (0..(seconds / WINDOW) as i32).map(|i| {
-            let from = begin + f64::from(i) * WINDOW;
+        let windows = (self.outputs.len() as f64 * self.interval / WINDOW) as usize;
+        let rates = (0..windows).map(|i| {
+            let from = self.from + i as f64 * WINDOW;
             let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
             self.decisions.iter().filter(within).count() as f64 / WINDOW
         });
+        let grown = self.decisions.len().min(MOST_GROWN);
         Motion::Irregular(Irregular {
+            windows,
             swing: range(swings),
             rate: range(rates),
+            growth: actuation.growth(&self.decisions[..grown], &self.before[..grown], WINDOW),
             orbit,
         })
     }
