@@ -351,7 +351,7 @@ impl Case {
     pub fn motion(&self, dive: &mut Dive) -> Result<Settled, ActuatorFileError> {
         let actuation = self.actuation()?;
         let found = dive.watched.motion(&actuation);
-        if matches!(found.0, Motion::Orbit(_) | Motion::Rest) {
+        if matches!(found.0, Motion::Orbit(_) | Motion::Rest) || dive.flight.tick == SETTLED {
             return Ok(found);
         }
         self.settle(dive);
@@ -365,19 +365,23 @@ impl Case {
         }
     }
 
-    /// What the motions are from other places of the ram than the middle, [`ELSEWHERE`].
+    /// What the motions are from other places of the ram than the middle, [`ELSEWHERE`]; from there it is `known`.
     ///
     /// # Errors
     /// As of [`Case::run`].
-    pub fn elsewhere(&self) -> Result<Vec<Motion>, DiveError> {
+    pub fn elsewhere(&self, known: &Motion) -> Result<Vec<Motion>, DiveError> {
         let quantum = self.set()?.ram_quantum();
-        ELSEWHERE
-            .iter()
-            .map(|place| {
-                let mut dive = self.run_from(place * quantum)?;
-                Ok(self.motion(&mut dive)?.0)
-            })
-            .collect()
+        let from = |place: &f64| {
+            let mut dive = self.run_from(place * quantum)?;
+            match known {
+                Motion::Orbit(orbit) if dive.watched.follows(orbit) => return Ok(known.clone()),
+                // No orbit that a dive comes to soon.
+                Motion::Irregular(_) => self.settle(&mut dive),
+                _ => {}
+            }
+            Ok(self.motion(&mut dive)?.0)
+        };
+        ELSEWHERE.iter().map(from).collect()
     }
 
     /// Whether another configuration is of the same actuator and logic, in another vehicle or control law.

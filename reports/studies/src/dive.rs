@@ -245,8 +245,10 @@ impl Diving {
 
 impl Body for Diving {
     fn advance(&mut self, angles: [f64; 3], h: f64) {
-        let (_, drive) = self.law.evaluate(&self.plant, &self.motion, self.share);
-        self.share = self.law.share.apply(self.share + drive * h).value;
+        if self.law.integral > 0.0 {
+            let (_, drive) = self.law.evaluate(&self.plant, &self.motion, self.share);
+            self.share = self.law.share.apply(self.share + drive * h).value;
+        }
         let mean = simpson(angles);
         self.motion = self.plant.after(self.motion, h, |_| mean);
     }

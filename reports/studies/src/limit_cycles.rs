@@ -141,7 +141,7 @@ impl Row {
             Ok(Self {
                 case: case.clone(),
                 cycle: dive.cycle,
-                elsewhere: case.elsewhere()?,
+                elsewhere: case.elsewhere(&motion)?,
                 prediction: predicted.then(|| case.predict(&known)).transpose()?,
                 settling: followed.is_some() && dive.settles(),
                 followed,
@@ -203,7 +203,7 @@ impl Row {
             grows(&all).unwrap_or_else(|| "-".to_owned()),
             all.orbit.as_ref().map_or_else(
                 || "-".to_owned(),
-                |orbit| format!("{:.4} Hz, {}", orbit.turns(), multipliers(orbit)),
+                |orbit| format!("{:.2} s, {}", orbit.period, multipliers(orbit)),
             ),
         ]
     }
@@ -269,7 +269,7 @@ const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (until the dept
 /// What the columns of irregular motions mean.
 const IRREGULAR: &str = "Irregular motions: the least and the largest among so many windows of 50 s, of all starts that come to one; no bounds. Growth: how fast small deviations grow (the largest Lyapunov exponent, decisions \
      moving with their thresholds), with the standard error over the windows. Where it is above 0 by more than two of them the motion is chaotic. Where it is below, deviations decay: an orbit would attract, but decisions fall on samples, \
-     which keep the loop from it. Nearest orbit: in frequency, and its largest multiplier.";
+     which keep the loop from it. Nearest orbit: the one of the nearest frequency that was found, its period and its largest multiplier.";
 
 /// The columns of the table: the simulation beside the independent one, ...
 const SIMULATED: usize = 7;
@@ -424,12 +424,11 @@ pub(crate) fn described(motion: &Motion, (unit, name): (f64, &str)) -> String {
         Motion::Repeats(period) => format!("repeats after {period:.1} s"),
         Motion::Irregular(irregular) => {
             let Irregular { swing, rate, .. } = irregular;
-            let grows = grows(irregular).map_or_else(String::new, |grows| format!("; {grows}"));
             let near = irregular.orbit.as_ref().map_or_else(String::new, |orbit| {
                 format!("; nearest orbit {}", multipliers(orbit))
             });
             format!(
-                "irregular: {} {name}, {} /s{grows}{near}",
+                "irregular: {} {name}, {} /s{near}",
                 between(*swing, unit),
                 between(*rate, 1.0)
             )

@@ -31,7 +31,7 @@ use planesman_hydraulics::{ActuatorSet, Command, Hydraulics, Options, Volume};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::{Complex, ComplexFunctions as _};
 
-/// The body's steps in a valve cycle.
+/// The body's steps in a valve cycle in which the ram moves.
 const STEPS: u32 = 4;
 /// Valve cycles from an orbit's begin to its first decision: more than the lags.
 const AHEAD: i64 = 6;
@@ -579,24 +579,27 @@ impl Actuation {
             }
             state.sign = command.sign;
             state.hydraulics.begin_cycle(command);
-            for i in 0..STEPS {
-                if sampled && c < cycle.period {
-                    flight.samples.push(Sample {
-                        time: (f64::from(i) + c as f64 * f64::from(STEPS)) * h,
-                        output: state.body.output(),
-                        angle,
-                        asked: state.body.asked(),
-                    });
+            let halves: [f64; 2 * STEPS as usize] = std::array::from_fn(|i| {
+                let time = (0.5 * (i + 1) as f64 * h).min(self.set.cycle());
+                state.hydraulics.advance(time);
+                state.hydraulics.position(time) / arm
+            });
+            if !sampled && halves.iter().all(|it| *it == angle) {
+                // The ram is stuck: the body's equations alone need no short steps.
+                state.body.advance([angle; 3], self.set.cycle());
+            } else {
+                for (i, pair) in halves.chunks_exact(2).enumerate() {
+                    if sampled && c < cycle.period {
+                        flight.samples.push(Sample {
+                            time: (i as f64 + c as f64 * f64::from(STEPS)) * h,
+                            output: state.body.output(),
+                            angle,
+                            asked: state.body.asked(),
+                        });
+                    }
+                    state.body.advance([angle, pair[0], pair[1]], h);
+                    angle = pair[1];
                 }
-                let at = f64::from(i) * h;
-                let mut seen = |time: f64| {
-                    let time = time.min(self.set.cycle());
-                    state.hydraulics.advance(time);
-                    state.hydraulics.position(time) / arm
-                };
-                let (middle, end) = (seen(at + 0.5 * h), seen(at + h));
-                state.body.advance([angle, middle, end], h);
-                angle = end;
             }
             state.hydraulics.finish_cycle();
         }
@@ -631,7 +634,8 @@ impl Actuation {
     /// w' = w - x_t (e_x w)/e_t        x_t, e_t: speed of state and error, e_x w: change of the error
     /// ```
     /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest one). The mean is the largest
-    /// Lyapunov exponent of the loop whose instants are real numbers (Benettin et al., *Meccanica* 15, 1980).
+    /// Lyapunov exponent of the loop whose instants are real numbers (Benettin et al., *Meccanica* 15, 1980). None where most
+    /// decisions come right after another, at the next sample.
     #[must_use]
     pub fn growth<B: Body>(
         &self,
@@ -653,6 +657,11 @@ impl Actuation {
         let Some(begin) = decisions.first().map(|first| first.time) else {
             return Vec::new();
         };
+        // Decisions right after one another follow no threshold.
+        let late = |pair: &&[Decision]| cycles(pair[0].time, pair[1].time) > self.tick();
+        if 2 * decisions.windows(2).filter(late).count() < decisions.len() {
+            return Vec::new();
+        }
         let (mut windows, mut grown, mut from) = (Vec::new(), 0.0, begin);
         let mut deviation: Option<Vec<f64>> = None;
         for (i, pair) in decisions.windows(2).enumerate() {

@@ -182,13 +182,17 @@ impl<B: Body> Watched<B> {
         )
     }
 
+    /// Whether the loop follows an orbit.
+    #[must_use]
+    pub fn follows(&self, orbit: &Orbit) -> bool {
+        let (frequency, stroke) = self.apart(orbit);
+        orbit.stable() && frequency.abs() < FOLLOWED.0 && stroke.abs() < FOLLOWED.1
+    }
+
     /// What the motion is, and the cycle of its orbit.
     #[must_use]
     pub fn motion(&self, actuation: &Actuation) -> (Motion, Option<Cycle<B>>) {
-        let follows = |orbit: &Orbit| {
-            let (frequency, stroke) = self.apart(orbit);
-            orbit.stable() && frequency.abs() < FOLLOWED.0 && stroke.abs() < FOLLOWED.1
-        };
+        let follows = |orbit: &Orbit| self.follows(orbit);
         match orbit::find(actuation, &self.decisions, &self.before, follows) {
             Some((orbit, cycle)) if follows(&orbit) => (Motion::Orbit(orbit), Some(cycle)),
             found => (
