@@ -34,20 +34,19 @@ pub struct Basin {
 /// # Errors
 /// Those of [`Case::run_from`].
 pub fn basins(case: &Case) -> Result<Vec<Basin>, DiveError> {
-    let quantum = case.set()?.ram_quantum();
-    (-PLACES..=PLACES)
-        .map(|place| {
-            let ram = 0.5 * f64::from(place) / f64::from(PLACES);
-            let mut dive = case.run_from(ram * quantum)?;
-            let (motion, _) = case.motion(&mut dive)?;
-            let outputs = &dive.watched.outputs;
-            Ok(Basin {
-                ram,
-                motion,
-                error: outputs.iter().sum::<f64>() / outputs.len() as f64,
-            })
-        })
-        .collect()
+    let places: Vec<f64> = (-PLACES..=PLACES)
+        .map(|place| 0.5 * f64::from(place) / f64::from(PLACES))
+        .collect();
+    let motions = case.motions(&places)?.into_iter().zip(places);
+    let basins = motions.map(|((dive, motion), ram)| {
+        let outputs = &dive.watched.outputs;
+        Basin {
+            ram,
+            motion,
+            error: outputs.iter().sum::<f64>() / outputs.len() as f64,
+        }
+    });
+    Ok(basins.collect())
 }
 
 /// The configurations' basins as a table.

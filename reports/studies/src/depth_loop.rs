@@ -29,7 +29,7 @@ use planesman_design::default_gains;
 
 pub use crate::dive::{Diving, Loop};
 use crate::dive::{Flight, TICK};
-use crate::orbit::{Actuation, Cycle, Lags, range};
+use crate::orbit::{Actuation, Cycle, Lags, Orbit, range};
 use crate::watched::{Motion, Watched};
 
 /// A motion, and the cycle of its orbit.
@@ -49,8 +49,8 @@ const SLOW: f64 = 0.05 * TAU;
 const OBSERVED: (i64, i64) = (5_000, 10_000);
 /// When everything has settled, in ticks.
 const SETTLED: i64 = 2 * OBSERVED.1;
-/// Where the ram rests at first in other dives than from the middle, in quanta.
-pub const ELSEWHERE: [f64; 3] = [-0.375, 0.125, 0.5];
+/// Where the ram rests at first, in quanta: in the middle, and elsewhere.
+pub const STARTS: [f64; 4] = [0.0, -0.375, 0.125, 0.5];
 
 /// Why a dive is not flown.
 #[derive(Debug, thiserror::Error)]
@@ -343,45 +343,53 @@ impl Case {
         })
     }
 
-    /// What the motion at the dive's end is. Where it is no orbit then, the dive goes on to 1000 s, and what was watched
-    /// becomes its second half.
+    /// What the motion is. The dive goes on to 1000 s for that, and what was watched becomes its second half.
     ///
     /// # Errors
     /// Those of the actuator's file.
     pub fn motion(&self, dive: &mut Dive) -> Result<Settled, ActuatorFileError> {
-        let actuation = self.actuation()?;
-        let found = dive.watched.motion(&actuation);
-        if matches!(found.0, Motion::Orbit(_) | Motion::Rest) || dive.flight.tick == SETTLED {
-            return Ok(found);
-        }
         self.settle(dive);
-        Ok(dive.watched.motion(&actuation))
+        Ok(dive.watched.motion(&self.actuation()?))
     }
 
-    /// The dive goes on to 1000 s, and what was watched becomes its second half, if it is not yet.
-    pub fn settle(&self, dive: &mut Dive) {
+    fn settle(&self, dive: &mut Dive) {
         if dive.flight.tick < SETTLED {
             dive.watched = dive.flight.watch(SETTLED, &|_| self.demand(0.0));
         }
     }
 
-    /// What the motions are from other places of the ram than the middle, [`ELSEWHERE`]; from there it is `known`.
+    /// The dives from places of the ram, in quanta, and what their motions are. An orbit that one of them comes to is known to all.
     ///
     /// # Errors
     /// As of [`Case::run`].
-    pub fn elsewhere(&self, known: &Motion) -> Result<Vec<Motion>, DiveError> {
+    pub fn motions(&self, places: &[f64]) -> Result<Vec<(Dive, Motion)>, DiveError> {
         let quantum = self.set()?.ram_quantum();
-        let from = |place: &f64| {
-            let mut dive = self.run_from(place * quantum)?;
-            match known {
-                Motion::Orbit(orbit) if dive.watched.follows(orbit) => return Ok(known.clone()),
-                // No orbit that a dive comes to soon.
-                Motion::Irregular(_) => self.settle(&mut dive),
-                _ => {}
-            }
-            Ok(self.motion(&mut dive)?.0)
+        let mut known: Vec<Orbit> = Vec::new();
+        let follows = |known: &[Orbit], dive: &Dive| {
+            let orbit = known.iter().find(|orbit| dive.watched.follows(orbit));
+            orbit.cloned().map(Motion::Orbit)
         };
-        ELSEWHERE.iter().map(from).collect()
+        let mut all = Vec::new();
+        for place in places {
+            let mut dive = self.run_from(place * quantum)?;
+            self.settle(&mut dive);
+            let motion = match follows(&known, &dive) {
+                Some(motion) => motion,
+                None => self.motion(&mut dive)?.0,
+            };
+            if let Motion::Orbit(orbit) = &motion
+                && !known.contains(orbit)
+            {
+                known.push(orbit.clone());
+            }
+            all.push((dive, motion));
+        }
+        for (dive, motion) in &mut all {
+            if let (Motion::Irregular(_), Some(orbit)) = (&*motion, follows(&known, dive)) {
+                *motion = orbit;
+            }
+        }
+        Ok(all)
     }
 
     /// Whether another configuration is of the same actuator and logic, in another vehicle or control law.

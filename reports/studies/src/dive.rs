@@ -179,30 +179,49 @@ impl Flight {
             self.recent.rotate_right(1);
             self.recent[0] = self.state(share);
         }
-        for step in 1..=STEPS {
-            let nanos = (self.tick * STEPS + step) * STEP_NANOS;
-            let before = Done::of(&self.dha);
-            let mut seen = |nanos: i64| {
-                self.dha.advance_to(nanos, demand);
-                self.dha.angle(nanos)
-            };
-            let (middle, end) = (seen(nanos - HALF_NANOS), seen(nanos));
-            let last = self.motion.depth - SETPOINT;
-            let mean = simpson([self.planes, middle, end]);
-            self.motion = self.plant.after(self.motion, H, |_| mean);
-            self.planes = end;
-            let error = self.motion.depth - SETPOINT;
-            if self.reached.is_none() && error >= NEAR {
-                let share = (NEAR - last) / (error - last);
-                self.reached = Some(((self.tick * STEPS + step - 1) as f64 + share) * H);
-            }
-            if let Some(watched) = &mut self.watched {
-                watched.outputs.extend([0.5 * (last + error), error]);
-                watched.angles.extend([middle, end]);
-                watched.take_decision(&self.dha, before, (nanos, angle), &self.recent[2]);
-            }
+        for quarter in 0..4 {
+            self.quarter(self.tick * STEPS + quarter * STEPS / 4, demand);
         }
         self.tick += 1;
+    }
+
+    /// A quarter of a tick, after so many steps.
+    fn quarter(&mut self, steps: i64, demand: Demand) {
+        const QUARTER: usize = STEPS as usize / 4;
+        // Within a tick the actuator does not see the vehicle.
+        let mut angles = [0.0; 2 * QUARTER];
+        for (k, pair) in angles.chunks_exact_mut(2).enumerate() {
+            let nanos = (steps + k as i64 + 1) * STEP_NANOS;
+            let before = Done::of(&self.dha);
+            for (angle, nanos) in pair.iter_mut().zip([nanos - HALF_NANOS, nanos]) {
+                self.dha.advance_to(nanos, demand);
+                *angle = self.dha.angle(nanos);
+            }
+            if let Some(watched) = &mut self.watched {
+                let asked = (nanos, demand.angle);
+                watched.take_decision(&self.dha, before, asked, &self.recent[2]);
+            }
+        }
+        // While the ram is stuck, the vehicle's equations need no short steps.
+        let still = angles.iter().all(|angle| *angle == self.planes);
+        let step = if still { angles.len() } else { 2 };
+        for (k, these) in angles.chunks_exact(step).enumerate() {
+            let (h, last) = (0.5 * H * step as f64, self.motion.depth - SETPOINT);
+            let mean = simpson([self.planes, these[step / 2 - 1], these[step - 1]]);
+            self.motion = self.plant.after(self.motion, h, |_| mean);
+            self.planes = these[step - 1];
+            let error = self.motion.depth - SETPOINT;
+            let at = |share: f64| last + share * (error - last);
+            if self.reached.is_none() && error >= NEAR {
+                let share = (NEAR - last) / (error - last);
+                self.reached = Some(steps as f64 * H + (k as f64 + share) * h);
+            }
+            if let Some(watched) = &mut self.watched {
+                let shares = (1..=step).map(|i| i as f64 / step as f64);
+                watched.outputs.extend(shares.map(at));
+                watched.angles.extend(these);
+            }
+        }
     }
 
     fn state(&self, share: f64) -> State<Diving> {

@@ -11,7 +11,7 @@ use planesman_plot::{Plot, Style};
 use planesman_units::{DEGREE, INCH};
 
 use crate::depth_loop::{
-    Case, Describing, Dive, DiveError, ELSEWHERE, Figure, LimitCycle, MOST_RESIDUAL, Prediction,
+    Case, Describing, Dive, DiveError, Figure, LimitCycle, MOST_RESIDUAL, Prediction, STARTS,
 };
 use crate::orbit::{Growth, Orbit};
 use crate::watched::{Irregular, Motion};
@@ -106,7 +106,7 @@ pub struct Row {
     pub cycle: LimitCycle,
     /// What that motion is.
     pub motion: Motion,
-    /// What it is from other places of the ram, [`ELSEWHERE`].
+    /// What it is from the other places of the ram, [`STARTS`].
     pub elsewhere: Vec<Motion>,
     /// Predicted, if asked for.
     pub prediction: Option<Prediction>,
@@ -125,11 +125,10 @@ impl Row {
     pub fn of(cases: &[Case], predicted: bool) -> Result<Vec<Self>, DiveError> {
         let known = Describing::default();
         let row = |case: &Case| {
-            let mut dive = case.run()?;
-            let (motion, _) = case.motion(&mut dive)?;
+            let mut all = case.motions(&STARTS)?;
+            let (dive, motion) = all.remove(0);
             let followed = match &motion {
                 Motion::Orbit(orbit) => {
-                    case.settle(&mut dive);
                     let watched = &dive.watched;
                     let turns = orbit.turns() / (1.0 + watched.apart(orbit).0);
                     let (swing, stroke) =
@@ -141,7 +140,7 @@ impl Row {
             Ok(Self {
                 case: case.clone(),
                 cycle: dive.cycle,
-                elsewhere: case.elsewhere(&motion)?,
+                elsewhere: all.into_iter().map(|(_, motion)| motion).collect(),
                 prediction: predicted.then(|| case.predict(&known)).transpose()?,
                 settling: followed.is_some() && dive.settles(),
                 followed,
@@ -303,7 +302,7 @@ const COLUMNS: [&str; 21] = [
 /// How many of the motions are which.
 fn tally(rows: &[Row]) -> String {
     let count = |is: fn(&Motion) -> bool| rows.iter().filter(|row| is(&row.motion)).count();
-    let several = rows.iter().filter(|row| row.alike() <= ELSEWHERE.len());
+    let several = rows.iter().filter(|row| row.alike() < STARTS.len());
     format!(
         "From the middle: {} orbits, {} exact repetitions, {} at rest, {} irregular. In {} configurations other starts come to another motion.",
         count(|m| matches!(m, Motion::Orbit(_))),

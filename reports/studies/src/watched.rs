@@ -12,8 +12,8 @@ const FOLLOWED: (f64, f64) = (0.02, 0.05);
 const WINDOW: f64 = 50.0;
 /// The most decisions that are kept.
 const MOST_DECISIONS: usize = 40_000;
-/// The most along which the growth of deviations is measured.
-const MOST_GROWN: usize = 3_000;
+/// The time along which the growth of deviations is measured, s.
+const GROWN: f64 = 250.0;
 /// Below this nothing moves, SI.
 const STILL: f64 = 1e-6;
 
@@ -66,7 +66,7 @@ pub struct Irregular {
     pub swing: (f64, f64),
     /// The fewest and the most decisions a second.
     pub rate: (f64, f64),
-    /// By how much small deviations grow in each, 1/s, as of [`Actuation::growth`].
+    /// By how much small deviations grow in each of the first 250 s, 1/s, as of [`Actuation::growth`].
     pub growth: Vec<f64>,
     /// The orbit nearest to it in frequency: unstable, or not followed.
     pub orbit: Option<Orbit>,
@@ -218,7 +218,8 @@ impl<B: Body> Watched<B> {
             let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
             self.decisions.iter().filter(within).count() as f64 / WINDOW
         });
-        let grown = self.decisions.len().min(MOST_GROWN);
+        let soon = |d: &Decision| d.time < self.from + GROWN;
+        let grown = self.decisions.partition_point(soon);
         Motion::Irregular(Irregular {
             windows,
             swing: range(swings),
