@@ -261,7 +261,7 @@ fn simulated(dive: &Dive, motion: &Motion) -> Curve {
 /// What the columns mean.
 const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (until the depth first comes within 5 % of the step): from 250 to 500 s, the ram in the middle at first; in brackets by an independent simulation. \
      Motion: an orbit found by shooting, which the loop follows, with its largest multiplier (below 1 a deviation decays); \
-     rest; the same decisions again and again (repeats); or irregular. Starts: how many dives, from the middle and from -3/8, 1/8 and 1/2 quantum, come to this motion, and what the others come to. \
+     rest; the same decisions again and again (repeats); or irregular. Starts: how many dives, from the middle and from -3/8 and 1/4 quantum, come to this motion, and what the others come to. \
      Orbit: in brackets this program's simulation from 500 to 1000 s, of a whole period, on average. First harmonic: its share in the variance of the angle asked of the actuator, which harmonic balance \
      takes for all of it. Predicted where 1 + N H comes within 0.1 of 0; otherwise harmonic balance foresees no cycle, and the brackets have the least |1 + N H|.";
 

@@ -8,6 +8,8 @@ use crate::orbit::{self, Actuation, Body, Cycle, Decision, Orbit, State, range};
 /// How near a loop comes to an orbit that it follows, in frequency and in the stroke of the actuator. In precision mode a
 /// stroke is no more than three valve cycles of drift, and samples take their share of it.
 const FOLLOWED: (f64, f64) = (0.02, 0.05);
+/// By how much more than the orbit the output may swing in a period: SI, as far as the samples alone move it, and a share.
+const WALK: (f64, f64) = (5e-5, 0.2);
 /// The time over which an irregular motion's swings and rates are taken, s.
 const WINDOW: f64 = 50.0;
 /// The most decisions that are kept.
@@ -47,7 +49,7 @@ impl Done {
 /// What a loop's motion is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// A stable orbit, which the loop follows: its frequency within 2 %, the actuator's stroke within 5 %.
+    /// A stable orbit, which the loop follows: its frequency within 2 %, the actuator's stroke within 5 %, the output within 20 %.
     Orbit(Orbit),
     /// It rests within the thresholds: every place there is one of rest.
     Rest,
@@ -186,7 +188,12 @@ impl<B: Body> Watched<B> {
     #[must_use]
     pub fn follows(&self, orbit: &Orbit) -> bool {
         let (frequency, stroke) = self.apart(orbit);
-        orbit.stable() && frequency.abs() < FOLLOWED.0 && stroke.abs() < FOLLOWED.1
+        let (walk, share) = WALK;
+        let swing = self.swing(orbit.period) - orbit.swing();
+        orbit.stable()
+            && frequency.abs() < FOLLOWED.0
+            && stroke.abs() < FOLLOWED.1
+            && swing < walk + share * orbit.swing()
     }
 
     /// What the motion is, and the cycle of its orbit.
