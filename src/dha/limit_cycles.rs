@@ -19,7 +19,7 @@ use crate::arguments::{choice, output_file};
 pub struct LimitCyclesArgs {
     /// Only configurations whose name contains this
     pub name: Option<String>,
-    /// Without the prediction by harmonic balance, which takes half of the time
+    /// Without the prediction by harmonic balance, which takes a third of the time
     #[arg(long)]
     pub no_prediction: bool,
     /// Instead, the motions from nine places where the ram may rest at first

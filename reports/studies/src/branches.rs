@@ -34,9 +34,11 @@ pub struct Basin {
 /// # Errors
 /// Those of [`Case::run_from`].
 pub fn basins(case: &Case) -> Result<Vec<Basin>, DiveError> {
-    let places: Vec<f64> = (-PLACES..=PLACES)
+    let mut places: Vec<f64> = (-PLACES..=PLACES)
         .map(|place| 0.5 * f64::from(place) / f64::from(PLACES))
         .collect();
+    // From the middle first.
+    places.rotate_left(PLACES as usize);
     let motions = case.motions(&places)?.into_iter().zip(places);
     let basins = motions.map(|((dive, motion), ram)| {
         let outputs = &dive.watched.outputs;
@@ -46,7 +48,9 @@ pub fn basins(case: &Case) -> Result<Vec<Basin>, DiveError> {
             error: outputs.iter().sum::<f64>() / outputs.len() as f64,
         }
     });
-    Ok(basins.collect())
+    let mut basins: Vec<Basin> = basins.collect();
+    basins.sort_by(|a, b| a.ram.total_cmp(&b.ram));
+    Ok(basins)
 }
 
 /// The configurations' basins as a table.
@@ -245,4 +249,35 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
         text += &wrapped(&format!("{ends}\n"));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::depth_loop::cases;
+    use planesman_linear::Complex;
+
+    #[test]
+    fn a_branch_tells_where_deviations_grow() {
+        let orbit = |multiplier: f64| Orbit {
+            period: 1.0,
+            decisions: Vec::new(),
+            multipliers: vec![Complex::new(multiplier, 0.0)],
+            samples: Vec::new(),
+            output: (0.0, 0.0, 0.0),
+            angle: (0.0, 0.0),
+        };
+        let branch = Branch {
+            orbits: vec![(1.0, orbit(0.9)), (0.5, orbit(-1042.0))],
+            ends: None,
+        };
+        let case = cases().unwrap().remove(0);
+        let text = branches_text(&[(&case, branch)], Varied::Friction, Format::Csv);
+        let last = |line: usize| {
+            text.lines()
+                .nth(line)
+                .and_then(|it| it.split(',').next_back())
+        };
+        assert_eq!((last(1), last(2)), (Some("decay"), Some("grow")), "{text}");
+    }
 }

@@ -358,7 +358,7 @@ impl Case {
         }
     }
 
-    /// The dives from places of the ram, in quanta, and what their motions are. An orbit that one of them comes to is known to all.
+    /// The dives from places of the ram, in quanta, and what their motions are. An orbit that is found from one of them is known to all.
     ///
     /// # Errors
     /// As of [`Case::run`].
@@ -369,10 +369,12 @@ impl Case {
             let orbit = known.iter().find(|orbit| dive.watched.follows(orbit));
             orbit.cloned().map(Motion::Orbit)
         };
-        let mut all = Vec::new();
+        let mut all: Vec<(Dive, Motion)> = Vec::new();
         for place in places {
             let mut dive = self.run_from(place * quantum)?;
-            let mut motion = follows(&known, &dive);
+            // Where the first comes to an orbit, others come to it soon; where it is irregular, they may pass by one.
+            let soon = matches!(all.first(), Some((_, Motion::Orbit(_))));
+            let mut motion = follows(&known, &dive).filter(|_| soon);
             if motion.is_none() {
                 self.settle(&mut dive);
                 motion = follows(&known, &dive);
@@ -381,11 +383,8 @@ impl Case {
                 Some(motion) => motion,
                 None => self.motion(&mut dive)?.0,
             };
-            if let Motion::Orbit(orbit) = &motion
-                && !known.contains(orbit)
-            {
-                known.push(orbit.clone());
-            }
+            let orbit = motion.orbit().filter(|orbit| !known.contains(orbit));
+            known.extend(orbit.cloned());
             all.push((dive, motion));
         }
         for (dive, motion) in &mut all {

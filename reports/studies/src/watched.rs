@@ -89,6 +89,16 @@ impl Irregular {
 }
 
 impl Motion {
+    /// Its orbit, or of an irregular motion the nearest.
+    #[must_use]
+    pub fn orbit(&self) -> Option<&Orbit> {
+        match self {
+            Self::Orbit(orbit) => Some(orbit),
+            Self::Irregular(irregular) => irregular.orbit.as_ref(),
+            Self::Rest | Self::Repeats(_) => None,
+        }
+    }
+
     /// Whether two motions are of one kind, and if they are orbits, one within what the samples make of it.
     #[must_use]
     pub fn alike(&self, other: &Self) -> bool {
@@ -240,4 +250,22 @@ impl<B: Body> Watched<B> {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
     sum / f64::from(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn irregular_motions_of_several_starts_are_pooled() {
+        let of = |swing, rate, growth: &[f64]| Irregular {
+            windows: growth.len(),
+            swing,
+            rate,
+            growth: growth.to_vec(),
+            orbit: None,
+        };
+        let all = of((0.3, 0.5), (4.0, 5.0), &[0.1]).and(&of((0.2, 0.4), (4.5, 6.0), &[0.2, 0.3]));
+        assert_eq!(all, of((0.2, 0.5), (4.0, 6.0), &[0.1, 0.2, 0.3]));
+    }
 }
