@@ -18,10 +18,10 @@
 //! relay feedback*, 1995.) One of them is 1, a shift along the orbit, and is left out. Below 1 in magnitude a deviation decays
 //! from cycle to cycle, above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
 //!
-//! **Sampling.** The loop's own decisions fall on its samples, here the instants are real numbers, on average as late as the
-//! samples make them ([`Lags`]). The sampled loop walks about this orbit by up to a sample at each decision. It seldom repeats
-//! exactly: with the decisions held on samples the body is left to itself, whose own multipliers (1 for the depth, above 1
-//! for an unstable missile) let no deviation decay.
+//! **Sampling.** The loop's own decisions wait for its next sample; here the instants are real numbers, as late as the samples
+//! make them on average ([`Lags`]). Each decision of the sampled loop is so up to half a sample early or late, and its motion
+//! scatters about this orbit. It seldom repeats exactly: with the decisions held on samples the body is left to itself, whose
+//! own multipliers (1 for the depth, above 1 for an unstable missile) let no deviation decay.
 
 use std::f64::consts::TAU;
 
