@@ -193,8 +193,9 @@ fn the_leaking_open_loop_is_chaotic_as_two_neighbouring_simulations_find() {
         .unwrap()
         .growth(&watched.decisions, &watched.before, 50.0);
     let grown = Growth::of(&windows).unwrap();
+    // Of five windows, which scatter by 0.05.
+    assert!((grown.rate - 0.13).abs() < 0.05, "{grown:?}");
     assert!(grown.rate > 3.0 * grown.error, "{grown:?}");
-    assert!((grown.rate - 0.13).abs() < 3.0 * grown.error, "{grown:?}");
 }
 
 /// With the integral and the righting moment the depth still settles from 250 to 500 s; an independent simulation swings by 0.052 in then and
