@@ -16,6 +16,8 @@ use crate::depth_loop::{
 use crate::orbit::{Growth, Orbit};
 use crate::watched::{Irregular, Motion};
 
+/// Beyond so many standard errors a growth is not 0.
+const CERTAIN: f64 = 3.0;
 /// The most points of a curve on the page.
 const POINTS: usize = 400;
 /// Depth error, in, and plane angle, deg.
@@ -267,7 +269,7 @@ const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (until the dept
 
 /// What the columns of irregular motions mean.
 const IRREGULAR: &str = "Irregular motions: the least and the largest among so many windows of 50 s, of all starts that come to one; no bounds. Growth: how fast small deviations grow (the largest Lyapunov exponent, decisions \
-     moving with their thresholds), with the standard error over the windows. Where it is above 0 by more than two of them the motion is chaotic. Where it is below, deviations decay: an orbit would attract, but decisions fall on samples, \
+     moving with their thresholds), with the standard error over the windows. Where it is above 0 by more than three of them the motion is chaotic. Where it is below by as many, deviations decay: an orbit would attract, but decisions fall on samples, \
      which keep the loop from it. Nearest orbit: the one of the nearest frequency that was found, its period and its largest multiplier.";
 
 /// The columns of the table: the simulation beside the independent one, ...
@@ -444,7 +446,7 @@ fn between((low, high): (f64, f64), unit: f64) -> String {
 /// The growth of deviations with its standard error, and what that says.
 fn grows(irregular: &Irregular) -> Option<String> {
     let growth = Growth::of(&irregular.growth)?;
-    let says = match growth.rate / (2.0 * growth.error) {
+    let says = match growth.rate / (CERTAIN * growth.error) {
         above if above > 1.0 => "chaotic",
         below if below < -1.0 => "deviations decay",
         _ => "undecided",
