@@ -175,7 +175,7 @@ fn deviations_along_an_orbit_grow_as_its_multiplier_says() {
         .unwrap()
         .growth(&watched.decisions, &watched.before, 50.0);
     let grown = Growth::of(&windows).unwrap();
-    let expected = orbit.growth().ln() / orbit.period;
+    let expected = libm::log(orbit.growth()) / orbit.period;
     assert!(
         (grown.rate - expected).abs() < 0.1 * expected.abs(),
         "{grown:?} {expected}"
