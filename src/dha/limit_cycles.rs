@@ -19,7 +19,7 @@ use crate::arguments::{choice, output_file};
 pub struct LimitCyclesArgs {
     /// Only configurations whose name contains this
     pub name: Option<String>,
-    /// Without the prediction by harmonic balance, which takes half of the time
+    /// Without the prediction by harmonic balance, which takes a third of the time
     #[arg(long)]
     pub no_prediction: bool,
     /// Instead, the motions from nine places where the ram may rest at first
@@ -65,9 +65,11 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     if let (Some(varied), Some(to)) = (args.vary, args.to) {
         return follow(&cases, varied, to, format);
     }
-    let row = |case: &_| Row::of(case, !args.no_prediction);
-    let rows = on_all_cores("limit cycles", &cases, row);
-    let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let groups: Vec<_> = cases.chunk_by(Case::same_actuator).collect();
+    let rows = on_all_cores("limit cycles", &groups, |group| {
+        Row::of(group, !args.no_prediction)
+    });
+    let rows = rows.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
     planesman_console::print(text(&rows, format))?;
     if wanted.is_empty() && matches!(format, Format::Table | Format::Md) {
         let alone = position_loop::text(&position_loop::rows()?, format);

@@ -202,6 +202,12 @@ impl Dha {
         reading.ram.position / self.moment_arm
     }
 
+    /// delta_a, rad, at the instant `nanos`, to which it has been advanced: as of the reading, and quicker.
+    #[must_use]
+    pub fn angle(&self, nanos: i64) -> f64 {
+        self.hydraulics.position(self.time_in_cycle(nanos)) / self.moment_arm
+    }
+
     /// The planes' rate, rad/s.
     #[must_use]
     pub fn plane_rate(&self, reading: &Reading) -> f64 {

@@ -99,7 +99,7 @@ pub fn actuator(
             let nanos = (time * 1e9).floor() as i64 - i64::from(i + 1 == samples);
             dha.advance_to(nanos, asked);
             if time >= from {
-                harmonic.add(time, dha.plane_angle(&dha.reading(nanos)));
+                harmonic.add(time, dha.angle(nanos));
             }
         }
     }

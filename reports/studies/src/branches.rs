@@ -34,20 +34,23 @@ pub struct Basin {
 /// # Errors
 /// Those of [`Case::run_from`].
 pub fn basins(case: &Case) -> Result<Vec<Basin>, DiveError> {
-    let quantum = case.set()?.ram_quantum();
-    (-PLACES..=PLACES)
-        .map(|place| {
-            let ram = 0.5 * f64::from(place) / f64::from(PLACES);
-            let mut dive = case.run_from(ram * quantum)?;
-            let (motion, _) = case.motion(&mut dive)?;
-            let outputs = &dive.watched.outputs;
-            Ok(Basin {
-                ram,
-                motion,
-                error: outputs.iter().sum::<f64>() / outputs.len() as f64,
-            })
-        })
-        .collect()
+    let mut places: Vec<f64> = (-PLACES..=PLACES)
+        .map(|place| 0.5 * f64::from(place) / f64::from(PLACES))
+        .collect();
+    // From the middle first.
+    places.rotate_left(PLACES as usize);
+    let motions = case.motions(&places)?.into_iter().zip(places);
+    let basins = motions.map(|((dive, motion), ram)| {
+        let outputs = &dive.watched.outputs;
+        Basin {
+            ram,
+            motion,
+            error: outputs.iter().sum::<f64>() / outputs.len() as f64,
+        }
+    });
+    let mut basins: Vec<Basin> = basins.collect();
+    basins.sort_by(|a, b| a.ram.total_cmp(&b.ram));
+    Ok(basins)
 }
 
 /// The configurations' basins as a table.
@@ -218,6 +221,7 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
         "depth pp, in",
         "planes pp, deg",
         "multiplier",
+        "deviations",
     ]);
     let mut ends = String::new();
     for (case, branch) in found {
@@ -230,6 +234,7 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
                 format!("{:.4}", orbit.swing() / INCH),
                 format!("{:.4}", orbit.stroke() / DEGREE),
                 format!("{:.3}", orbit.growth()),
+                if orbit.stable() { "decay" } else { "grow" }.to_owned(),
             ]);
         }
         if let Some(value) = branch.ends {
@@ -244,4 +249,35 @@ pub fn branches_text(found: &[(&Case, Branch)], varied: Varied, format: Format) 
         text += &wrapped(&format!("{ends}\n"));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::depth_loop::cases;
+    use planesman_linear::Complex;
+
+    #[test]
+    fn a_branch_tells_where_deviations_grow() {
+        let orbit = |multiplier: f64| Orbit {
+            period: 1.0,
+            decisions: Vec::new(),
+            multipliers: vec![Complex::new(multiplier, 0.0)],
+            samples: Vec::new(),
+            output: (0.0, 0.0, 0.0),
+            angle: (0.0, 0.0),
+        };
+        let branch = Branch {
+            orbits: vec![(1.0, orbit(0.9)), (0.5, orbit(-1042.0))],
+            ends: None,
+        };
+        let case = cases().unwrap().remove(0);
+        let text = branches_text(&[(&case, branch)], Varied::Friction, Format::Csv);
+        let last = |line: usize| {
+            text.lines()
+                .nth(line)
+                .and_then(|it| it.split(',').next_back())
+        };
+        assert_eq!((last(1), last(2)), (Some("decay"), Some("grow")), "{text}");
+    }
 }

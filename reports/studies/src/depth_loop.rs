@@ -12,6 +12,8 @@
 //! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
 //! the same loop.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use planesman_control::LimitError;
@@ -27,19 +29,28 @@ use planesman_design::default_gains;
 
 pub use crate::dive::{Diving, Loop};
 use crate::dive::{Flight, TICK};
-use crate::orbit::{Actuation, Cycle, Lags, range};
+use crate::orbit::{Actuation, Cycle, Lags, Orbit, range};
 use crate::watched::{Motion, Watched};
 
 /// A motion, and the cycle of its orbit.
 pub type Settled = (Motion, Option<Cycle<Diving>>);
 
+/// An actuator's describing function, where it was measured: by the bits of amplitude, rad, and frequency, rad/s.
+pub type Describing = RefCell<BTreeMap<(u64, u64), Complex<f64>>>;
+
+/// Figures are the same within this share, and depths beyond this many in.
+const SAME: (f64, f64) = (0.15, 0.002);
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
 
 /// Below this the describing function is measured over one period, rad/s.
 const SLOW: f64 = 0.05 * TAU;
-/// When a dive is over, and when the observation ends, in ticks.
+/// When a dive is over, and when the observation ends, in ticks: that of the independent simulation.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
+/// When everything has settled, in ticks.
+const SETTLED: i64 = 2 * OBSERVED.1;
+/// Where the ram rests at first, in quanta: in the middle, and elsewhere.
+pub const STARTS: [f64; 3] = [0.0, -0.375, 0.25];
 
 /// Why a dive is not flown.
 #[derive(Debug, thiserror::Error)]
@@ -138,7 +149,7 @@ impl Figure {
     pub fn agrees(&self) -> bool {
         match (self.found, self.expected) {
             (Some(found), Some(expected)) => {
-                (found - expected).abs() <= 0.15 * expected.abs() + self.floor
+                (found - expected).abs() <= SAME.0 * expected.abs() + self.floor
             }
             (None, Some(_)) => false,
             (_, None) => true,
@@ -154,6 +165,16 @@ pub struct Dive {
     /// That time, sample by sample.
     pub watched: Watched<Diving>,
     flight: Flight,
+}
+
+impl Dive {
+    /// Whether the depth still settles from 250 to 500 s: in the time watched last it swings by less, beyond what
+    /// [`Figure::agrees`] allows.
+    #[must_use]
+    pub fn settles(&self) -> bool {
+        let last = LimitCycle::of(&self.watched).depth;
+        self.cycle.depth > last + SAME.0 * last + SAME.1 * INCH
+    }
 }
 
 /// The limit cycle after a dive.
@@ -213,7 +234,7 @@ impl LimitCycle {
         };
         let e = expected;
         [
-            figure("depth, in", Some(self.depth / INCH), e.depth, 0.002),
+            figure("depth, in", Some(self.depth / INCH), e.depth, SAME.1),
             figure("error, in", Some(self.error / INCH), e.error, 0.002),
             figure("planes, deg", Some(self.planes / DEGREE), e.planes, 0.01),
             figure("volumes/s", Some(self.pulses), e.pulses, 0.01),
@@ -322,26 +343,70 @@ impl Case {
         })
     }
 
-    /// What the motion at the dive's end is. Where it is no orbit then, the dive goes on to 1000 s, and what was watched
-    /// becomes its second half.
+    /// What the motion is. The dive goes on to 1000 s for that, and what was watched becomes its second half.
     ///
     /// # Errors
     /// Those of the actuator's file.
     pub fn motion(&self, dive: &mut Dive) -> Result<Settled, ActuatorFileError> {
-        let actuation = self.actuation()?;
-        let found = dive.watched.motion(&actuation);
-        if matches!(found.0, Motion::Orbit(_) | Motion::Rest) {
-            return Ok(found);
-        }
-        dive.watched = dive.flight.watch(2 * OBSERVED.1, &|_| self.demand(0.0));
-        Ok(dive.watched.motion(&actuation))
+        self.settle(dive);
+        Ok(dive.watched.motion(&self.actuation()?))
     }
 
-    /// The cycle that [`Loop::predict`] finds for the case.
+    fn settle(&self, dive: &mut Dive) {
+        if dive.flight.tick < SETTLED {
+            dive.watched = dive.flight.watch(SETTLED, &|_| self.demand(0.0));
+        }
+    }
+
+    /// The dives from places of the ram, in quanta, and what their motions are. An orbit that is found from one of them is known to all.
+    ///
+    /// # Errors
+    /// As of [`Case::run`].
+    pub fn motions(&self, places: &[f64]) -> Result<Vec<(Dive, Motion)>, DiveError> {
+        let quantum = self.set()?.ram_quantum();
+        let mut known: Vec<Orbit> = Vec::new();
+        let follows = |known: &[Orbit], dive: &Dive| {
+            let orbit = known.iter().find(|orbit| dive.watched.follows(orbit));
+            orbit.cloned().map(Motion::Orbit)
+        };
+        let mut all: Vec<(Dive, Motion)> = Vec::new();
+        for place in places {
+            let mut dive = self.run_from(place * quantum)?;
+            // Where the first comes to an orbit, others come to it soon; where it is irregular, they may pass by one.
+            let soon = matches!(all.first(), Some((_, Motion::Orbit(_))));
+            let mut motion = follows(&known, &dive).filter(|_| soon);
+            if motion.is_none() {
+                self.settle(&mut dive);
+                motion = follows(&known, &dive);
+            }
+            let motion = match motion {
+                Some(motion) => motion,
+                None => self.motion(&mut dive)?.0,
+            };
+            let orbit = motion.orbit().filter(|orbit| !known.contains(orbit));
+            known.extend(orbit.cloned());
+            all.push((dive, motion));
+        }
+        for (dive, motion) in &mut all {
+            if let (Motion::Irregular(_), Some(orbit)) = (&*motion, follows(&known, dive)) {
+                *motion = orbit;
+            }
+        }
+        Ok(all)
+    }
+
+    /// Whether another configuration is of the same actuator and logic, in another vehicle or control law.
+    #[must_use]
+    pub fn same_actuator(&self, other: &Self) -> bool {
+        let actuator = |case: &Self| (case.logic, case.position_loop, case.leakage, case.friction);
+        self.actuator == other.actuator && actuator(self) == actuator(other)
+    }
+
+    /// The cycle that [`Loop::predict`] finds for the case; `known` is what was measured of the same actuator before.
     ///
     /// # Errors
     /// Those of the actuator's file.
-    pub fn predict(&self) -> Result<Prediction, ActuatorFileError> {
+    pub fn predict(&self, known: &Describing) -> Result<Prediction, ActuatorFileError> {
         let set = self.set()?;
         let finest = set.small.map_or(set.threshold, |small| small.threshold);
         let smallest = match self.logic {
@@ -352,7 +417,7 @@ impl Case {
         let amplitudes = (smallest, 4.0 * set.threshold);
         Ok(self
             .around()
-            .predict(&set, amplitudes, |amplitude| self.demand(amplitude)))
+            .predict(&set, amplitudes, known, |amplitude| self.demand(amplitude)))
     }
 }
 
@@ -388,21 +453,29 @@ impl Loop {
     /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
     /// the actuator's command) from and to. The actuator's describing function is taken from the
     /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
-    /// an amplitude.
+    /// an amplitude, `known` what was measured of the same actuator before.
     #[must_use]
     pub fn predict(
         &self,
         set: &ActuatorSet,
         amplitudes: (f64, f64),
+        known: &Describing,
         demand: impl Fn(f64) -> Demand,
     ) -> Prediction {
-        let describing_function = |amplitude: f64, frequency: f64| {
+        let measured = |amplitude: f64, frequency: f64| {
             let periods = Periods {
                 settling: 1,
                 // Of a slow sinusoid one period has hundreds of samples.
                 measured: if frequency < SLOW { 1 } else { 3 },
             };
             frequency_response::actuator(set, demand(amplitude), frequency, periods)
+        };
+        let describing_function = |amplitude: f64, frequency: f64| {
+            let place = (amplitude.to_bits(), frequency.to_bits());
+            *known
+                .borrow_mut()
+                .entry(place)
+                .or_insert_with(|| measured(amplitude, frequency))
         };
         let search = Search {
             amplitudes,

@@ -17,14 +17,18 @@ use crate::watched::{Done, Watched};
 
 /// The control computer's sampling time, s.
 pub(crate) const TICK: f64 = 0.05;
-/// The vehicle's steps in a tick.
-const STEPS: i64 = 50;
+/// The vehicle's steps in a tick: four in a valve cycle of 80 Hz.
+const STEPS: i64 = 16;
+/// Half a step, ns.
+const HALF_NANOS: i64 = 1_562_500;
 /// The vehicle's step, ns.
-const STEP_NANOS: i64 = 1_000_000;
+const STEP_NANOS: i64 = 2 * HALF_NANOS;
 /// The vehicle's step, s.
-pub(crate) const H: f64 = TICK / STEPS as f64;
+const H: f64 = TICK / STEPS as f64;
 /// z_c, m.
 pub(crate) const SETPOINT: f64 = 3.0 * FOOT;
+/// Within 5 % of the step: the error, m.
+const NEAR: f64 = -0.05 * SETPOINT;
 
 /// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,7 +110,7 @@ pub(crate) struct Flight {
     planes: f64,
     /// Asked of the actuator in the last tick, rad.
     asked: f64,
-    tick: i64,
+    pub(crate) tick: i64,
     /// When the depth first came within 5 % of the step, s.
     pub(crate) reached: Option<f64>,
     /// While the dive is watched.
@@ -129,11 +133,12 @@ impl Flight {
             body,
             hydraulics: *dha.hydraulics(),
             sign: dha.sign(),
+            time: 0.0,
         };
         Ok(Self {
             plant,
             law,
-            planes: dha.plane_angle(&dha.reading(0)),
+            planes: dha.angle(0),
             asked: 0.0,
             dha,
             motion: Motion::default(),
@@ -154,9 +159,10 @@ impl Flight {
 
     /// Flies on to the begin of a tick and watches.
     pub(crate) fn watch(&mut self, until: i64, demand: &impl Fn(f64) -> Demand) -> Watched<Diving> {
-        self.watched = Some(Watched::new(H));
+        let unseen = Watched::new(0.5 * H, self.tick as f64 * TICK);
+        self.watched = Some(unseen.clone());
         self.until(until, demand);
-        self.watched.take().unwrap_or_else(|| Watched::new(H))
+        self.watched.take().unwrap_or(unseen)
     }
 
     /// One tick.
@@ -173,25 +179,49 @@ impl Flight {
             self.recent.rotate_right(1);
             self.recent[0] = self.state(share);
         }
-        for step in 1..=STEPS {
-            let nanos = (self.tick * STEPS + step) * STEP_NANOS;
-            let before = Done::of(&self.dha);
-            self.dha.advance_to(nanos, demand);
-            let planes = self.dha.plane_angle(&self.dha.reading(nanos));
-            let mean = 0.5 * (self.planes + planes);
-            self.motion = self.plant.after(self.motion, H, |_| mean);
-            self.planes = planes;
-            let error = self.motion.depth - SETPOINT;
-            if self.reached.is_none() && error >= -0.05 * SETPOINT {
-                self.reached = Some((self.tick * STEPS + step) as f64 * H);
-            }
-            if let Some(watched) = &mut self.watched {
-                watched.outputs.push(error);
-                watched.angles.push(planes);
-                watched.take_decision(&self.dha, before, (nanos, angle), &self.recent[2]);
-            }
+        for quarter in 0..4 {
+            self.quarter(self.tick * STEPS + quarter * STEPS / 4, demand);
         }
         self.tick += 1;
+    }
+
+    /// A quarter of a tick, after so many steps.
+    fn quarter(&mut self, steps: i64, demand: Demand) {
+        const QUARTER: usize = STEPS as usize / 4;
+        // Within a tick the actuator does not see the vehicle.
+        let mut angles = [0.0; 2 * QUARTER];
+        for (k, pair) in angles.chunks_exact_mut(2).enumerate() {
+            let nanos = (steps + k as i64 + 1) * STEP_NANOS;
+            let before = Done::of(&self.dha);
+            for (angle, nanos) in pair.iter_mut().zip([nanos - HALF_NANOS, nanos]) {
+                self.dha.advance_to(nanos, demand);
+                *angle = self.dha.angle(nanos);
+            }
+            if let Some(watched) = &mut self.watched {
+                let asked = (nanos, demand.angle);
+                watched.take_decision(&self.dha, before, asked, &self.recent[2]);
+            }
+        }
+        // While the ram is stuck, the vehicle's equations need no short steps.
+        let still = angles.iter().all(|angle| *angle == self.planes);
+        let step = if still { angles.len() } else { 2 };
+        for (k, these) in angles.chunks_exact(step).enumerate() {
+            let (h, last) = (0.5 * H * step as f64, self.motion.depth - SETPOINT);
+            let mean = simpson([self.planes, these[step / 2 - 1], these[step - 1]]);
+            self.motion = self.plant.after(self.motion, h, |_| mean);
+            self.planes = these[step - 1];
+            let error = self.motion.depth - SETPOINT;
+            let at = |share: f64| last + share * (error - last);
+            if self.reached.is_none() && error >= NEAR {
+                let share = (NEAR - last) / (error - last);
+                self.reached = Some(steps as f64 * H + (k as f64 + share) * h);
+            }
+            if let Some(watched) = &mut self.watched {
+                let shares = (1..=step).map(|i| i as f64 / step as f64);
+                watched.outputs.extend(shares.map(at));
+                watched.angles.extend(these);
+            }
+        }
     }
 
     fn state(&self, share: f64) -> State<Diving> {
@@ -204,8 +234,14 @@ impl Flight {
             },
             hydraulics: *self.dha.hydraulics(),
             sign: self.dha.sign(),
+            time: self.tick as f64 * TICK,
         }
     }
+}
+
+/// The mean of an angle at begin, middle and end.
+fn simpson([begin, middle, end]: [f64; 3]) -> f64 {
+    (begin + 4.0 * middle + end) / 6.0
 }
 
 /// The vehicle with its control computer, as [`Body`]: continuous between the computer's samples.
@@ -227,11 +263,12 @@ impl Diving {
 }
 
 impl Body for Diving {
-    fn advance(&mut self, [begin, middle, end]: [f64; 3], h: f64) {
-        let (_, drive) = self.law.evaluate(&self.plant, &self.motion, self.share);
-        self.share = self.law.share.apply(self.share + drive * h).value;
-        // Simpson's mean.
-        let mean = (begin + 4.0 * middle + end) / 6.0;
+    fn advance(&mut self, angles: [f64; 3], h: f64) {
+        if self.law.integral > 0.0 {
+            let (_, drive) = self.law.evaluate(&self.plant, &self.motion, self.share);
+            self.share = self.law.share.apply(self.share + drive * h).value;
+        }
+        let mean = simpson(angles);
         self.motion = self.plant.after(self.motion, h, |_| mean);
     }
 

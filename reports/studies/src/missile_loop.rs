@@ -85,7 +85,7 @@ pub fn watched(case: &Case) -> Watched<Steered> {
         yaw: -0.5 * DEGREE,
         ram: 0.0,
     });
-    let mut watched = Watched::new(case.set.cycle() / SAMPLES);
+    let mut watched = Watched::new(case.set.cycle() / SAMPLES, WATCHED.0);
     let mut body = Steered {
         plant: case.plant,
         gains: case.gains,
@@ -106,6 +106,7 @@ pub fn watched(case: &Case) -> Watched<Steered> {
                 body,
                 hydraulics: *flight.hydraulics(),
                 sign,
+                time,
             },
         );
         recent.truncate(8);

@@ -18,10 +18,10 @@
 //! relay feedback*, 1995.) One of them is 1, a shift along the orbit, and is left out. Below 1 in magnitude a deviation decays
 //! from cycle to cycle, above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
 //!
-//! **Sampling.** The loop's own decisions fall on its samples, here the instants are real numbers, on average as late as the
-//! samples make them ([`Lags`]). The sampled loop walks about this orbit by up to a sample at each decision. It seldom repeats
-//! exactly: with the decisions held on samples the body is left to itself, whose own multipliers (1 for the depth, above 1
-//! for an unstable missile) let no deviation decay.
+//! **Sampling.** The loop's own decisions wait for its next sample; here the instants are real numbers, as late as the samples
+//! make them on average ([`Lags`]). Each decision of the sampled loop is so up to half a sample early or late, and its motion
+//! scatters about this orbit. It seldom repeats exactly: with the decisions held on samples the body is left to itself, whose
+//! own multipliers (1 for the depth, above 1 for an unstable missile) let no deviation decay.
 
 use std::f64::consts::TAU;
 
@@ -31,7 +31,7 @@ use planesman_hydraulics::{ActuatorSet, Command, Hydraulics, Options, Volume};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::{Complex, ComplexFunctions as _};
 
-/// The body's steps in a valve cycle.
+/// The body's steps in a valve cycle in which the ram moves.
 const STEPS: u32 = 4;
 /// Valve cycles from an orbit's begin to its first decision: more than the lags.
 const AHEAD: i64 = 6;
@@ -41,16 +41,20 @@ pub const SCALE: f64 = 1e-3;
 const DISPLACED: f64 = 1e-3;
 /// The most steps of Newton's method.
 const MOST_STEPS: usize = 12;
+/// After so many steps, the largest that leads to an orbit, in the coordinates' scale.
+const NEARING: (usize, f64) = (6, 1.0);
 /// The largest remaining step, in the coordinates' scale.
-const CLOSED: f64 = 1e-7;
+const CLOSED: f64 = 1e-5;
 /// Places this near to one another, in the coordinates' scale, are the same.
 const EXACTLY: f64 = 1e-3;
 /// The most decisions in a cycle.
 const MOST_DECISIONS: usize = 16;
 /// The most valve cycles that one step of Newton's method may fly.
 const MOST_FLOWN: f64 = 45_000.0;
+/// Frequencies of a cycle and of the motion this near to one another are alike: their decisions fall on samples.
+const ALIKE: f64 = 0.05;
 /// The cycles that are tried before there is none.
-const MOST_TRIED: usize = 8;
+const MOST_TRIED: usize = 6;
 
 /// What the actuator moves, and what measures it: all of the loop but actuator and logic.
 pub trait Body: Copy {
@@ -108,6 +112,8 @@ pub struct State<B> {
     pub hydraulics: Hydraulics,
     /// The last sign pulse.
     pub sign: i8,
+    /// s
+    pub time: f64,
 }
 
 impl<B> State<B> {
@@ -165,6 +171,29 @@ pub struct Orbit {
     pub angle: (f64, f64),
 }
 
+/// How fast small deviations from a motion grow: its largest Lyapunov exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// 1/s; above 0 the motion is chaotic, below 0 deviations decay.
+    pub rate: f64,
+    /// Standard error of that mean over the windows, 1/s.
+    pub error: f64,
+}
+
+impl Growth {
+    /// Of the growth in windows, 1/s; none of fewer than two.
+    #[must_use]
+    pub fn of(windows: &[f64]) -> Option<Self> {
+        let count = windows.len() as f64;
+        let rate = windows.iter().sum::<f64>() / count;
+        let squares = windows.iter().map(|x| (x - rate).powi(2)).sum::<f64>();
+        (count > 1.0).then(|| Self {
+            rate,
+            error: (squares / (count - 1.0) / count).sqrt(),
+        })
+    }
+}
+
 impl Orbit {
     /// Hz.
     #[must_use]
@@ -181,10 +210,7 @@ impl Orbit {
     /// As of [`turns`].
     #[must_use]
     pub fn turns(&self) -> f64 {
-        let signs = turning(self.decisions.iter().copied());
-        let next = signs.iter().cycle().skip(1);
-        let turned = signs.iter().zip(next).filter(|(a, b)| b.1 > a.1);
-        turned.count() as f64 / self.period
+        turned(self.decisions.iter().copied()) as f64 / self.period
     }
 
     /// The output from peak to peak.
@@ -281,7 +307,7 @@ pub fn find<B: Body>(
     let turns = turns(decisions)?;
     let apart = |orbit: &Orbit| (orbit.turns() / turns - 1.0).abs();
     let mut nearest: Option<(Orbit, Cycle<B>)> = None;
-    for (first, count) in candidates(actuation, decisions) {
+    for (first, count) in candidates(actuation, decisions, turns) {
         let cycle = actuation.cycle(&decisions[first..=first + count], &before[first]);
         let Some((orbit, cycle)) = actuation.orbit(cycle) else {
             continue;
@@ -313,6 +339,13 @@ pub fn turns(decisions: &[Decision]) -> Option<f64> {
         return None;
     };
     Some((times.len() - 1) as f64 / (last - first))
+}
+
+/// Turns to "+" in a cycle of decisions.
+fn turned(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> usize {
+    let signs = turning(decisions);
+    let next = signs.iter().cycle().skip(1);
+    signs.iter().zip(next).filter(|(a, b)| b.1 > a.1).count()
 }
 
 /// Time and sign of the volumes, or of all decisions where no volume moves.
@@ -348,8 +381,9 @@ pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f
     })
 }
 
-/// Cycles of decisions that nearly repeat, the best first: the index of the first decision and how many there are.
-fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usize)> {
+/// Cycles of decisions that nearly repeat and turn as often as the motion, the best first: the index of the first decision and
+/// how many there are.
+fn candidates(actuation: &Actuation, decisions: &[Decision], turns: f64) -> Vec<(usize, usize)> {
     let room = (AHEAD + actuation.tick()) as f64 * actuation.set.cycle();
     let mut found: Vec<(f64, usize, usize)> = Vec::new();
     for count in 1..=MOST_DECISIONS.min(decisions.len() / 2) {
@@ -371,7 +405,10 @@ fn candidates(actuation: &Actuation, decisions: &[Decision]) -> Vec<(usize, usiz
             // A flight for each coordinate and each decision.
             let flown = period / actuation.set.cycle() * (count + 6) as f64;
             if flown < MOST_FLOWN {
-                found.push((apart / period + 0.01 * count as f64, first, count));
+                let these = &decisions[first..first + count];
+                let often = turned(these.iter().map(|d| (d.time, d.command))) as f64;
+                let beside = (often / (period * turns) - 1.0).abs().max(ALIKE);
+                found.push((apart / period + beside + 0.01 * count as f64, first, count));
             }
         }
     }
@@ -442,11 +479,13 @@ impl Actuation {
     /// would decide otherwise.
     #[must_use]
     pub fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<(Orbit, Cycle<B>)> {
-        for _ in 0..MOST_STEPS {
+        for taken in 0..MOST_STEPS {
             let step = self.step(&cycle)?;
             let size = step.by.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
+            let (after, nearing) = NEARING;
+            let astray = taken >= after && size > nearing;
             // Beyond a radian there is no small cycle.
-            if !size.is_finite() || size > 1.0 / SCALE {
+            if !size.is_finite() || size > 1.0 / SCALE || astray {
                 return None;
             }
             cycle.start = self.displaced(&cycle.start, &step.by);
@@ -540,24 +579,27 @@ impl Actuation {
             }
             state.sign = command.sign;
             state.hydraulics.begin_cycle(command);
-            for i in 0..STEPS {
-                if sampled && c < cycle.period {
-                    flight.samples.push(Sample {
-                        time: (f64::from(i) + c as f64 * f64::from(STEPS)) * h,
-                        output: state.body.output(),
-                        angle,
-                        asked: state.body.asked(),
-                    });
+            let halves: [f64; 2 * STEPS as usize] = std::array::from_fn(|i| {
+                let time = (0.5 * (i + 1) as f64 * h).min(self.set.cycle());
+                state.hydraulics.advance(time);
+                state.hydraulics.position(time) / arm
+            });
+            if !sampled && halves.iter().all(|it| *it == angle) {
+                // The ram is stuck: the body's equations alone need no short steps.
+                state.body.advance([angle; 3], self.set.cycle());
+            } else {
+                for (i, pair) in halves.chunks_exact(2).enumerate() {
+                    if sampled && c < cycle.period {
+                        flight.samples.push(Sample {
+                            time: (i as f64 + c as f64 * f64::from(STEPS)) * h,
+                            output: state.body.output(),
+                            angle,
+                            asked: state.body.asked(),
+                        });
+                    }
+                    state.body.advance([angle, pair[0], pair[1]], h);
+                    angle = pair[1];
                 }
-                let at = f64::from(i) * h;
-                let mut seen = |time: f64| {
-                    let time = time.min(self.set.cycle());
-                    state.hydraulics.advance(time);
-                    state.hydraulics.position(time) / arm
-                };
-                let (middle, end) = (seen(at + 0.5 * h), seen(at + h));
-                state.body.advance([angle, middle, end], h);
-                angle = end;
             }
             state.hydraulics.finish_cycle();
         }
@@ -580,6 +622,91 @@ impl Actuation {
         } else {
             asked - booked
         }
+    }
+
+    /// How fast a small deviation grows along a loop's decisions, 1/s, in each time of `window` s; the state a little before each
+    /// is given.
+    ///
+    /// From one decision to the next the deviation v becomes w, by two exact motions with the commands held; then the decision
+    /// moves with its threshold, and the deviation is taken where the decision is:
+    ///
+    /// ```text
+    /// w' = w - x_t (e_x w)/e_t        x_t, e_t: speed of state and error, e_x w: change of the error
+    /// ```
+    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest one). The mean is the largest
+    /// Lyapunov exponent of the loop whose instants are real numbers (Benettin et al., *Meccanica* 15, 1980). None where most
+    /// decisions come right after another, at the next sample.
+    #[must_use]
+    pub fn growth<B: Body>(
+        &self,
+        decisions: &[Decision],
+        before: &[State<B>],
+        window: f64,
+    ) -> Vec<f64> {
+        let cycles = |from: f64, to: f64| ((to - from) / self.set.cycle()).round() as i64;
+        let held = |start: State<B>, first: usize, end: usize, until: f64| {
+            let these = &decisions[first..end];
+            Cycle {
+                times: these.iter().map(|d| cycles(start.time, d.time)).collect(),
+                commands: these.iter().map(|d| d.command).collect(),
+                booked: these.iter().map(|d| d.booked).collect(),
+                period: cycles(start.time, until),
+                start,
+            }
+        };
+        let Some(begin) = decisions.first().map(|first| first.time) else {
+            return Vec::new();
+        };
+        // Decisions right after one another follow no threshold.
+        let late = |pair: &&[Decision]| cycles(pair[0].time, pair[1].time) > self.tick();
+        if 2 * decisions.windows(2).filter(late).count() < decisions.len() {
+            return Vec::new();
+        }
+        let (mut windows, mut grown, mut from) = (Vec::new(), 0.0, begin);
+        let mut deviation: Option<Vec<f64>> = None;
+        for (i, pair) in decisions.windows(2).enumerate() {
+            let (now, next) = (pair[0].time, pair[1].time);
+            let passed = decisions[..i].partition_point(|d| d.time < before[i].time);
+            let ahead = held(before[i], passed, i, now);
+            let mut state = self.fly(&ahead, &ahead.times, false).state;
+            state.time = now;
+            let motion = held(state, i, i + 1, next);
+            let v = deviation
+                .take()
+                .unwrap_or_else(|| vec![1.0; self.coordinates(&state).len()]);
+            let by: Vec<f64> = v.iter().map(|x| x * DISPLACED).collect();
+            let beside = Cycle {
+                start: self.displaced(&state, &by),
+                ..motion.clone()
+            };
+            let flown = self.fly(&motion, &motion.times, false);
+            let other = self.fly(&beside, &motion.times, false);
+            let at = motion.period as f64;
+            let later = if motion.period <= self.tick() {
+                0.0
+            } else {
+                let speed = self.error(&flown, at + 0.5, 0.0) - self.error(&flown, at - 0.5, 0.0);
+                let change = self.error(&other, at, 0.0) - self.error(&flown, at, 0.0);
+                if speed == 0.0 { 0.0 } else { -change / speed }
+            };
+            let w: Vec<f64> = (0..by.len())
+                .map(|k| other.end[k] - flown.end[k] + (flown.later[k] - flown.end[k]) * later)
+                .collect();
+            let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let size = norm(&w);
+            if size > 0.0 && size.is_finite() {
+                // The first is not yet of the section, nor along the direction that grows most.
+                if i > 0 {
+                    grown += libm::log(size / norm(&by));
+                }
+                deviation = Some(w.iter().map(|x| x / size).collect());
+            }
+            if next - from >= window {
+                windows.push(grown / (next - from));
+                (grown, from) = (0.0, next);
+            }
+        }
+        windows
     }
 
     /// What is left of each threshold's equation; a decision right after another follows it, whatever the error.

@@ -10,7 +10,7 @@ use crate::orbit::{Actuation, Body, Lags, State};
 use crate::watched::{Done, Motion, Watched};
 
 /// From and to, in milliseconds.
-const WATCHED: (i64, i64) = (20_000, 80_000);
+const WATCHED: (i64, i64) = (20_000, 270_000);
 /// Nanoseconds in one.
 const STEP_NANOS: i64 = 1_000_000;
 /// The angle held, in quanta: not the middle of a step.
@@ -83,23 +83,24 @@ pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
                 ..Demand::angle(angle)
             };
             let mut dha = Dha::new(&set);
-            let mut watched = Watched::new(1e-9 * STEP_NANOS as f64);
-            let state = |dha: &Dha| State {
+            let mut watched = Watched::new(1e-9 * STEP_NANOS as f64, 1e-3 * WATCHED.0 as f64);
+            let state = |dha: &Dha, millis: i64| State {
                 body: Held { angle, seen: angle },
                 hydraulics: *dha.hydraulics(),
                 sign: dha.sign(),
+                time: 1e-3 * millis as f64,
             };
             // A tenth of a second ago.
-            let mut recent = [state(&dha); 2];
+            let mut recent = [state(&dha, 0); 2];
             for step in 1..=WATCHED.1 {
                 let nanos = step * STEP_NANOS;
                 if step % 50 == 0 {
-                    recent = [state(&dha), recent[0]];
+                    recent = [state(&dha, step - 1), recent[0]];
                 }
                 let before = Done::of(&dha);
                 dha.advance_to(nanos, demand);
                 if step > WATCHED.0 {
-                    let seen = dha.plane_angle(&dha.reading(nanos));
+                    let seen = dha.angle(nanos);
                     watched.outputs.push(seen - angle);
                     watched.angles.push(seen);
                     watched.take_decision(&dha, before, (nanos, angle), &recent[1]);

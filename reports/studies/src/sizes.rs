@@ -12,7 +12,7 @@ use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_text::number;
 use planesman_units::{DEGREE, INCH};
 
-use crate::depth_loop::{Loop, MOST_RESIDUAL};
+use crate::depth_loop::{Describing, Loop, MOST_RESIDUAL};
 use ibm_1966::flight_control::FlightControl;
 use ibm_1966::{Gains, Surrogate};
 
@@ -65,7 +65,8 @@ fn depth_cycle(set: &ActuatorSet) -> String {
         ..set.clone()
     };
     let amplitudes = (set.threshold, 4.0 * set.threshold);
-    let cycle = Loop::default().predict(&tight, amplitudes, |angle| Demand {
+    let known = Describing::default();
+    let cycle = Loop::default().predict(&tight, amplitudes, &known, |angle| Demand {
         position_loop: false,
         ..Demand::angle(angle)
     });

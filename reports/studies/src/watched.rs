@@ -8,16 +8,22 @@ use crate::orbit::{self, Actuation, Body, Cycle, Decision, Orbit, State, range};
 /// How near a loop comes to an orbit that it follows, in frequency and in the stroke of the actuator. In precision mode a
 /// stroke is no more than three valve cycles of drift, and samples take their share of it.
 const FOLLOWED: (f64, f64) = (0.02, 0.05);
+/// By how much more than the orbit the output may swing in a period: SI, as far as the samples alone move it, and a share.
+const WALK: (f64, f64) = (5e-5, 0.2);
 /// The time over which an irregular motion's swings and rates are taken, s.
 const WINDOW: f64 = 50.0;
 /// The most decisions that are kept.
-const MOST_DECISIONS: usize = 3_000;
+const MOST_DECISIONS: usize = 40_000;
+/// The time along which the growth of deviations is measured, s.
+const GROWN: f64 = 250.0;
 /// Below this nothing moves, SI.
 const STILL: f64 = 1e-6;
 
 /// What was seen of a loop, in equal steps.
 #[derive(Clone, Debug)]
 pub struct Watched<B> {
+    /// The begin, s.
+    pub from: f64,
     /// Between two samples, s.
     pub interval: f64,
     /// [`Body::output`].
@@ -43,7 +49,7 @@ impl Done {
 /// What a loop's motion is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// A stable orbit, which the loop follows: its frequency within 2 %, the actuator's stroke within 5 %.
+    /// A stable orbit, which the loop follows: its frequency within 2 %, the actuator's stroke within 5 %, the output within 20 %.
     Orbit(Orbit),
     /// It rests within the thresholds: every place there is one of rest.
     Rest,
@@ -53,22 +59,68 @@ pub enum Motion {
     Irregular(Irregular),
 }
 
-/// An irregular motion.
+/// An irregular motion, in times of 50 s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregular {
-    /// The least and the largest swing of the output in 50 s, SI.
+    /// How many times of 50 s were seen.
+    pub windows: usize,
+    /// The least and the largest swing of the output among them, SI.
     pub swing: (f64, f64),
-    /// The fewest and the most decisions a second in 50 s.
+    /// The fewest and the most decisions a second.
     pub rate: (f64, f64),
-    /// The orbit nearest to it: unstable, or not followed.
+    /// By how much small deviations grow in each of the first 250 s, 1/s, as of [`Actuation::growth`].
+    pub growth: Vec<f64>,
+    /// The orbit nearest to it in frequency: unstable, or not followed.
     pub orbit: Option<Orbit>,
 }
 
-impl<B: Body> Watched<B> {
-    /// Of samples so far apart, s.
+impl Irregular {
+    /// This one and another of the same loop as one.
     #[must_use]
-    pub fn new(interval: f64) -> Self {
+    pub fn and(mut self, other: &Self) -> Self {
+        let wider = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        self.windows += other.windows;
+        self.swing = wider(self.swing, other.swing);
+        self.rate = wider(self.rate, other.rate);
+        self.growth.extend(&other.growth);
+        self.orbit = self.orbit.or_else(|| other.orbit.clone());
+        self
+    }
+}
+
+impl Motion {
+    /// Its orbit, or of an irregular motion the nearest.
+    #[must_use]
+    pub fn orbit(&self) -> Option<&Orbit> {
+        match self {
+            Self::Orbit(orbit) => Some(orbit),
+            Self::Irregular(irregular) => irregular.orbit.as_ref(),
+            Self::Rest | Self::Repeats(_) => None,
+        }
+    }
+
+    /// Whether two motions are of one kind, and if they are orbits, one within what the samples make of it.
+    #[must_use]
+    pub fn alike(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64, share: f64| (a - b).abs() < share * a;
+        match (self, other) {
+            (Self::Orbit(a), Self::Orbit(b)) => {
+                near(a.turns(), b.turns(), FOLLOWED.0) && near(a.stroke(), b.stroke(), FOLLOWED.1)
+            }
+            (Self::Rest, Self::Rest)
+            | (Self::Repeats(_), Self::Repeats(_))
+            | (Self::Irregular(_), Self::Irregular(_)) => true,
+            _ => false,
+        }
+    }
+}
+
+impl<B: Body> Watched<B> {
+    /// Of samples so far apart, s, from a time on, s.
+    #[must_use]
+    pub fn new(interval: f64, from: f64) -> Self {
         Self {
+            from,
             interval,
             outputs: Vec::new(),
             angles: Vec::new(),
@@ -142,20 +194,32 @@ impl<B: Body> Watched<B> {
         )
     }
 
+    /// Whether the loop follows an orbit.
+    #[must_use]
+    pub fn follows(&self, orbit: &Orbit) -> bool {
+        let (frequency, stroke) = self.apart(orbit);
+        let (walk, share) = WALK;
+        let swing = self.swing(orbit.period) - orbit.swing();
+        orbit.stable()
+            && frequency.abs() < FOLLOWED.0
+            && stroke.abs() < FOLLOWED.1
+            && swing < walk + share * orbit.swing()
+    }
+
     /// What the motion is, and the cycle of its orbit.
     #[must_use]
     pub fn motion(&self, actuation: &Actuation) -> (Motion, Option<Cycle<B>>) {
-        let follows = |orbit: &Orbit| {
-            let (frequency, stroke) = self.apart(orbit);
-            orbit.stable() && frequency.abs() < FOLLOWED.0 && stroke.abs() < FOLLOWED.1
-        };
+        let follows = |orbit: &Orbit| self.follows(orbit);
         match orbit::find(actuation, &self.decisions, &self.before, follows) {
             Some((orbit, cycle)) if follows(&orbit) => (Motion::Orbit(orbit), Some(cycle)),
-            found => (self.no_orbit(found.map(|(orbit, _)| orbit)), None),
+            found => (
+                self.no_orbit(actuation, found.map(|(orbit, _)| orbit)),
+                None,
+            ),
         }
     }
 
-    fn no_orbit(&self, orbit: Option<Orbit>) -> Motion {
+    fn no_orbit(&self, actuation: &Actuation, orbit: Option<Orbit>) -> Motion {
         let latest = &self.outputs[self.outputs.len() / 2..];
         let (low, high) = range(latest.iter().copied());
         if self.decisions.len() < 2 && high - low < STILL {
@@ -165,16 +229,19 @@ impl<B: Body> Watched<B> {
             return Motion::Repeats(period);
         }
         let swings = self.swings(&self.outputs, WINDOW);
-        let begin = self.decisions.first().map_or(0.0, |first| first.time);
-        let seconds = self.outputs.len() as f64 * self.interval;
-        let rates = (0..(seconds / WINDOW) as i32).map(|i| {
-            let from = begin + f64::from(i) * WINDOW;
+        let windows = (self.outputs.len() as f64 * self.interval / WINDOW) as usize;
+        let rates = (0..windows).map(|i| {
+            let from = self.from + i as f64 * WINDOW;
             let within = |d: &&Decision| (from..from + WINDOW).contains(&d.time);
             self.decisions.iter().filter(within).count() as f64 / WINDOW
         });
+        let soon = |d: &Decision| d.time < self.from + GROWN;
+        let grown = self.decisions.partition_point(soon);
         Motion::Irregular(Irregular {
+            windows,
             swing: range(swings),
             rate: range(rates),
+            growth: actuation.growth(&self.decisions[..grown], &self.before[..grown], WINDOW),
             orbit,
         })
     }
@@ -183,4 +250,22 @@ impl<B: Body> Watched<B> {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
     sum / f64::from(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn irregular_motions_of_several_starts_are_pooled() {
+        let of = |swing, rate, growth: &[f64]| Irregular {
+            windows: growth.len(),
+            swing,
+            rate,
+            growth: growth.to_vec(),
+            orbit: None,
+        };
+        let all = of((0.3, 0.5), (4.0, 5.0), &[0.1]).and(&of((0.2, 0.4), (4.5, 6.0), &[0.2, 0.3]));
+        assert_eq!(all, of((0.2, 0.5), (4.0, 6.0), &[0.1, 0.2, 0.3]));
+    }
 }

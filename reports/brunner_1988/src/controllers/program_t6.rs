@@ -85,10 +85,12 @@ impl Plant {
         let axis = &self.axis;
         at(&runge_kutta_step(&state, dt, [&(); 3], |(), x| {
             let m = at(x);
+            let sine = libm::sin(m.pitch);
             let moment = -axis.plane_moment * planes(&m)
                 - axis.damping * m.pitch_rate
-                - axis.restoring * libm::sin(m.pitch);
-            [m.pitch_rate, moment / axis.inertia, self.depth_rate(&m)]
+                - axis.restoring * sine;
+            let climbs = if self.small_angles { m.pitch } else { sine };
+            [m.pitch_rate, moment / axis.inertia, -self.speed * climbs]
         }))
     }
 }
