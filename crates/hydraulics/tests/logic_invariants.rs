@@ -136,7 +136,9 @@ fn the_run_is_the_same_to_the_last_bit_however_its_ticks_are_divided() {
 #[test]
 fn asked_for_the_opposite_the_actuator_does_the_opposite_to_the_last_bit() {
     for seed in 0..RUNS {
-        let run = Run::random(seed);
+        let mut run = Run::random(seed);
+        // The return bounds the pressure on one side only, where the supply is lost.
+        run.set.return_pressure = 0.0;
         let mut opposite = Run {
             set: ActuatorSet {
                 error_rate: -run.set.error_rate,

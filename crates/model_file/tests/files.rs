@@ -196,7 +196,7 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
         (good.replace("offset:", "ofset:"), "ofset"),
         (
             good.replace("sample_time: 0.05", "sample_time: soon"),
-            "f64",
+            "expected a number",
         ),
         (good.replace("num:", "numerator:"), "numerator"),
     ] {

@@ -188,6 +188,8 @@ fn the_mirrored_run_is_the_mirror_image_to_the_last_bit() {
         let mut dice = Dice::new(seed);
         let name = SETS[(seed % 3) as usize];
         let mut set = symmetric(name);
+        // The return bounds the pressure on one side only, where the supply is lost.
+        set.return_pressure = 0.0;
         if dice.unit() < 0.5 {
             set.volume_limit = set.volume * 5.3;
             set.stop = set.ram_quantum() * 5.1;
