@@ -87,10 +87,11 @@ impl Pairing {
         }
     }
 
-    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number.
+    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number, but the first
+    /// may be of the time 0, of several publishers.
     pub(crate) fn key(&mut self, side: usize, mut stamp: i64) -> Key {
         if stamp == 0 {
-            stamp = self.unstamped[side];
+            stamp = (self.unstamped[side] - LATE as i64).max(0);
             self.unstamped[side] += 1;
         }
         let key = self.last[side].then(stamp);
@@ -268,4 +269,35 @@ pub(crate) fn same(a: &[u8], b: &[u8]) -> bool {
         return false;
     }
     head == short || (short.len() > 4 && head[..2] == short[..2] && head[4..] == short[4..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_the_time_zero_the_order_of_two_publishers_is_no_difference() {
+        let mut pairing = Pairing::new(true);
+        for (side, order) in [(0, [1, 2]), (1, [2, 1])] {
+            let stamps = [0, 0, 50_000_000]
+                .into_iter()
+                .zip(order.into_iter().chain([3]));
+            for (number, (stamp, payload)) in stamps.enumerate() {
+                let message = Waiting {
+                    key: pairing.key(side, stamp),
+                    number: number as u64,
+                    payload: vec![payload; 8],
+                    is_late: false,
+                };
+                pairing.push(side, message);
+            }
+            pairing.end(side);
+        }
+        let mut same = 0;
+        pairing.advance(&mut |outcome| {
+            assert!(matches!(outcome, Outcome::Pair { is_same: true, .. }));
+            same += 1;
+        });
+        assert_eq!(same, 3);
+    }
 }
