@@ -553,8 +553,8 @@ fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> 
     let written = file.oil.viscosity.as_ref();
     let viscosity = or_zero("oil.viscosity", written, D::Viscosity, 1.0)?;
     for (name, written) in &file.lines {
-        let names: Vec<String> = levels.iter().map(|level| level.name.clone()).collect();
-        let Some(level) = levels.iter_mut().find(|level| level.name == *name) else {
+        let Some(level) = levels.iter().position(|level| level.name == *name) else {
+            let names: Vec<&str> = levels.iter().map(|level| &*level.name).collect();
             return refused(
                 &format!("lines.{name}"),
                 name,
@@ -589,7 +589,7 @@ fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> 
                 ),
             );
         }
-        level.line = Some(line);
+        levels[level].line = Some(line);
     }
     Ok(())
 }

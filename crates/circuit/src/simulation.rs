@@ -376,6 +376,8 @@ impl Simulation {
             return;
         }
         let after = self.row_at(time);
+        // What was planned at the valves of lines went further.
+        self.line_steps = self.line_steps(time - self.time);
         let slopes = [self.rates(self.time, &self.row), self.rates(time, &after)];
         self.commit(&Stretch {
             end: time.max(self.time),
@@ -505,16 +507,11 @@ impl Simulation {
     /// The lines at `time`, up to which it has been advanced.
     fn lines_at(&self, time: f64) -> Vec<Waves> {
         let mut lines = self.lines.clone();
-        let steps = if time > self.time {
-            self.line_steps(time - self.time)
-        } else {
-            Vec::new()
-        };
         for line in &mut lines {
             // Valves may have opened just now.
             line.stay_closed(if line.is_open() { self.time } else { time });
         }
-        for (place, step) in steps {
+        for (place, step) in self.line_steps(time - self.time) {
             lines[place].push(&step, self.step);
         }
         lines
@@ -522,12 +519,25 @@ impl Simulation {
 
     /// What happens at the valves of each line, where some are open, over a step of length `h` from here.
     fn line_steps(&self, h: f64) -> Vec<(usize, LineStep)> {
-        if !self.lines.iter().any(Waves::is_open) {
-            return Vec::new();
+        self.dense(h)
+            .map_or_else(Vec::new, |dense| self.line_steps_along(h, &dense))
+    }
+
+    /// A step of length `h` from here and what is between, where valves of lines are open.
+    fn dense(&self, h: f64) -> Option<DormandPrinceDense<STATES>> {
+        if h <= 0.0 || !self.lines.iter().any(Waves::is_open) {
+            return None;
         }
         let times = DORMAND_PRINCE_DENSE_NODES.map(|share| self.time + share * h);
         let rates = |time: &f64, row: &_| self.rates_behind_lines(*time, row);
-        let dense = DormandPrinceDense::new(&self.row, h, &times, rates);
+        Some(DormandPrinceDense::new(&self.row, h, &times, rates))
+    }
+
+    fn line_steps_along(
+        &self,
+        h: f64,
+        dense: &DormandPrinceDense<STATES>,
+    ) -> Vec<(usize, LineStep)> {
         let rows = NODES.map(|node| {
             let share = 0.5 * (1.0 + node);
             (self.time + share * h, dense.at(share))
@@ -751,6 +761,7 @@ impl Simulation {
     /// The next stretch, at most up to `limit`.
     fn plan(&mut self, limit: f64) -> Stretch {
         let mut limit = limit;
+        self.line_steps.clear();
         for line in self.lines.iter_mut().filter(|line| line.is_open()) {
             line.stay_closed(self.time);
             limit = limit.min(line.look_back(self.time));
@@ -765,7 +776,11 @@ impl Simulation {
             h = horizon;
         }
         let after = loop {
-            let (after, errors) = self.stepped(h);
+            let dense = self.dense(h);
+            let (after, errors) = match &dense {
+                Some(dense) => (dense.after, dense.error),
+                None => self.stepped(h),
+            };
             let mut error = errors
                 .iter()
                 .zip(&self.scales)
@@ -778,8 +793,10 @@ impl Simulation {
                     }
                 })
                 / self.accuracy;
-            if (error <= 1.0 || h <= SHORTEST) && !self.lines.is_empty() {
-                self.line_steps = self.line_steps(h);
+            if let Some(dense) = &dense
+                && (error <= 1.0 || h <= SHORTEST)
+            {
+                self.line_steps = self.line_steps_along(h, dense);
                 let tails = self.line_steps.iter().map(|(_, step)| step.tail());
                 let most = TAIL * self.accuracy * self.scales[2];
                 error = tails.fold(error, |error, tail| error.max(tail / most));
@@ -994,6 +1011,16 @@ mod tests {
 
     /// Position, speed, pressures and supplied work at the times.
     fn moved(circuit: &Arc<Circuit>, accuracy: f64, times: &[f64]) -> Vec<[f64; 5]> {
+        pushed(circuit, accuracy, times, None)
+    }
+
+    /// The same where the force jumps at a time, s, to as much, N.
+    fn pushed(
+        circuit: &Arc<Circuit>,
+        accuracy: f64,
+        times: &[f64],
+        jump: Option<(f64, f64)>,
+    ) -> Vec<[f64; 5]> {
         let mut simulation = Simulation::new(Arc::clone(circuit), accuracy, 0.02, 500.0, 1);
         let names: Vec<String> = (0..4).map(|edge| circuit.edge_name(edge)).collect();
         let place = |name: &str| names.iter().position(|known| known == name).unwrap();
@@ -1004,6 +1031,10 @@ mod tests {
                 masks[edge] = mask;
             }
             simulation.command(time, &masks);
+        }
+        if let Some((time, force)) = jump {
+            simulation.advance(time, 1.0);
+            simulation.push(time, force);
         }
         let at = |time: &f64| {
             simulation.advance(*time, 1.0);
@@ -1017,6 +1048,16 @@ mod tests {
             [x, v, a, b, ledger.supply]
         };
         times.iter().map(at).collect()
+    }
+
+    /// Commands the first four edges at their times, the earliest first.
+    fn command_all(simulation: &mut Simulation, mut commands: Vec<(f64, [u32; 4])>) {
+        commands.sort_by(|one, other| one.0.total_cmp(&other.0));
+        for (time, masks) in commands {
+            let mut all = [0; MOST_EDGES];
+            all[..4].copy_from_slice(&masks);
+            simulation.command(time, &all);
+        }
     }
 
     fn assert_near(found: &[[f64; 5]], expected: &[[f64; 5]]) {
@@ -1173,6 +1214,25 @@ mod tests {
         });
         let times = [0.05, 0.3, 0.4, 0.6];
         assert_near(&moved(&with_stop, 1e-12, &times), &with_friction);
+        // The force jumps within a step, the ram on its way out of the elastic stop.
+        let with_a_jump = [
+            [
+                0.04125500435092203,
+                -0.001985868591764806,
+                9847398.679658063,
+                274534.14074658736,
+                182.12094946065346,
+            ],
+            [
+                0.010017614392801088,
+                -0.4565181982386701,
+                4369571.992723794,
+                5203714.70018546,
+                336.5992675830851,
+            ],
+        ];
+        let jump = Some((0.1001, 1500.0));
+        assert_near(&pushed(&with_stop, 1e-12, &[0.12, 0.3], jump), &with_a_jump);
     }
 
     proptest! {
@@ -1209,13 +1269,7 @@ mod tests {
                 circuit.edges.retain(|edge| edge.chamber == 0);
             }
             let mut simulation = Simulation::new(Arc::new(circuit), 1e-11, 0.3 * travel, force, 7);
-            let mut commands: Vec<(f64, [u32; 4])> = commands;
-            commands.sort_by(|one, other| one.0.total_cmp(&other.0));
-            for (time, masks) in commands {
-                let mut all = [0; MOST_EDGES];
-                all[..4].copy_from_slice(&masks);
-                simulation.command(time, &all);
-            }
+            command_all(&mut simulation, commands);
             for time in [0.1, 0.3, 0.5] {
                 simulation.advance(time, 1.0);
                 let [x, v, a, b] = simulation.at(time);
@@ -1268,13 +1322,7 @@ mod tests {
                 }
             });
             let mut simulation = Simulation::new(circuit, 1e-10, 0.012, 300.0, 7);
-            let mut commands: Vec<(f64, [u32; 4])> = commands;
-            commands.sort_by(|one, other| one.0.total_cmp(&other.0));
-            for (time, masks) in commands {
-                let mut all = [0; MOST_EDGES];
-                all[..4].copy_from_slice(&masks);
-                simulation.command(time, &all);
-            }
+            command_all(&mut simulation, commands);
             for (cycle, time) in [(0, 0.06), (0, 0.12), (1, 0.01)] {
                 if cycle == 1 {
                     simulation.next_cycle(0.15);
@@ -1284,6 +1332,7 @@ mod tests {
                 let whole = ledger.turnover() + 1e-3 * 1e7 * 8e-4 * 0.04;
                 prop_assert!(ledger.residual().abs() <= 1e-9 * whole, "{} of {whole} {ledger:?}", ledger.residual());
                 prop_assert!(ledger.line_friction >= 0.0, "{ledger:?}");
+                simulation.push(time, -simulation.force.begin);
             }
             prop_assert!(simulation.steps() < 100_000, "{}", simulation.steps());
         }

@@ -245,27 +245,37 @@ pub fn dormand_prince_step<S, const N: usize>(
     }
     let mut after = *y;
     add(&mut after, h, STAGES[12], &slopes);
+    (after, estimate(h, &slopes))
+}
+
+/// The estimate of a step's error.
+#[inline(always)]
+fn estimate<const N: usize, const STAGES: usize>(h: f64, slopes: &[[f64; N]; STAGES]) -> [f64; N] {
     let (mut error, mut third) = ([0.0; N], [0.0; N]);
-    add(&mut error, h, ERROR_OF_FIFTH, &slopes);
-    add(&mut third, h, ERROR_OF_THIRD, &slopes);
+    add(&mut error, h, ERROR_OF_FIFTH, slopes);
+    add(&mut third, h, ERROR_OF_THIRD, slopes);
     for (fifth, third) in error.iter_mut().zip(third) {
         let both = (*fifth * *fifth + 0.01 * third * third).sqrt();
         if both > 0.0 {
             *fifth *= fifth.abs() / both;
         }
     }
-    (after, error)
+    error
 }
 
-/// The polynomial of degree seven through a step.
+/// A step as [`dormand_prince_step`] takes it, and the polynomial of degree seven through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DormandPrinceDense<const N: usize> {
+    /// The states at its end.
+    pub after: [f64; N],
+    /// The estimate of their error.
+    pub error: [f64; N],
     begin: [f64; N],
     terms: [[f64; N]; 7],
 }
 
 impl<const N: usize> DormandPrinceDense<N> {
-    /// Over the step of length `h` from `y`, with the inputs of `f` at the [`DORMAND_PRINCE_DENSE_NODES`].
+    /// The step of length `h` from `y`, with the inputs of `f` at the [`DORMAND_PRINCE_DENSE_NODES`].
     pub fn new<S>(
         y: &[f64; N],
         h: f64,
@@ -293,7 +303,12 @@ impl<const N: usize> DormandPrinceDense<N> {
         for (term, weights) in others.iter_mut().zip(DENSE_TERMS) {
             add(term, h, weights, &slopes);
         }
-        Self { begin: *y, terms }
+        Self {
+            after,
+            error: estimate(h, &slopes),
+            begin: *y,
+            terms,
+        }
     }
 
     /// The states after the share `share` of the step.
@@ -367,8 +382,9 @@ mod tests {
     fn the_polynomial_through_a_step_errs_by_the_eighth_power_of_its_length() {
         let error = |h: f64| {
             let dense = DormandPrinceDense::new(&[1.0], h, &[(); 16], |(), y| [-y[0]]);
-            let ([end], _) = dormand_prince_step(&[1.0], h, &[(); 12], |(), y| [-y[0]]);
-            assert!((dense.at(1.0)[0] - end).abs() < 1e-15);
+            let step = dormand_prince_step(&[1.0], h, &[(); 12], |(), y| [-y[0]]);
+            assert_eq!((dense.after, dense.error), step);
+            assert!((dense.at(1.0)[0] - dense.after[0]).abs() < 1e-15);
             dense.at(0.4)[0] - libm::exp(-0.4 * h)
         };
         let ratio = error(0.5) / error(0.25);
