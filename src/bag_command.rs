@@ -15,7 +15,11 @@ use sha2::{Digest as _, Sha256};
 use crate::arguments::output_file;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_console::{Format, print_wrapped};
-use planesman_diff::{ColumnOf, Comparison, Options, Rule, Tolerance, WALL_TIME, diff, histories};
+use planesman_decode::{StampDecoder, Values};
+use planesman_diff::{
+    CanonicalOrder, ColumnOf, Comparison, Options, Rule, Tolerance, WALL_TIME, diff, histories,
+    stamp_decoder,
+};
 use planesman_flight::flight::recorded;
 use planesman_flight::nodes::NODES;
 use planesman_flight::sink::{COLUMNS, write_text};
@@ -40,22 +44,37 @@ pub fn info(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Prints the SHA-256 of each topic's payloads, in the order in which they were recorded, each filled up with zeros to whole words
-/// as it is on its way (RTPS 2.3, 9.4.1); then one of the lines of all topics without wall time.
+/// Prints the SHA-256 of each topic's payloads, in the order of their stamps (without stamps: as recorded), each filled up with zeros
+/// to whole words as it is on its way (RTPS 2.3, 9.4.1); then one of the lines of all topics without wall time.
 ///
 /// # Errors
 /// When there is no bag that can be read, or not all of it.
 pub fn hashes(path: &Path) -> Result<()> {
     let bag = BagReader::open(path)?;
-    let mut topics: BTreeMap<String, Sha256> = BTreeMap::new();
+    let mut values = Values::default();
+    let mut topics: BTreeMap<String, TopicHash> = BTreeMap::new();
     for message in bag.messages(Order::File) {
         let message = message?;
-        let hash = topics.entry(message.topic.name.clone()).or_default();
-        hash.update(&message.payload);
-        hash.update(&[0; 3][..message.payload.len().wrapping_neg() % 4]);
+        let topic = topics.entry(message.topic.name.clone()).or_insert_with(|| {
+            let types = planesman_signals::types(&bag, &message.topic).ok();
+            TopicHash {
+                stamp: types.as_ref().and_then(stamp_decoder),
+                ..TopicHash::default()
+            }
+        });
+        let decoder = topic.stamp.as_ref();
+        let stamp = decoder.and_then(|it| it.read(&message.payload, &mut values));
+        match stamp {
+            Some(stamp) => (topic.order).push(stamp, message.payload, digest(&mut topic.hash)),
+            None => digest(&mut topic.hash)(&message.payload),
+        }
     }
     let mut of_loop = Sha256::new();
-    for (name, hash) in topics {
+    for (name, topic) in topics {
+        let TopicHash {
+            order, mut hash, ..
+        } = topic;
+        order.end(digest(&mut hash));
         let line = format!("{:x} {}\n", hash.finalize(), planesman_text::shown(&name));
         planesman_console::out!("{}", line.trim_end())?;
         if !WALL_TIME.contains(&name.as_str()) {
@@ -64,6 +83,22 @@ pub fn hashes(path: &Path) -> Result<()> {
     }
     planesman_console::out!("{:x} all but {}", of_loop.finalize(), WALL_TIME.join(", "))?;
     Ok(())
+}
+
+/// A topic's hash so far.
+#[derive(Default)]
+struct TopicHash {
+    stamp: Option<StampDecoder>,
+    order: CanonicalOrder,
+    hash: Sha256,
+}
+
+/// Adds payloads to a hash.
+fn digest(hash: &mut Sha256) -> impl FnMut(&[u8]) + '_ {
+    |payload| {
+        hash.update(payload);
+        hash.update(&[0; 3][..payload.len().wrapping_neg() % 4]);
+    }
 }
 
 /// The dive whose whole bag is at `path`.

@@ -7,6 +7,7 @@
 //! - [`diff`]: compares; [`Options`]: what counts as a difference.
 //! - [`Comparison`], [`TopicResult`], [`FieldResult`], [`First`]: what was found; as text by `text`.
 //! - [`histories`]: the fields that differ, over time.
+//! - [`CanonicalOrder`]: a topic's messages in an order that does not depend on the recorder.
 //!
 //! Inside: `recording` reads bags and tables alike, `rules` are tolerances and what is ignored.
 
@@ -23,5 +24,6 @@ pub use comparison::{Comparison, FieldResult, First, Largest, TopicResult, What}
 pub use diff::diff;
 pub use histories::{History, histories};
 pub use options::{ColumnOf, DiffError, Options, WALL_TIME};
+pub use pairing::CanonicalOrder;
 pub use recording::stamp_decoder;
 pub use rules::{Rule, RuleError, Tolerance};

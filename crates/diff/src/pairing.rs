@@ -3,7 +3,7 @@
 //! Those of one stamp, in the order recorded; where several have the same stamp, first those of the same bytes, since the order
 //! in which publishers are received is the recorder's. Of a topic without stamps the messages of one number.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 /// Where a message stands in time. A clock that goes back by more than a second begins a new epoch, as of a loop that was started again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,6 +21,54 @@ impl Key {
         Self {
             epoch: self.epoch + u32::from(is_back),
             stamp,
+        }
+    }
+}
+
+/// Gives each message of a topic of one recording its key.
+#[derive(Default)]
+struct Keys {
+    last: Key,
+    /// Messages without a stamp, of a type that has one.
+    unstamped: i64,
+}
+
+impl Keys {
+    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number, but the first
+    /// may be of the time 0, of several publishers.
+    fn next(&mut self, mut stamp: i64) -> Key {
+        if stamp == 0 {
+            stamp = (self.unstamped - LATE as i64).max(0);
+            self.unstamped += 1;
+        }
+        self.last = self.last.then(stamp);
+        self.last
+    }
+}
+
+/// Sorts a topic's messages by stamp, and those of one stamp by their bytes, each of them once: an order that does not depend on which of
+/// several publishers the recorder heard first.
+#[derive(Default)]
+pub struct CanonicalOrder {
+    keys: Keys,
+    held: BTreeSet<(Key, Vec<u8>)>,
+}
+
+impl CanonicalOrder {
+    /// Takes the next message in the order recorded, and hands over those that no later one can precede.
+    pub fn push(&mut self, stamp: i64, payload: Vec<u8>, mut take: impl FnMut(&[u8])) {
+        self.held.insert((self.keys.next(stamp), payload));
+        while self.held.len() > LATE {
+            if let Some((_, payload)) = self.held.pop_first() {
+                take(&payload);
+            }
+        }
+    }
+
+    /// Hands over the last messages.
+    pub fn end(self, mut take: impl FnMut(&[u8])) {
+        for (_, payload) in self.held {
+            take(&payload);
         }
     }
 }
@@ -59,9 +107,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Pairing {
     queues: [VecDeque<Waiting>; 2],
     has_ended: [bool; 2],
-    last: [Key; 2],
-    /// Messages without a stamp, of a type that has one.
-    unstamped: [i64; 2],
+    keys: [Keys; 2],
     is_keyed: bool,
     /// Payloads met last, by which a repeated one is known.
     recent: VecDeque<Vec<u8>>,
@@ -87,16 +133,9 @@ impl Pairing {
         }
     }
 
-    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number, but the first
-    /// may be of the time 0, of several publishers.
-    pub(crate) fn key(&mut self, side: usize, mut stamp: i64) -> Key {
-        if stamp == 0 {
-            stamp = (self.unstamped[side] - LATE as i64).max(0);
-            self.unstamped[side] += 1;
-        }
-        let key = self.last[side].then(stamp);
-        self.last[side] = key;
-        key
+    /// The key of a side's next message of that stamp.
+    pub(crate) fn key(&mut self, side: usize, stamp: i64) -> Key {
+        self.keys[side].next(stamp)
     }
 
     /// The next message of a side, behind those of its stamp and of earlier ones.
