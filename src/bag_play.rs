@@ -19,8 +19,8 @@ use planesman_diff::{Options, diff, stamp_decoder};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_node::{
-    Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime, STRICT_PARAMETERS,
-    args,
+    Definitions, Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime,
+    STRICT_PARAMETERS, args,
 };
 use planesman_signals::types;
 use rustix::process::{Pid, Signal, kill_process};
@@ -135,12 +135,15 @@ pub struct PlayArgs {
     /// The node
     #[arg(long, value_name = "NODE", value_parser = choice(&Through::ALL, Through::described))]
     through: Through,
-    /// With own: a topic that the node publishes; the first ends a tick, all are compared
+    /// With own: a topic that the node publishes; the first ends a tick, those in the bag are compared
     #[arg(long, value_name = "TOPIC")]
     output: Vec<String>,
     /// With own: a topic that is played [default: all but the outputs]
     #[arg(long, value_name = "TOPIC")]
     input: Vec<String>,
+    /// With own: the input whose every message the node answers [default: stamps of the recorded answers, else the first --input]
+    #[arg(long, value_name = "TOPIC")]
+    tick: Option<String>,
     /// A ROS 2 parameter file for the node [default: parameters.yaml of the flight whose bag it is]
     #[arg(long, value_name = "FILE")]
     params_file: Option<PathBuf>,
@@ -165,6 +168,61 @@ struct Input {
     name: String,
     publisher: RawPublisher,
     stamp: Option<StampDecoder>,
+}
+
+/// A topic of the node, as it is known before the node runs.
+#[derive(Clone)]
+enum PlannedOutput {
+    /// The bag has it, so that the node's messages are compared.
+    Recorded(Topic),
+    /// The bag does not have it: its type comes from the node.
+    Unrecorded(String),
+}
+
+impl PlannedOutput {
+    fn recorded(&self) -> Option<Topic> {
+        match self {
+            Self::Recorded(topic) => Some(topic.clone()),
+            Self::Unrecorded(_) => None,
+        }
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Recorded(topic) => &topic.name,
+            Self::Unrecorded(name) => name,
+        }
+    }
+
+    /// The topic; waits until the node publishes one that the bag does not have.
+    fn topic(&self, rt: &Runtime<Event>, mut node: Option<&mut Started>) -> Result<Topic> {
+        let name = match self {
+            Self::Recorded(topic) => return Ok(topic.clone()),
+            Self::Unrecorded(name) => name,
+        };
+        let (deadline, end) = (Instant::now() + START, format!("/{name}"));
+        loop {
+            if let Some(node) = node.as_mut() {
+                node.check()?;
+            }
+            let mut published = rt.published_topics().into_iter();
+            if let Some(found) = published.find(|it| it.name == *name || it.name.ends_with(&end)) {
+                let definition = rt.block_on(Definitions::from_environment().find(rt, &found));
+                let definition = definition
+                    .with_context(|| format!("'{}' of type {}", found.name, found.type_name))?;
+                return Ok(recorder::node::published_topic(&found, definition));
+            }
+            if Instant::now() > deadline {
+                bail!(
+                    "'{name}' is neither in the bag nor published by a node; is the node in this domain and namespace? (planesman doctor)"
+                );
+            }
+            match rt.next(Duration::from_millis(20)) {
+                Next::Stop => bail!("stopped before the first tick"),
+                Next::Event(_) | Next::Timeout => {}
+            }
+        }
+    }
 }
 
 /// A topic of the node.
@@ -217,8 +275,24 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
         let _ = std::fs::remove_file(&out);
     })?;
     planesman_console::out!("{}: the outputs of {ticks} ticks", out.display())?;
+    let (recorded, new): (Vec<_>, Vec<_>) =
+        plan.outputs.iter().partition(|it| it.recorded().is_some());
+    let names = |of: &[&PlannedOutput]| -> Vec<String> {
+        of.iter().map(|it| it.name().to_owned()).collect()
+    };
+    if !new.is_empty() {
+        planesman_console::out!(
+            "{}: not in {}, so there is nothing to compare with. Play again with another --out, then: planesman bag diff {} OTHER.mcap",
+            names(&new).join(", "),
+            args.bag.display(),
+            out.display()
+        )?;
+    }
+    if recorded.is_empty() {
+        return Ok(true);
+    }
     let options = Options {
-        only: plan.outputs.iter().map(|it| it.name.clone()).collect(),
+        only: names(&recorded),
         ..args.rules.options(&[])
     };
     let found = diff(&args.bag, &out, &options)?;
@@ -243,11 +317,13 @@ fn record(
         },
         args::only(["--ros-args", "--log-level", "warn"].map(str::to_owned))?,
     )?;
-    let mut player = Player::new(rt, plan, bag, args, writer)?;
     let mut child = match plan.command(args, role)? {
         Some(mut command) => Some(Started(command.spawn().context("cannot start the node")?)),
         None => None,
     };
+    let topic = |it: &PlannedOutput| it.topic(&rt, child.as_mut());
+    let outputs: Vec<Topic> = plan.outputs.iter().map(topic).collect::<Result<_>>()?;
+    let mut player = Player::new(rt, plan, outputs, bag, args, writer)?;
     player.wait_for_node(child.as_mut())?;
     let ticks = player.play(bag, child.as_mut())?;
     drop(child);
@@ -259,9 +335,11 @@ fn record(
 struct Plan {
     namespace: String,
     inputs: Vec<Topic>,
-    outputs: Vec<Topic>,
-    /// The topic that ends a tick; it is not always in the bag.
-    answer: Topic,
+    outputs: Vec<PlannedOutput>,
+    /// The topic that ends a tick, where it is not the first output.
+    answer: Option<Topic>,
+    /// The number of the input whose every message begins a tick; else the stamps of the recorded answers do.
+    tick: Option<usize>,
 }
 
 /// A bag's topics but these and those of wall time.
@@ -291,34 +369,61 @@ impl Plan {
                     "--output is missing: the topic that the node publishes when it has done a tick"
                 );
             }
-            let named = |names: &[String]| -> Result<Vec<Topic>> {
-                let topics = names.iter().map(|name| {
-                    let found = find(name).cloned();
-                    found.ok_or_else(|| {
-                        anyhow!(
-                            "{}: it has no topic '{name}' (planesman bag info lists them)",
-                            args.bag.display()
-                        )
-                    })
-                });
-                topics.collect()
+            let named = |name: &String| {
+                find(name).cloned().ok_or_else(|| {
+                    anyhow!(
+                        "{}: it has no topic '{name}' (planesman bag info lists them)",
+                        args.bag.display()
+                    )
+                })
             };
-            let outputs = named(&args.output)?;
-            let inputs = match &args.input[..] {
-                [] => others(bag, &outputs),
-                names => named(names)?,
+            let outputs: Vec<PlannedOutput> = args
+                .output
+                .iter()
+                .map(|name| match find(name) {
+                    Some(topic) => PlannedOutput::Recorded(topic.clone()),
+                    None => PlannedOutput::Unrecorded(name.clone()),
+                })
+                .collect();
+            let recorded: Vec<Topic> = outputs.iter().filter_map(PlannedOutput::recorded).collect();
+            let inputs: Vec<Topic> = match &args.input[..] {
+                [] => others(bag, &recorded),
+                names => names.iter().map(named).collect::<Result<_>>()?,
             };
-            let answer = outputs[0].clone();
+            let tick = match &args.tick {
+                Some(name) => {
+                    let topic = named(name)?;
+                    let place = inputs.iter().position(|it| it.name == topic.name);
+                    Some(
+                        place
+                            .ok_or_else(|| anyhow!("--tick: '{}' is not an --input", topic.name))?,
+                    )
+                }
+                None if outputs[0]
+                    .recorded()
+                    .is_some_and(|it| stamps_of(bag, &it).is_some()) =>
+                {
+                    None
+                }
+                None if args.input.is_empty() => bail!(
+                    "--tick is missing: the input whose every message the node answers, since the bag has no stamped messages of '{}'",
+                    outputs[0].name()
+                ),
+                None => Some(0),
+            };
             return Ok(Self {
                 namespace: String::new(),
                 inputs,
                 outputs,
-                answer,
+                answer: None,
+                tick,
             });
         };
-        if !(args.output.is_empty() && args.input.is_empty() && args.command.is_empty()) {
+        if !(args.output.is_empty() && args.input.is_empty() && args.command.is_empty())
+            || args.tick.is_some()
+        {
             bail!(
-                "--output, --input and a command are for --through own: those of {} are known",
+                "--output, --input, --tick and a command are for --through own: those of {} are known",
                 role.node
             );
         }
@@ -365,8 +470,9 @@ impl Plan {
         Ok(Self {
             namespace: namespace.to_owned(),
             inputs,
-            outputs,
-            answer: answer.context("the answer's topic is not known")?,
+            outputs: outputs.into_iter().map(PlannedOutput::Recorded).collect(),
+            answer: Some(answer.context("the answer's topic is not known")?),
+            tick: Some(0),
         })
     }
 
@@ -456,9 +562,11 @@ struct Player {
     writer: BagWriter,
     values: Values,
     timeout: Duration,
-    /// The last stamp that was answered, and whether anything came since the tick began.
+    /// The last tick that was answered, and whether the present one is.
     answered: Option<i64>,
-    has_come: bool,
+    is_answered: bool,
+    /// The oldest stamp that answers the present tick.
+    since: i64,
     /// The stamp of the tick that is played.
     now: i64,
 }
@@ -476,6 +584,7 @@ impl Player {
     fn new(
         rt: Runtime<Event>,
         plan: &Plan,
+        topics: Vec<Topic>,
         bag: &BagReader,
         args: &PlayArgs,
         mut writer: BagWriter,
@@ -500,27 +609,29 @@ impl Player {
             });
         }
         let mut outputs = Vec::new();
-        for topic in &plan.outputs {
+        for topic in topics {
             outputs.push(Output {
-                id: Some(writer.add_topic(topic)?),
-                stamp: stamps_of(bag, topic),
-                topic: topic.clone(),
+                id: Some(writer.add_topic(&topic)?),
+                stamp: stamps_of(bag, &topic),
+                topic,
             });
         }
-        let place = |outputs: &[Output]| {
-            outputs
-                .iter()
-                .position(|it| it.topic.name == plan.answer.name)
+        let place = |answer: &Topic| outputs.iter().position(|it| it.topic.name == answer.name);
+        let answer = match &plan.answer {
+            None => 0,
+            Some(answer) => match place(answer) {
+                Some(place) => place,
+                None => {
+                    let known = planesman_decode::message_types::find(&answer.kind.type_name)?;
+                    outputs.push(Output {
+                        id: None,
+                        stamp: stamp_decoder(&known.types),
+                        topic: answer.clone(),
+                    });
+                    outputs.len() - 1
+                }
+            },
         };
-        if place(&outputs).is_none() {
-            let known = planesman_decode::message_types::find(&plan.answer.kind.type_name)?;
-            outputs.push(Output {
-                id: None,
-                stamp: stamp_decoder(&known.types),
-                topic: plan.answer.clone(),
-            });
-        }
-        let answer = place(&outputs).unwrap_or_default();
         for (number, output) in outputs.iter().enumerate() {
             let topic = &output.topic;
             let qos = Qos::record();
@@ -537,18 +648,17 @@ impl Player {
                 move |sample| Event::Sample(number, sample),
             )?;
         }
-        let is_role = args.through != Through::Own;
-        let answers = match outputs[answer].stamp.as_ref().filter(|_| !is_role) {
-            Some(decoder) => Answers::At(recorded_stamps(bag, &plan.answer, decoder)),
-            None => Answers::Each(0),
+        let answers = match (plan.tick, &outputs[answer]) {
+            (
+                None,
+                Output {
+                    topic,
+                    stamp: Some(decoder),
+                    ..
+                },
+            ) => Answers::At(recorded_stamps(bag, topic, decoder)),
+            (tick, _) => Answers::Each(tick.unwrap_or_default()),
         };
-        if matches!(answers, Answers::Each(_)) && inputs.first().is_none_or(|it| it.stamp.is_none())
-        {
-            bail!(
-                "the first --input must have stamps: each of its messages begins a tick, since '{}' has none",
-                plan.answer.name
-            );
-        }
         let has_clock = plan
             .inputs
             .iter()
@@ -568,7 +678,8 @@ impl Player {
             values: Values::default(),
             timeout: Duration::from_secs_f64(args.timeout),
             answered: None,
-            has_come: false,
+            is_answered: false,
+            since: i64::MIN,
             now: 0,
         })
     }
@@ -633,28 +744,41 @@ impl Player {
                 ticks += 1;
                 due = None;
             }
-            if let Some(stamp) = stamp.filter(|it| *it > self.now || ticks == 0 && due.is_none()) {
-                self.now = stamp;
+            let begins = match &self.answers {
+                Answers::Each(trigger) if place == *trigger => {
+                    Some(stamp.unwrap_or(message.log_time))
+                }
+                Answers::Each(_) => None,
+                Answers::At(stamps) => stamp.filter(|it| stamps.contains(it)),
+            };
+            let is_first = ticks == 0 && due.is_none();
+            if let Some(time) = stamp.or(begins).filter(|it| *it > self.now || is_first) {
+                self.now = time;
                 if let Some(clock) = &self.clock {
                     clock.publish(&Clock {
-                        clock: Time::from_nanos(stamp),
+                        clock: Time::from_nanos(time),
                     });
                 }
+            }
+            let begins = begins.filter(|it| {
+                due.is_none() && (stamp.is_none() || self.answered.is_none_or(|done| *it > done))
+            });
+            if begins.is_some() {
+                self.is_answered = false;
+                self.since = stamp.unwrap_or(i64::MIN);
             }
             if !self.inputs[place].publisher.publish(&message.payload) {
                 bail!("{}: a message cannot be published", message.topic.name);
             }
-            let begins = stamp.filter(|stamp| match &self.answers {
-                Answers::Each(trigger) => place == *trigger,
-                Answers::At(stamps) => stamps.contains(stamp),
-            });
-            match begins.filter(|it| self.answered.is_none_or(|done| *it > done)) {
-                Some(stamp) if due.is_none() => {
-                    due = Some(stamp);
-                    self.has_come = false;
+            match begins {
+                Some(tick) if stamp.is_some() => due = Some(tick),
+                // Without a stamp nothing tells which messages belong to the same tick.
+                Some(tick) => {
+                    self.wait_for(tick, child.as_deref_mut())?;
+                    ticks += 1;
                 }
-                _ if stamp.is_none() => self.take_for(PAUSE, false)?,
-                _ => {}
+                None if stamp.is_none() => self.take_for(PAUSE, false)?,
+                None => {}
             }
         }
         if let Some(tick) = due {
@@ -668,12 +792,7 @@ impl Player {
     /// Takes the node's messages until it has answered a stamp.
     fn wait_for(&mut self, tick: i64, child: Option<&mut Started>) -> Result<()> {
         let deadline = Instant::now() + self.timeout;
-        let is_stamped = self.outputs[self.answer].stamp.is_some();
-        let has_answered = |player: &Self| match is_stamped {
-            true => player.answered.is_some_and(|it| it >= tick),
-            false => player.has_come,
-        };
-        while !has_answered(self) {
+        while !self.is_answered {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 if let Some(child) = child {
@@ -689,7 +808,7 @@ impl Player {
             }
             self.take_for(left, true)?;
         }
-        self.answered = self.answered.max(Some(tick));
+        self.answered = Some(tick);
         Ok(())
     }
 
@@ -715,12 +834,9 @@ impl Player {
                 .write_raw(id, &sample.bytes, self.now, self.now)?;
         }
         if number == self.answer {
-            self.has_come = true;
-            if let Some(decoder) = &output.stamp
-                && let Some(stamp) = decoder.read(&sample.bytes, &mut self.values)
-            {
-                self.answered = self.answered.max(Some(stamp));
-            }
+            let decoder = output.stamp.as_ref();
+            let stamp = decoder.and_then(|it| it.read(&sample.bytes, &mut self.values));
+            self.is_answered |= stamp.is_none_or(|it| it >= self.since);
         }
         Ok(())
     }

@@ -159,6 +159,29 @@ fn run(args: Vec<OsString>) -> Result<()> {
     Ok(outcome?)
 }
 
+/// A discovered topic as a bag has it.
+#[must_use]
+pub fn published_topic(published: &PublishedTopic, definition: Definition) -> Topic {
+    let has_text = !definition.text.is_empty();
+    let kind = TopicKind {
+        type_name: published.type_name.clone(),
+        definition: definition.text,
+        definition_encoding: if has_text { "ros2msg" } else { "" }.to_owned(),
+        message_encoding: "cdr".to_owned(),
+        type_hash: definition.type_hash,
+        offered_qos: published
+            .offers
+            .iter()
+            .take(MOST_OFFERS)
+            .map(offered)
+            .collect(),
+    };
+    Topic {
+        name: published.name.clone(),
+        kind: Arc::new(kind),
+    }
+}
+
 /// The services of rosbag2's recorder.
 fn serve(rt: &Runtime<Event>, takes_snapshots: bool) -> Result<()> {
     rt.serve("~/pause", |_, responder| Event::Pause(responder))?;
@@ -348,24 +371,7 @@ impl Node {
             (true, false) => Qos::record_reliable(),
             (false, _) => Qos::record(),
         };
-        let has_text = !definition.text.is_empty();
-        let kind = TopicKind {
-            type_name: published.type_name.clone(),
-            definition: definition.text,
-            definition_encoding: if has_text { "ros2msg" } else { "" }.to_owned(),
-            message_encoding: "cdr".to_owned(),
-            type_hash: definition.type_hash,
-            offered_qos: published
-                .offers
-                .iter()
-                .take(MOST_OFFERS)
-                .map(offered)
-                .collect(),
-        };
-        let topic = Topic {
-            name: published.name.clone(),
-            kind: Arc::new(kind),
-        };
+        let topic = published_topic(published, definition);
         match self.subscribe(rt, topic, qos) {
             Ok(()) => log::info!("Subscribed to topic '{}'", published.name),
             Err(error) => log::error!("'{}' is not recorded: {error:#}", published.name),
