@@ -4,7 +4,10 @@
     planesman node plant_sim --ros-args -p time:=lockstep -p 'lockstep.gates:=[estimate]' &
     planesman node depth_controller --ros-args -p lockstep:=true -p use_sim_time:=true &
     planesman node dha_actuator --ros-args -p lockstep:=true -p use_sim_time:=true &
-    python3 launch-scripts/examples/own_estimator.py --ros-args -r __ns:=/auv
+    python3 launch-scripts/examples/own_estimator.py --ros-args -r __ns:=/auv -p reliable_sensors:=true
+
+The plant's sensors are best effort in real time, so that a reliable subscription would get nothing, and reliable in lockstep, where a lost
+message would cost a second: `reliable_sensors` says which.
 
 The pitch is the gyro's rate, integrated, and drawn towards the slope of the path; the depth is the pressure's, its rate a filtered
 difference. An estimate is published once both instruments of one stamp have come, in any order, and bears that stamp: so it does
@@ -17,6 +20,7 @@ import rclpy
 from planesman_msgs.msg import MotionEstimate
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import FluidPressure, Imu
 
 SURFACE = 101_325.0
@@ -34,12 +38,14 @@ class OwnEstimator(Node):
         super().__init__("own_estimator")
         self.declare_parameter("tick", 0.05)  # s
         self.declare_parameter("speed", 0.3048)  # m/s
+        reliable = self.declare_parameter("reliable_sensors", False).value  # as plant_sim offers them
+        sensors = QoSProfile(depth=10) if reliable else qos_profile_sensor_data
         self.rates, self.depths = {}, {}
         self.last = MotionEstimate(source=MotionEstimate.SOURCE_INTEGRATOR, depth_measured=True)
         self.is_first = True
         self.estimate = self.create_publisher(MotionEstimate, "estimate", 10)
-        self.create_subscription(Imu, "imu", self.on_imu, 10)
-        self.create_subscription(FluidPressure, "depth_pressure", self.on_pressure, 10)
+        self.create_subscription(Imu, "imu", self.on_imu, sensors)
+        self.create_subscription(FluidPressure, "depth_pressure", self.on_pressure, sensors)
 
     def on_imu(self, imu: Imu) -> None:
         # In base_link (forward, left, up) a turn about y is bow down.

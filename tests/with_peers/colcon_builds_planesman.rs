@@ -108,7 +108,15 @@ impl Workspace {
         let mut programs =
             self.printed("find \"$prefix/lib/planesman\" -type f -perm -u+x -printf '%f\\n'");
         programs.sort();
-        let mut expected = [&NODES[..], &["planesman"]].concat();
+        let examples = [
+            "chirp_logs.py",
+            "own_actuator.py",
+            "own_controller.py",
+            "own_estimator.py",
+            "own_plant.py",
+            "policy_controller.py",
+        ];
+        let mut expected = [&NODES[..], &["planesman"], &examples].concat();
         expected.sort_unstable();
         assert_eq!(programs, expected);
 
