@@ -189,15 +189,25 @@ fn fly(
         pole: String::new(),
         began: Instant::now(),
         flown: Duration::ZERO,
+        vehicle: (DiagnosticStatus::OK, String::new()),
         interrupted: false,
         rival_seen: false,
     };
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
-    flown.and(rt.shutdown().map_err(Into::into))?;
-    launcher.processes.stop()?;
+    let flown = flown.and(rt.shutdown().map_err(Into::into));
+    let stopped = launcher.processes.stop();
     // The bag is closed. A report can be made again, with `planesman report`.
     shutdown::at_once();
+    if let Err(error) = flown.and(stopped).and_then(|()| launcher.check_flown()) {
+        // What was flown is worth a report; that it cannot be made must not hide the error.
+        if launcher.ticks > 0
+            && let Ok(report) = run.report()
+        {
+            print_wrapped(format_args!("{report}\n"))?;
+        }
+        return Err(error);
+    }
     if launcher.interrupted {
         planesman_console::out!(
             "Interrupted after {} ticks; the bag is closed.",
@@ -416,6 +426,8 @@ struct Launcher {
     began: Instant,
     /// From there to its last state.
     flown: Duration,
+    /// How the vehicle last said it is: level and message.
+    vehicle: (u8, String),
     /// Whether the dive was interrupted.
     interrupted: bool,
     /// Whether another dive was discovered in flight.
@@ -456,6 +468,9 @@ impl Launcher {
                     status.name == vehicle && status.message == plant_sim::DONE
                 };
                 self.done |= array.status.iter().any(is_done);
+                if let Some(status) = array.status.iter().find(|it| it.name == vehicle) {
+                    self.on_vehicle(status);
+                }
                 if let Some(connections) = Connections::from_diagnostics(&array) {
                     self.connections
                         .insert(connections.node.clone(), connections);
@@ -477,14 +492,46 @@ impl Launcher {
                 outcome?;
                 self.release(rt);
             }
-            Event::Going(outcome) => drop(outcome?),
-            Event::Stopped(outcome) => {
-                outcome.context("plant_sim does not stop")?;
-                self.drain();
+            // A vehicle that moves was released, though its answer was lost.
+            Event::Going(outcome) if self.ticks == 0 => drop(outcome?),
+            Event::Going(_) => {}
+            Event::Stopped(Ok(_)) => self.drain(),
+            Event::Stopped(Err(reason)) => {
+                self.print_line(&format!(
+                    "WARNING: plant_sim does not pause ({reason}); all nodes are sent SIGTERM, the recorder last"
+                ));
+                return Ok(Flow::Stop);
             }
             Event::Poll => return self.poll(rt),
         }
         Ok(Flow::Continue)
+    }
+
+    /// Remembers how the vehicle is, and prints it once it has waited for `answer_timeout`.
+    fn on_vehicle(&mut self, status: &DiagnosticStatus) {
+        let now = (status.level, status.message.clone());
+        let before = std::mem::replace(&mut self.vehicle, now);
+        if status.level == DiagnosticStatus::ERROR && before.0 != status.level {
+            let tick = self.ticks.saturating_sub(1);
+            self.print_line(&format!(
+                "WARNING: plant_sim at tick {tick}: {}",
+                status.message
+            ));
+        }
+    }
+
+    /// # Errors
+    /// When fewer ticks were flown than the scenario asks for.
+    fn check_flown(&self) -> Result<()> {
+        if self.options.keep_running || self.is_flown() {
+            return Ok(());
+        }
+        let (flown, asked) = (self.ticks, self.scenario.ticks());
+        let vehicle = match &self.vehicle {
+            (DiagnosticStatus::OK, _) => String::new(),
+            (_, trouble) => format!("; plant_sim: {trouble}"),
+        };
+        bail!("interrupted after {flown} of {asked} ticks{vehicle}; the bag is closed")
     }
 
     /// The reason why recording stopped. The recorder's log may be on the full disk.

@@ -13,6 +13,7 @@ import time
 from functools import partial
 from pathlib import Path
 
+import yaml
 from ament_index_python.packages import get_package_prefix
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
@@ -46,6 +47,9 @@ ARGUMENTS = {
     'actuator': ('true', YES_OR_NO,
                  'Whether dha_actuator is started; false: a node of your own publishes planes, which sysid takes for its input '
                  '(params/own_actuator.yaml; a params_file may name another).'),
+    'sysid': ('true', YES_OR_NO,
+              'Whether sysid is started. In lockstep a tick waits for it, unless its input cannot come: in a scenario whose mode is '
+              'hover, with controller:=false, nobody moves planes.'),
     'gates': ('', None,
               'In lockstep, topics of nodes of your own that every tick waits for, separated by commas: lockstep.gates of plant_sim.'),
     'respawn': ('false', YES_OR_NO,
@@ -77,6 +81,8 @@ def start_nodes(context):
         files.append(Path(given['params_file']).expanduser().absolute())
         if not files[-1].is_file():
             raise RuntimeError(f"params_file: there is no file '{files[-1]}'")
+    for vehicle in vehicles:
+        vehicle['sysid_answers'] = sysid_has_input(given, files)
     flying = {vehicle['namespace'] for vehicle in vehicles}
     return [
         Node(
@@ -142,6 +148,19 @@ def scenario_parameters(scenario):
     return file
 
 
+def sysid_has_input(given, files):
+    """Whether the input of sysid can come. A controller of one's own that hovers commands thrusters, so that no plane moves."""
+    values = {'mode': '', 'input': 'plane_motion:dive_planes'}
+    for file in files:
+        for node, content in (yaml.safe_load(Path(file).read_text()) or {}).items():
+            for name in ('mode', 'input'):
+                owner = 'depth_controller' if name == 'mode' else 'sysid'
+                if node.split('/')[-1] in (owner, '**'):
+                    values[name] = content.get('ros__parameters', {}).get(name, values[name])
+    is_of_planes = values['input'].split(':')[0].split('/')[-1] in ('plane_motion', 'planes')
+    return not (is_of_planes and values['mode'] == 'hover' and given['controller'] == 'false')
+
+
 def node_parameters(given):
     """What this launch decides for each node, over what the parameter files say.
 
@@ -160,7 +179,8 @@ def node_parameters(given):
     nodes = {}
     if record:
         nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
-    nodes['sysid'] = {**follow, 'answer': lockstep}
+    if given['sysid'] == 'true':
+        nodes['sysid'] = {**follow, 'answer': lockstep and given['sysid_answers']}
     frames = {'frame_prefix': frame_prefix(given)}
     if given['actuator'] == 'true':
         nodes['dha_actuator'] = {**follow, **frames, 'lockstep': lockstep}
@@ -176,7 +196,7 @@ def node_parameters(given):
     if given['duration']:
         nodes['plant_sim']['duration'] = number(given, 'duration')
     if lockstep:
-        members = [name for name in ('sysid', 'recorder') if name in nodes]
+        members = [name for name in ('sysid', 'recorder') if nodes.get(name, {}).get('answer')]
         nodes['plant_sim']['lockstep.members'] = members
     gates = [name.strip() for name in given['gates'].split(',') if name.strip()]
     if gates and not lockstep:

@@ -17,7 +17,7 @@ use crate::{
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
     sensor_msgs::msg::{FluidPressure, Imu, JointState, MagneticField, NavSatFix, Range},
-    std_msgs::msg::{Float64, String as Text},
+    std_msgs::msg::{Float64, Float64MultiArray, String as Text},
     tf2_msgs::msg::TFMessage,
 };
 
@@ -72,6 +72,7 @@ impl LoopTopic {
     #[must_use]
     pub fn is_of_one_node(&self) -> bool {
         let of_many = [
+            "thruster_setpoints",
             "tick_answer",
             "/tf",
             "/tf_static",
@@ -119,6 +120,7 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("heading_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("speed_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64MultiArray>("thruster_setpoints", Reliable, 10),
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
         LoopTopic::of::<ThrusterCommand>("thruster_command", Reliable, 100),

@@ -36,7 +36,7 @@ fn of_all_to_all() {
     let announced = Announcements::listen(stage.domain());
     let file = stage.file("long.yaml", scenario(86_400.0, "  sysid: {start: 2.0}\n"));
     let out = stage.path("out");
-    let launcher = stage.start(&["dive", &file, "--lockstep", "--out", &out]);
+    let launcher = stage.start(&["dive", &file, "--lockstep", "--keep-running", "--out", &out]);
     let nodes = launcher.nodes();
     let operator = stage.operator();
     operator.state("a flight", |_| true);
@@ -76,7 +76,7 @@ fn of_the_recorder_to_the_controller() {
     let announced = Announcements::listen(stage.domain());
     let file = stage.file("long.yaml", scenario(86_400.0, "  sysid: {start: 2.0}\n"));
     let out = stage.path("out");
-    let launcher = stage.start(&["dive", &file, "--lockstep", "--out", &out]);
+    let launcher = stage.start(&["dive", &file, "--lockstep", "--keep-running", "--out", &out]);
     let operator = stage.operator();
     operator.state("a flight", |_| true);
     let nodes = launcher.nodes();

@@ -2,8 +2,9 @@
 //!
 //! All of them go to the ports that the nodes' middleware has on the loopback interface (RTPS 2.3, 9.6.1.1).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::{Ipv4Addr, UdpSocket};
+use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -12,11 +13,13 @@ use std::time::{Duration, Instant};
 use libtest_mimic::Trial;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
+use rustix::io::read;
+use rustix::net::{AddressFamily, Protocol, RawProtocol, SocketFlags, SocketType, socket_with};
 use rustix::process::Pid;
 
 use super::evidence::{self, stamp};
 use super::stage::{LONG_WORK, Operator, Signal, Stage, eventually, scenario};
-use super::trial;
+use super::{trial, trial_where};
 
 /// Packets a second.
 const RATE: u32 = 1000;
@@ -38,8 +41,18 @@ const INVENTED: u16 = 1000;
 pub(crate) fn trials() -> Vec<Trial> {
     vec![
         trial("garbage/a_claim_takes_no_memory".to_owned(), true, || {
-            lives_through(claiming, Duration::from_secs(5));
+            lives_through(made_by(claiming), Duration::from_secs(5));
         }),
+        trial_where(
+            || Tap::open(0).map(drop),
+            "garbage/damaged_copies_of_its_own".to_owned(),
+            true,
+            || {
+                let [before, during, after] = lives_through(damaged, Duration::from_secs(5));
+                let ticks = format!("{before}, {during}, {after} ticks a second");
+                assert!(during > before / 4.0 && after > before / 2.0, "{ticks}");
+            },
+        ),
         trial("garbage/each_kind_of_submessage".to_owned(), false, || {
             flies_on(forged)
         }),
@@ -55,15 +68,30 @@ pub(crate) fn trials() -> Vec<Trial> {
 /// The garbage: random, or made of the participants' own announcements.
 type Maker = fn(&mut Pcg64, &[Vec<u8>]) -> Vec<u8>;
 
+/// Makes packets, each with the port that it goes to; from the domain and the participants' announcements.
+type Source = Box<dyn FnMut(&mut Pcg64) -> Option<(u16, Vec<u8>)> + Send>;
+
+/// Packets of a maker for any port of the participants.
+fn made_by(maker: Maker) -> impl FnOnce(u16, Vec<Vec<u8>>) -> Source {
+    move |domain, announced| {
+        Box::new(move |chance| {
+            let packet = maker(chance, &announced);
+            let participant = chance.random_range(0..PARTICIPANTS - 1);
+            let port = port(domain, participant) + chance.random_range(0..2);
+            Some((port, packet))
+        })
+    }
+}
+
 /// As [`lives_through`], for [`DURATION`]; and the loop keeps more than half of its speed.
 fn flies_on(maker: Maker) {
-    let [before, during] = lives_through(maker, DURATION);
+    let [before, during, _] = lives_through(made_by(maker), DURATION);
     assert!(during > before / 2.0, "{during} of {before} ticks a second");
 }
 
 /// The loop flies while packets come for so long. Everybody lives, has as much memory as before, shows that it
-/// refuses something, and ends when it is asked to. Returns the ticks a second before and meanwhile.
-fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
+/// refuses something, and ends when it is asked to. Returns the ticks a second before, meanwhile and after.
+fn lives_through(source: impl FnOnce(u16, Vec<Vec<u8>>) -> Source, time: Duration) -> [f64; 3] {
     let stage = Stage::new();
     let announced = Announcements::listen(stage.domain());
     let file = stage.file("long.yaml", scenario(86_400.0, "  sysid: {start: 2.0}\n"));
@@ -75,7 +103,11 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
         &CEILING.to_string(),
     ]
     .map(str::to_owned);
-    let launcher = stage.start_at(&limited, &["dive", &file, "--lockstep", "--out", &out], &[]);
+    let launcher = stage.start_at(
+        &limited,
+        &["dive", &file, "--lockstep", "--keep-running", "--out", &out],
+        &[],
+    );
     let operator = stage.operator();
     let first = stamp(&operator.state("a flight", |_| true));
     // The recorder keeps the last 10,000 messages of each topic: what it holds is not to grow any more.
@@ -84,7 +116,7 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     let before = rate(&operator, time / 6);
     let memory_before = memory(&nodes);
 
-    let sender = Sender::start(stage.domain(), maker, announced.take());
+    let sender = Sender::start(source(stage.domain(), announced.take()));
     let during = rate(&operator, time);
     let memory_during = memory(&nodes);
     for name in nodes.keys() {
@@ -103,8 +135,9 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
         println!("{name} has refused: {counts}");
     }
     let sent = sender.stop();
+    let after = rate(&operator, time / 2);
     println!(
-        "{sent} packets: {during:.0} of {before:.0} ticks a second; memory {memory_before:?}, then {memory_during:?} B"
+        "{sent} packets: {during:.0} of {before:.0} ticks a second, {after:.0} after them; memory {memory_before:?}, then {memory_during:?} B"
     );
 
     for (name, before) in &memory_before {
@@ -114,7 +147,8 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     launcher.signal(Signal::TERM);
     let asked = Instant::now();
     // It reads a bag of some 100,000 ticks for its report.
-    let outcome = launcher.finish_within(LONG_WORK).success();
+    let outcome = launcher.finish_within(LONG_WORK);
+    evidence::ends_and_says_what_it_lost(&outcome, std::path::Path::new(&out));
     println!(
         "it ended {:.1} s after SIGTERM",
         asked.elapsed().as_secs_f64()
@@ -123,7 +157,7 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     evidence::nobody_is_left(&nodes);
     let flight = evidence::whole_flight(&std::path::Path::new(&out).join("bag"));
     evidence::each_tick_is_there(&flight);
-    [before, during]
+    [before, during, after]
 }
 
 /// Ticks of the vehicle a second, over so long.
@@ -204,7 +238,7 @@ struct Sender {
 }
 
 impl Sender {
-    fn start(domain: u16, maker: Maker, announced: Vec<Vec<u8>>) -> Self {
+    fn start(mut source: Source) -> Self {
         let (stop, sent) = (
             Arc::new(AtomicBool::new(false)),
             Arc::new(AtomicU64::new(0)),
@@ -220,9 +254,9 @@ impl Sender {
                 if ours.load(Ordering::Relaxed) {
                     return;
                 }
-                let packet = maker(&mut chance, &announced);
-                let participant = chance.random_range(0..PARTICIPANTS - 1);
-                let port = port(domain, participant) + chance.random_range(0..2);
+                let Some((port, packet)) = source(&mut chance) else {
+                    continue;
+                };
                 // Where nobody listens it is refused; that is none of ours.
                 let _ = socket.send_to(&packet, (Ipv4Addr::LOCALHOST, port));
                 count.fetch_add(1, Ordering::Relaxed);
@@ -315,6 +349,78 @@ fn forged(chance: &mut Pcg64, announced: &[Vec<u8>]) -> Vec<u8> {
     packet.extend(u16::try_from(body.len()).unwrap().to_le_bytes());
     packet.extend(body);
     packet
+}
+
+/// The packets of a domain as they cross the loopback interface, for who may read it.
+struct Tap {
+    socket: OwnedFd,
+    domain: u16,
+    /// The latest ones, each with its port.
+    recent: VecDeque<(u16, Vec<u8>)>,
+}
+
+impl Tap {
+    /// Packets that are remembered.
+    const REMEMBERED: usize = 200;
+
+    fn open(domain: u16) -> Result<Self, String> {
+        let ip = RawProtocol::new(u32::from(0x0800_u16.to_be())).map(Protocol::from_raw);
+        let (family, kind) = (AddressFamily::PACKET, SocketType::DGRAM);
+        let socket = socket_with(family, kind, SocketFlags::NONBLOCK, ip);
+        Ok(Self {
+            socket: socket.map_err(|e| format!("no packets of others can be read here: {e}"))?,
+            domain,
+            recent: VecDeque::new(),
+        })
+    }
+
+    /// One of the latest packets, each the last one as often as all others together.
+    fn packet(&mut self, chance: &mut Pcg64) -> Option<(u16, Vec<u8>)> {
+        let mut buffer = [0; 65_536];
+        while let Ok(length) = read(&self.socket, &mut buffer) {
+            let packet = &buffer[..length];
+            let data = usize::from(packet[0] & 0xf) * 4 + 8;
+            if length < data + HEADER || packet[9] != 17 || packet[data..data + 4] != *b"RTPS" {
+                continue;
+            }
+            let to = u16::from_be_bytes([packet[data - 6], packet[data - 5]]);
+            let ports = port(self.domain, 0)..port(self.domain, PARTICIPANTS);
+            if ports.contains(&to) {
+                self.recent.push_back((to, packet[data..].to_vec()));
+            }
+            if self.recent.len() > Self::REMEMBERED {
+                self.recent.pop_front();
+            }
+        }
+        match chance.random() {
+            true => self.recent.back().cloned(),
+            false if self.recent.is_empty() => None,
+            false => self
+                .recent
+                .get(chance.random_range(0..self.recent.len()))
+                .cloned(),
+        }
+    }
+}
+
+/// Copies of what the flight's participants send each other, announcements, data and acknowledgements, with one to seven
+/// bits flipped or a word replaced.
+fn damaged(domain: u16, _: Vec<Vec<u8>>) -> Source {
+    let mut tap = Tap::open(domain).unwrap();
+    Box::new(move |chance| {
+        let (port, mut packet) = tap.packet(chance)?;
+        let body = HEADER..packet.len();
+        if chance.random_range(0..10) < 7 {
+            for _ in 0..chance.random_range(1..8) {
+                packet[chance.random_range(body.clone())] ^= 1 << chance.random_range(0..8);
+            }
+        } else {
+            let word = body.start + chance.random_range(0..body.len() / 4) * 4;
+            let number = NUMBERS[chance.random_range(0..NUMBERS.len())];
+            packet[word..word + 4].copy_from_slice(&number.to_le_bytes());
+        }
+        Some((port, packet))
+    })
 }
 
 /// A stranger's first fragment of a sample of 4 GB, 64 bytes in all.

@@ -360,6 +360,9 @@ impl Dive {
         let out = stage.path(name);
         let mut arguments = vec!["dive".to_owned(), file, "--out".to_owned(), out.clone()];
         arguments.extend(pace.arguments());
+        if duration == ENDLESS {
+            arguments.push("--keep-running".to_owned());
+        }
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         (stage.start(&arguments), out)
     }

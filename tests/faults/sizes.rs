@@ -204,6 +204,7 @@ fn flies_on(flood: &'static Flood) {
     let all_topics = "recorder.record.all_topics=true";
     let mut launcher = stage.start(&[
         "dive",
+        "--keep-running",
         &file,
         "--lockstep",
         "--set",

@@ -52,6 +52,18 @@ fn a_clock_before_1970_is_refused_in_a_sentence() {
 }
 
 #[test]
+fn a_clock_beyond_the_middlewares_timestamps_is_refused_in_a_sentence() {
+    for time in ["@2262-05-01 00:00:00", "@2555-01-01 00:00:00"] {
+        let Some((_, outcome)) = ends(time, &[]) else {
+            return;
+        };
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        let sentence = "planesman: this machine's clock is past 2262-04-11";
+        assert!(outcome.stderr.contains(sentence), "{outcome:#?}");
+    }
+}
+
+#[test]
 fn a_flight_by_the_machines_time_ends_with_the_reason_where_stamps_end() {
     // Five seconds before, in a flight of ten.
     let Some((_, outcome)) = ends("@2038-01-19 03:14:02", &["--factor", "1"]) else {

@@ -65,6 +65,51 @@ fn at_a_terminal_that_is_closed(
 }
 
 #[test]
+fn a_dive_that_is_interrupted_before_its_end_has_a_report_and_a_status_that_is_not_0() {
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let file = stage.file("long.yaml", stage::scenario(3600.0, ""));
+    let out = stage.path("out");
+    let launcher = stage.start(&["dive", &file, "--factor", "4", "--out", &out]);
+    operator.state("a flight", |state| {
+        state.header.stamp.nanos() > 2_000_000_000
+    });
+    launcher.press_ctrl_c();
+    let outcome = launcher.finish();
+    assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+    let complaint = outcome.complaints().join("\n");
+    assert!(complaint.contains("of 72000 ticks"), "{complaint}");
+    assert!(outcome.stdout.contains("Page: "), "{outcome:#?}");
+    assert!(Path::new(&out).join("bag/metadata.yaml").exists());
+    assert!(Path::new(&out).join("report.html").exists());
+}
+
+/// Ticks of a flight whose simulation leaves its range after some, and the dive's end.
+#[test]
+fn a_vehicle_that_cannot_go_on_ends_the_dive_with_its_reason_and_what_was_flown() {
+    let stage = Stage::new();
+    let file = stage.file(
+        "secant.yaml",
+        "description: A law that is linear where it is none\nduration: 60.0\nparameters:\n  \
+         plant_sim: {pitch_damping: secant, speed: 2.5}\n  depth_controller: {mode: open_loop, identification.signal: square, \
+         identification.amplitude: 0.3, identification.period: 20.0}\n",
+    );
+    let out = stage.path("out");
+    let outcome = stage.run(&["dive", &file, "--out", &out]);
+    assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+    let complaint = outcome.complaints().join("\n");
+    for part in [
+        "the node plant_sim",
+        "cannot go on at tick",
+        "pitch_damping 'secant'",
+    ] {
+        assert!(complaint.contains(part), "{complaint}");
+    }
+    assert!(outcome.stdout.contains("Page: "), "{outcome:#?}");
+    assert!(Path::new(&out).join("bag/metadata.yaml").exists());
+}
+
+#[test]
 fn a_closed_terminal_ends_a_dive_as_ctrl_c_does() {
     let stage = Stage::new();
     at_a_terminal_that_is_closed(&stage, "", "dive --keep-running", "terminal", "s  depth");
@@ -102,7 +147,7 @@ fn a_folder_moved_or_removed_in_flight_is_the_reason_that_is_given() {
             true => std::fs::remove_dir_all(&out).unwrap(),
             false => std::fs::rename(&out, stage.path("elsewhere")).unwrap(),
         }
-        launcher.press_ctrl_c();
+        // Nobody has to ask: the recorder finds out at its next flush.
         let outcome = launcher.finish();
         assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
         let complaint = outcome.complaints().join("\n");

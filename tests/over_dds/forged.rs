@@ -7,8 +7,9 @@ use planesman::run_folder::RunFolder;
 use planesman_flight::flight::Flight;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
-use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer, VehicleState};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_node::{Direction, Qos};
 
 use stage::{Process, Received, Stage, scenario};
@@ -144,6 +145,30 @@ fn an_answer_in_the_name_of_a_member_is_refused_and_the_tick_waits_for_the_membe
         (refused > 0).then_some(refused)
     });
     assert!(told <= forged);
+    flies_to_its_end(&stage, dive);
+}
+
+/// What no actuator can mean, from before the flight on: refused and counted, and the actuator is heard.
+#[test]
+fn a_motion_without_samples_ends_no_flight_and_makes_nobody_the_actuator() {
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let qos = Qos::reliable(100);
+    let motions = operator.rt.publisher::<PlaneMotion>("plane_motion", qos);
+    let planes = operator.rt.publisher::<JointState>("planes", qos);
+    let (motions, planes) = (motions.unwrap(), planes.unwrap());
+    let dive = dive(&stage, &[]);
+    let (mut on_motion, mut on_planes) = (0, 0);
+    operator.until("refusals of both", |received| {
+        if matches!(received, Received::Diagnostics(_)) {
+            motions.publish(&PlaneMotion::default());
+            planes.publish(&JointState::default());
+        }
+        let of = |topic| refused(&received, "/auv/plant_sim", topic).unwrap_or(0);
+        on_motion = of("/auv/plane_motion").max(on_motion);
+        on_planes = of("/auv/planes").max(on_planes);
+        (on_motion > 0 && on_planes > 0).then_some(())
+    });
     flies_to_its_end(&stage, dive);
 }
 

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use planesman_bag::{BagReader, Order};
-use stage::{LONG_WORK, Stage, scenario};
+use stage::{LONG_WORK, Received, Stage, scenario};
 
 /// Topics that carry wall time by their nature, and are none of the vehicle's course:
 /// health reports go out every second of wall time, log lines when something is worth one, and
@@ -240,4 +240,31 @@ fn with_thrusters_processes_and_composition_agree_bit_for_bit() {
     for topic in composed.keys() {
         assert_same(&composed, &flown, &[topic]);
     }
+}
+
+/// Not the actuator, which has nothing to answer, is missing, but who commands it; and a member says what it lacks itself.
+#[test]
+fn a_tick_that_waits_names_the_root_of_the_chain() {
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let told = |what: &str| {
+        operator.until(what, |received| {
+            let Received::Diagnostics(array) = received else {
+                return None;
+            };
+            let mut messages = array.status.iter().map(|it| &it.message);
+            messages.any(|it| it.contains(what)).then_some(())
+        });
+    };
+    let members = "lockstep.members:=[sysid]";
+    let _plant = stage.node("plant_sim", &["time:=lockstep", members]);
+    told(
+        "nobody publishes plane_command, plane_motion or planes, sysid, which does not publish tick_answer",
+    );
+    let _sysid = stage.node("sysid", &["answer:=true"]);
+    told("each tick waits for /auv/plane_motion, which nobody publishes");
+    let _actuator = stage.node("dha_actuator", &["lockstep:=true"]);
+    told("waiting for the controller: nobody publishes plane_command");
+    let _controller = stage.node("depth_controller", &["lockstep:=true"]);
+    operator.state("a tick", |state| state.header.stamp.nanos() > 0);
 }

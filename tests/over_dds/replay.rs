@@ -63,7 +63,15 @@ fn what_was_frozen_and_forgotten_in_flight_is_so_in_the_replay_for_every_pair() 
     // Until enough has been learnt, however many ticks a busy machine leaves without an answer.
     let file = stage.file("frozen.yaml", scenario(3600.0, dive));
     let out = stage.path("run");
-    let launcher = stage.start(&["dive", &file, "--factor", "4", "--out", &out]);
+    let launcher = stage.start(&[
+        "dive",
+        &file,
+        "--keep-running",
+        "--factor",
+        "4",
+        "--out",
+        &out,
+    ]);
     let operator = stage.operator();
     let learnt = |estimates: usize| {
         for _ in 0..estimates {

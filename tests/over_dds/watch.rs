@@ -779,7 +779,7 @@ fn a_dive_shows_its_page_and_takes_it_along_when_it_ends() {
         scenario(600.0, "  depth_controller: {depth_setpoint: 1.0}"),
     );
     let operator = stage.operator();
-    let dive = stage.start(&["dive", &file, "--watch"]);
+    let dive = stage.start(&["dive", &file, "--watch", "--keep-running"]);
     let page = Page::of(&dive);
     let shown = page.get("/");
     assert!(shown.starts_with("HTTP/1.1 200"), "{shown}");

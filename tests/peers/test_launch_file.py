@@ -84,8 +84,18 @@ FOLDER = tempfile.TemporaryDirectory()
 # The installed program; it knows the scenario `dive`.
 PROGRAM = Path(FOLDER.name) / "lib" / "planesman" / "planesman"
 PROGRAM.parent.mkdir(parents=True)
-PROGRAM.write_text('#!/bin/sh\n[ "$*" = "params --yaml --scenario dive" ] || { echo "no $4" >&2; exit 1; }\necho "# $4"\n')
+PROGRAM.write_text(
+    """#!/bin/sh
+case "$*" in
+"params --yaml --scenario dive") echo "# $4" ;;
+"params --yaml --scenario bluerov2") printf '/**/depth_controller:\\n  ros__parameters:\\n    mode: hover\\n' ;;
+*) echo "no $4" >&2; exit 1 ;;
+esac
+"""
+)
 PROGRAM.chmod(0o755)
+Path(FOLDER.name, "share").mkdir()
+Path(FOLDER.name, "share", "planesman").symlink_to(SCRIPTS)
 
 STAND_INS = {
     "ament_index_python": module("ament_index_python"),
@@ -186,6 +196,23 @@ class LaunchFile(unittest.TestCase):
                 self.assertIs(decided(nodes, name)["lockstep"], True, name)
             followers = [name for name in nodes if name != "plant_sim"]
             self.assertTrue(all(decided(nodes, name)["use_sim_time"] is True for name in followers))
+
+    def test_sysid_is_waited_for_only_where_its_input_can_come(self):
+        def members(**arguments):
+            nodes = launch(time="lockstep", **arguments)
+            answering = [name for name in ("sysid", "recorder") if name in nodes and decided(nodes, name)["answer"]]
+            self.assertEqual(decided(nodes, "plant_sim")["lockstep.members"], answering)
+            return answering
+
+        self.assertEqual(members(), ["sysid", "recorder"])
+        self.assertEqual(members(controller="false"), ["sysid", "recorder"])
+        self.assertEqual(members(scenario="bluerov2"), ["sysid", "recorder"])
+        self.assertEqual(members(scenario="bluerov2", controller="false"), ["recorder"])
+        self.assertEqual(members(sysid="false"), ["recorder"])
+        self.assertNotIn("sysid", launch(sysid="false"))
+        own = Path(FOLDER.name) / "own.yaml"
+        own.write_text("/**/sysid:\n  ros__parameters:\n    input: thruster_command:command[0]\n")
+        self.assertEqual(members(scenario="bluerov2", controller="false", params_file=str(own)), ["sysid", "recorder"])
 
     def test_whoever_does_not_make_the_clock_follows_it(self):
         for arguments in ({"factor": "10"}, {"use_sim_time": "true"}):

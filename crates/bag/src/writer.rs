@@ -4,7 +4,9 @@
 //! has grown to [`WriterOptions::chunk_size`], or when [`WriterOptions::flush_interval`] has
 //! passed since the last one went. At every moment the file is therefore a row of whole records,
 //! and after `kill -9` everything up to the last flushed chunk is readable. Nothing waits for
-//! the disk (no fsync): a killed process loses nothing that was flushed, a power cut may.
+//! the disk unless [`WriterOptions::fsync`] asks for it: a killed process loses nothing that was
+//! flushed, a power cut may. At each flush the path is looked at: a file that was removed or
+//! moved while it is written is an error.
 //!
 //! A bag may be split: by [`WriterOptions::max_file_size`] and [`WriterOptions::max_file_duration`], or by
 //! [`BagWriter::split`]. Each of its files `NAME_0.mcap`, `NAME_1.mcap` is closed before the next one begins, and is a
@@ -19,6 +21,7 @@ use std::{
     fmt,
     fs::{self, File},
     io::{self, Write},
+    os::unix::fs::MetadataExt as _,
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -73,6 +76,9 @@ pub struct WriterOptions {
     /// The time between a file's first and last message, by their log times, after which the bag's next file begins.
     /// `None`: one file.
     pub max_file_duration: Option<Duration>,
+    /// Whether each flush waits until the disk has what was written, so that a power cut loses no more than
+    /// `kill -9` does. Not of a file begun by [`BagWriter::create_in`].
+    pub fsync: bool,
 }
 
 impl Default for WriterOptions {
@@ -83,6 +89,7 @@ impl Default for WriterOptions {
             flush_interval: Some(Duration::from_secs(1)),
             max_file_size: None,
             max_file_duration: None,
+            fsync: false,
         }
     }
 }
@@ -218,6 +225,8 @@ pub struct BagWriter {
     gate: Arc<Gate>,
     /// The current `.mcap` file.
     file: PathBuf,
+    /// The same, open; none of a file that is to be moved, or no file.
+    handle: Option<File>,
     /// The bag's folder; none for a single file.
     folder: Option<PathBuf>,
     /// The files before the current one.
@@ -278,8 +287,11 @@ impl BagWriter {
     /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
     /// system refuses.
     pub fn create_file(file: &Path, options: WriterOptions) -> Result<Self, WriteError> {
-        let output = File::create_new(file).map_err(|source| refused(file, source))?;
-        Self::create_in(output, file, options)
+        let (output, handle) = create_new(file).map_err(|source| refused(file, source))?;
+        let mut writer = Self::create_in(output, file, options)?;
+        writer.handle = Some(handle);
+        writer.settle()?;
+        Ok(writer)
     }
 
     /// Starts a single `.mcap` file in `output`, which is to be moved to `file` once it is closed, and names itself so.
@@ -309,6 +321,7 @@ impl BagWriter {
             mcap,
             gate,
             file: file.to_owned(),
+            handle: None,
             folder: None,
             closed: Vec::new(),
             closed_bytes: 0,
@@ -468,6 +481,28 @@ impl BagWriter {
         self.pending_bytes = 0;
         self.pending_messages = 0;
         self.flushed = Instant::now();
+        self.settle()
+    }
+
+    /// Checks that the path still leads to the file that is written, and waits for the disk if that is asked for.
+    fn settle(&mut self) -> Result<(), WriteError> {
+        let settled = self.settled();
+        settled.map_err(|error| self.fail(McapError::Io(error)))
+    }
+
+    fn settled(&self) -> io::Result<()> {
+        let Some(file) = &self.handle else {
+            return Ok(());
+        };
+        let (ours, there) = (file.metadata()?, fs::metadata(&self.file));
+        if !there.is_ok_and(|there| (there.dev(), there.ino()) == (ours.dev(), ours.ino())) {
+            return Err(io::Error::other("it was moved or removed meanwhile"));
+        }
+        if self.options.fsync {
+            file.sync_data()?;
+            let mut folder = self.folder.iter();
+            folder.try_for_each(|it| File::open(it)?.sync_all())?;
+        }
         Ok(())
     }
 
@@ -497,16 +532,20 @@ impl BagWriter {
         let name = bag_name(folder).unwrap_or_default();
         let file = folder.join(format!("{name}_{}.mcap", self.closed.len() + 1));
         self.finish()?;
-        let begun = File::create_new(&file)
+        let begun = create_new(&file)
             .map_err(McapError::Io)
-            .and_then(|output| begin(Box::new(output), self.options.compression));
-        let (mcap, gate) = begun.map_err(|error| {
+            .and_then(|(output, handle)| {
+                let (mcap, gate) = begin(Box::new(output), self.options.compression)?;
+                Ok((mcap, gate, handle))
+            });
+        let (mcap, gate, handle) = begun.map_err(|error| {
             self.file.clone_from(&file);
             self.fail(error)
         })?;
         self.closed.push(self.current_file());
         self.closed_bytes += self.gate.bytes.load(Ordering::Relaxed);
         (self.mcap, self.gate, self.file) = (mcap, gate, file);
+        self.handle = Some(handle);
         self.span = None;
         for channel in &mut self.channels {
             channel.before = channel.messages;
@@ -527,6 +566,7 @@ impl BagWriter {
         if let Err(error) = finished {
             return Err(self.fail(error));
         }
+        self.settle()?;
         self.gate.closed.store(true, Ordering::Relaxed);
         Ok(())
     }
@@ -574,6 +614,12 @@ impl BagWriter {
         let metadata = self.account();
         if let Some(folder) = &self.folder {
             metadata.write(folder)?;
+            if self.options.fsync {
+                let written = File::open(folder.join(metadata::FILE_NAME));
+                let synced = written.and_then(|it| it.sync_all());
+                synced.map_err(|error| self.fail(McapError::Io(error)))?;
+            }
+            self.settle()?;
         }
         Ok(metadata)
     }
@@ -713,6 +759,13 @@ impl Drop for BagWriter {
         // mcap's own drop would write the index, and make the file look whole.
         self.gate.closed.store(true, Ordering::Relaxed);
     }
+}
+
+/// A new file, and the same file again.
+fn create_new(path: &Path) -> io::Result<(File, File)> {
+    let file = File::create_new(path)?;
+    let handle = file.try_clone()?;
+    Ok((file, handle))
 }
 
 /// Begins an `.mcap` file.
@@ -860,6 +913,43 @@ mod tests {
             assert!(first.contains("no storage space"), "{first}");
             for later in &failures {
                 assert_eq!(later.to_string(), first);
+            }
+        }
+    }
+
+    #[test]
+    fn a_bag_that_is_removed_or_moved_while_it_is_written_is_an_error_at_the_next_flush() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for fsync in [false, true] {
+            for is_moved in [false, true] {
+                let bag = folder.path().join(format!("bag_{fsync}_{is_moved}"));
+                let options = WriterOptions {
+                    fsync,
+                    ..WriterOptions::default()
+                };
+                let mut writer = BagWriter::create(&bag, options).expect("a bag");
+                let id = writer.add_topic(&topic()).expect("new");
+                writer.write_raw(id, &[0; 12], 1, 1).expect("taken");
+                writer.flush().expect("it is there");
+                assert!(writer.split().expect("it is there"));
+                writer.write_raw(id, &[0; 12], 2, 2).expect("taken");
+                match is_moved {
+                    true => fs::rename(&bag, folder.path().join("elsewhere")).expect("moved"),
+                    false => fs::remove_dir_all(&bag).expect("removed"),
+                }
+                let failure = writer.flush().expect_err("it is gone").to_string();
+                assert!(failure.contains("moved or removed"), "{failure}");
+                assert_eq!(
+                    writer
+                        .write_raw(id, &[0; 12], 3, 3)
+                        .expect_err("closed")
+                        .to_string(),
+                    failure
+                );
+                // Another file at the path is not the one that is written.
+                fs::create_dir_all(&bag).expect("made");
+                assert!(writer.close().is_err());
+                fs::remove_dir_all(folder.path().join("elsewhere")).ok();
             }
         }
     }

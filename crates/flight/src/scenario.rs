@@ -650,16 +650,33 @@ pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Op
 /// The file of a scenario that is installed with the ROS package, by its bare name.
 fn installed(name: &str) -> Option<PathBuf> {
     let is_bare = !name.is_empty() && !name.contains(['.', '/']);
-    let prefixes = std::env::var_os("AMENT_PREFIX_PATH").filter(|_| is_bare)?;
-    std::env::split_paths(&prefixes)
-        .filter(|prefix| !prefix.as_os_str().is_empty())
-        .map(|prefix| prefix.join(format!("share/planesman/scenarios/{name}.yaml")))
-        .find(|file| file.is_file())
+    let mut files = installed_folders().map(|folder| folder.join(format!("{name}.yaml")));
+    files.find(|file| is_bare && file.is_file())
+}
+
+/// Where installed ROS packages of this project have their scenarios.
+fn installed_folders() -> impl Iterator<Item = PathBuf> {
+    let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+    let prefixes: Vec<PathBuf> = std::env::split_paths(&prefixes).collect();
+    let prefixes = prefixes
+        .into_iter()
+        .filter(|prefix| !prefix.as_os_str().is_empty());
+    prefixes.map(|prefix| prefix.join("share/planesman/scenarios"))
+}
+
+/// The names of the scenarios: those that are built in, and those that are installed.
+fn known_names() -> BTreeSet<String> {
+    let files = installed_folders().filter_map(|folder| folder.read_dir().ok());
+    let files = files.flatten().flatten().map(|entry| entry.path());
+    let files = files.filter(|file| file.extension().is_some_and(|it| it == "yaml"));
+    let stems = files.filter_map(|file| Some(file.file_stem()?.to_str()?.to_owned()));
+    let built_in = builtin_names().into_iter().map(str::to_owned);
+    stems.chain(built_in).collect()
 }
 
 fn read(path: &Path) -> Result<String> {
-    let names = builtin_names();
-    let meant = did_you_mean(&path.to_string_lossy(), names.iter().copied());
+    let names: Vec<String> = known_names().into_iter().collect();
+    let meant = did_you_mean(&path.to_string_lossy(), names.iter().map(String::as_str));
     file::read(path).during(|| {
         format!(
             "no scenario '{}'{meant}; a YAML file or one of {} is expected",

@@ -110,12 +110,17 @@ const LAST_SECOND: u64 = i32::MAX as u64;
 /// Checks that the machine's clock can be told in stamps.
 ///
 /// # Errors
-/// Before 1970: the middleware's timestamps begin there. After 2038 the node runs, with stamps that stand still; a warning
-/// says so.
+/// Before 1970 and after 2262, where the middleware's timestamps begin and end. After 2038 the node runs, with stamps that
+/// stand still; a warning says so.
 pub(crate) fn check_machine() -> Result<()> {
     let Ok(since) = SystemTime::now().duration_since(UNIX_EPOCH) else {
-        return Err(Error::Clock);
+        return Err(Error::Clock("before 1970, where DDS timestamps begin"));
     };
+    if i64::try_from(since.as_nanos()).is_err() {
+        return Err(Error::Clock(
+            "past 2262-04-11, where timestamps of 64 bits in ns end",
+        ));
+    }
     if since.as_secs() >= LAST_SECOND {
         log::warn!(
             "this machine's clock is past 2038-01-19, where ROS 2's stamps end: they stand still unless time is simulated"

@@ -179,7 +179,10 @@ fn services(
 fn ros_type(dds_type: &str) -> Option<String> {
     let parts: Vec<&str> = dds_type.split("::").collect();
     match parts[..] {
-        [package, kind @ ("msg" | "srv" | "action"), "dds_", name] => {
+        [package, kind @ ("msg" | "srv" | "action"), "dds_", name]
+            // Anybody announces types: one with a slash in its name is not ROS's.
+            if !package.contains('/') && !name.contains('/') =>
+        {
             Some(format!("{package}/{kind}/{}", name.strip_suffix('_')?))
         }
         _ => None,
@@ -198,6 +201,8 @@ mod tests {
                 Some("std_msgs/msg/Float64"),
             ),
             ("a::srv::dds_::B_Event_", Some("a/srv/B_Event")),
+            ("a/b::msg::dds_::C_", None),
+            ("a::msg::dds_::b/C_", None),
             (
                 "a::action::dds_::B_FeedbackMessage_",
                 Some("a/action/B_FeedbackMessage"),

@@ -52,8 +52,8 @@ pub enum Error {
     #[error("the system gives no thread, or no file, for timers (see ulimit -u and -n)")]
     Timers,
     /// The machine's clock cannot be told in DDS's timestamps.
-    #[error("this machine's clock is before 1970, where DDS timestamps begin: set it")]
-    Clock,
+    #[error("this machine's clock is {0}: set it")]
+    Clock(&'static str),
     /// A name that the middleware refuses.
     #[error("{name}: {reason}")]
     Name {

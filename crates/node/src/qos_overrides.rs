@@ -8,9 +8,18 @@
 //! | `history` | `keep_last` |
 //! | `depth` | 1 to 10000 |
 
+use std::{collections::BTreeSet, rc::Rc};
+
 use planesman_parameters::{Declaration, Value, Values};
 
-use crate::{endpoint::Direction, qos::Qos};
+use planesman_text::did_you_mean;
+
+use crate::{
+    endpoint::{Direction, Endpoint},
+    qos::Qos,
+};
+
+const PREFIX: &str = "qos_overrides.";
 
 const POLICIES: [(&str, &[&str]); 4] = [
     ("reliability", &["reliable", "best_effort"]),
@@ -21,7 +30,7 @@ const POLICIES: [(&str, &[&str]); 4] = [
 
 /// The declaration of a parameter of that name; `None` if it is no such name.
 pub(crate) fn declaration(name: &str) -> Option<Declaration> {
-    let (topic, end) = name.strip_prefix("qos_overrides.")?.split_once('.')?;
+    let (topic, end) = name.strip_prefix(PREFIX)?.split_once('.')?;
     let (end, policy) = end.split_once('.')?;
     let (_, choices) = POLICIES.iter().find(|(known, _)| *known == policy)?;
     let is_one = topic.starts_with('/') && ["publisher", "subscription"].contains(&end);
@@ -39,13 +48,46 @@ pub(crate) fn declaration(name: &str) -> Option<Declaration> {
     })
 }
 
-/// The quality of service of the topic (its absolute name) with what the values say of it.
-pub(crate) fn applied(values: &Values, direction: Direction, topic: &str, qos: Qos) -> Qos {
+/// One end of a topic, as the names of these parameters have it: `/auv/imu.publisher`.
+pub(crate) fn end(direction: Direction, topic: &str) -> String {
     let end = match direction {
         Direction::Publisher => "publisher",
         Direction::Subscription => "subscription",
     };
-    let given = |policy| values.get(&format!("qos_overrides.{topic}.{end}.{policy}"));
+    format!("{topic}.{end}")
+}
+
+/// Topics that the runtime itself opens.
+const OF_EVERY_NODE: [&str; 4] = ["/clock", "/diagnostics", "/parameter_events", "/rosout"];
+
+/// Warns of each parameter of a topic's end that is not among the node's.
+pub(crate) fn warn_of_unused(values: &Values, endpoints: &[Rc<Endpoint>]) {
+    let ends = endpoints.iter().map(|it| end(it.direction, &it.topic));
+    for warning in unused(values, &ends.collect()) {
+        log::warn!("{warning}");
+    }
+}
+
+fn unused(values: &Values, ends: &BTreeSet<String>) -> Vec<String> {
+    let names = values.declarations().iter().map(|it| &it.name);
+    let warning = |name: &String| {
+        let (end, _) = name.strip_prefix(PREFIX)?.rsplit_once('.')?;
+        let (topic, direction) = end.rsplit_once('.')?;
+        let is_used = ends.contains(end) || OF_EVERY_NODE.contains(&topic);
+        let meant = did_you_mean(end, ends.iter().map(String::as_str));
+        (!is_used).then(|| {
+            format!(
+                "parameter '{name}' has no effect: the node has no {direction} on '{topic}'{meant}"
+            )
+        })
+    };
+    names.filter_map(warning).collect()
+}
+
+/// The quality of service of the topic (its absolute name) with what the values say of it.
+pub(crate) fn applied(values: &Values, direction: Direction, topic: &str, qos: Qos) -> Qos {
+    let end = end(direction, topic);
+    let given = |policy| values.get(&format!("{PREFIX}{end}.{policy}"));
     let is = |policy, word: &str, own| match given(policy) {
         Some(Value::String(given)) => given == word,
         _ => own,
@@ -97,6 +139,13 @@ mod tests {
         assert_eq!(of(Direction::Publisher, "/auv/imu"), Qos::reliable(50));
         assert_eq!(of(Direction::Subscription, "/auv/imu"), Qos::sensor());
         assert_eq!(of(Direction::Publisher, "/auv/state"), Qos::sensor());
+        let opened = ["/auv/imu.publisher", "/auv/state.subscription"].map(str::to_owned);
+        assert_eq!(
+            unused(&values, &opened.into()),
+            [
+                "parameter 'qos_overrides./auv/state.publisher.reliability' has no effect: the node has no publisher on '/auv/state'"
+            ]
+        );
         let bad = [(
             "qos_overrides./auv/imu.publisher.depth".to_owned(),
             Value::Integer(0),

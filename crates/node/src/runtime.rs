@@ -468,7 +468,21 @@ impl<E: 'static> Runtime<E> {
         qos: Qos,
         event: impl Fn(M) -> E + 'static,
     ) -> Result<()> {
-        self.subscribe_to_speakers(topic, qos, |_| Vec::new(), event)
+        self.subscribe_where(topic, qos, |_| None, |_| Vec::new(), event)
+    }
+
+    /// As [`Runtime::subscribe`]; messages for which `reason_against` gives a reason are refused too.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::subscribe`].
+    pub fn subscribe_checked<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        reason_against: impl Fn(&M) -> Option<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        self.subscribe_where(topic, qos, reason_against, |_| Vec::new(), event)
     }
 
     /// As [`Runtime::subscribe`], of messages that speak for nodes, named in full (`/auv/sysid`): refused is a message
@@ -480,6 +494,17 @@ impl<E: 'static> Runtime<E> {
         &self,
         topic: &str,
         qos: Qos,
+        nodes: impl Fn(&M) -> Vec<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        self.subscribe_where(topic, qos, |_| None, nodes, event)
+    }
+
+    fn subscribe_where<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        reason_against: impl Fn(&M) -> Option<String> + 'static,
         nodes: impl Fn(&M) -> Vec<String> + 'static,
         event: impl Fn(M) -> E + 'static,
     ) -> Result<()> {
@@ -498,6 +523,7 @@ impl<E: 'static> Runtime<E> {
             let speakers = Speakers::new(&shared);
             let reason_against = |message: &M, info: &MessageInfo| {
                 non_finite(message)
+                    .or_else(|| reason_against(message))
                     .or_else(|| speakers.reason_against(info.publisher_gid(), &nodes(message)))
             };
             pump(
@@ -1179,6 +1205,7 @@ impl<E: 'static> Runtime<E> {
     /// threads has ended.
     fn watch_middleware(&self, threads: ThreadWatch, fail: Sender<String>) {
         let shared = Rc::downgrade(&self.shared);
+        let mut overrides = Some(Rc::clone(&self.parameters));
         self.shared.spawn(async move {
             let mut watchdog = Watchdog::default();
             let mut before = refusals();
@@ -1189,6 +1216,10 @@ impl<E: 'static> Runtime<E> {
                 let Some(shared) = shared.upgrade() else {
                     return;
                 };
+                // Once: by then a node has opened its topics.
+                if let Some(parameters) = overrides.take() {
+                    qos_overrides::warn_of_unused(&parameters.borrow().values, &shared.endpoints.borrow());
+                }
                 if let Some(trouble) = watchdog.look(threads.threads()) {
                     let _ =
                         fail.try_send(format!("{trouble}: the node receives no messages any more"));

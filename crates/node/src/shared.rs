@@ -69,7 +69,7 @@ pub(crate) struct Shared {
 }
 
 /// A node publishes its diagnostics every second: one that was not heard for so long has stopped.
-const STOPPED: Duration = Duration::from_secs(2);
+pub(crate) const STOPPED: Duration = Duration::from_secs(2);
 /// Participants remembered at most; then all are heard anew.
 const PARTICIPANTS: usize = 1000;
 

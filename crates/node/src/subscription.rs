@@ -2,7 +2,7 @@
 
 use std::{
     cell::RefCell,
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     rc::Rc,
     time::{Duration, Instant},
 };
@@ -15,7 +15,7 @@ use rustdds::GUID;
 use crate::{
     discovered::{ParticipantId, have_a_name_in_common, homes_of, prefix, writes},
     endpoint::{Endpoint, count},
-    shared::Shared,
+    shared::{STOPPED, Shared},
 };
 
 /// Hands the samples of one reader on as they come, until the node shuts down.
@@ -39,13 +39,15 @@ pub(crate) async fn pump<M>(
         Some(found).filter(|objection| !objection.is_empty())
     };
     let mut followed = Followed::default();
-    let mut is_of_another = |writer: Gid| -> bool {
+    // Of nodes that may have come in place of one that has died.
+    let mut waiting: VecDeque<(M, MessageInfo)> = VecDeque::new();
+    let mut passage_of = |writer: Gid| -> Passage {
         let Some(sender) = prefix(GUID::from(writer)) else {
-            return false;
+            return Passage::Free;
         };
         let Some(silence) = endpoint.follows_one else {
             shared.heard(sender);
-            return false;
+            return Passage::Free;
         };
         let participant = shared.participant();
         let participant = participant.as_ref();
@@ -53,25 +55,38 @@ pub(crate) async fn pump<M>(
         let doubles = |id| {
             shared.hears(id) && participant.is_some_and(|it| have_a_name_in_common(it, id, sender))
         };
-        !followed.passes(sender, Instant::now(), silence, publishes, doubles)
+        followed.passes(sender, Instant::now(), silence, publishes, doubles)
     };
     futures::pin_mut!(samples);
     while let Some(sample) = samples.next().await {
         let judged = match sample {
             Err(error) => Err(error.to_string()),
-            Ok((message, info)) => match objection_to(info.publisher_gid()) {
-                Some(objection) => Err(objection),
-                None if is_of_another(info.publisher_gid()) => {
-                    Err("another node publishes here, and came first".to_owned())
-                }
-                None => match reason_against(&message, &info) {
-                    Some(reason) => Err(reason),
-                    None => Ok((message, info)),
+            Ok((message, info)) => match objection_to(info.publisher_gid())
+                .or_else(|| reason_against(&message, &info))
+            {
+                Some(reason) => Err(reason),
+                // Asked last: a message that is refused makes its publisher nobody to follow.
+                None => match passage_of(info.publisher_gid()) {
+                    Passage::Free => Ok((message, info)),
+                    Passage::Undecided if waiting.len() < MAX_WAITING => {
+                        waiting.push_back((message, info));
+                        continue;
+                    }
+                    _ => Err("another node publishes here, and came first".to_owned()),
                 },
             },
         };
         match judged {
             Ok((message, info)) => {
+                let sender = |info: &MessageInfo| prefix(GUID::from(info.publisher_gid()));
+                for (before, of) in waiting.drain(..) {
+                    if sender(&of) == sender(&info) {
+                        count(&endpoint.passed);
+                        deliver(before, &of).await;
+                    } else {
+                        count(&endpoint.refused);
+                    }
+                }
                 count(&endpoint.passed);
                 deliver(message, &info).await;
             }
@@ -81,6 +96,18 @@ pub(crate) async fn pump<M>(
             }
         }
     }
+}
+
+/// Messages that wait for a decision.
+const MAX_WAITING: usize = 100;
+
+/// Whether a message passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Passage {
+    Free,
+    /// It may come in place of one that has died, or of one that stands and is still heard elsewhere.
+    Undecided,
+    Refused,
 }
 
 /// The participant that is followed.
@@ -98,7 +125,7 @@ impl Followed {
     /// Largest number of rivals that are known.
     const MAX_RIVALS: usize = 100;
 
-    /// Whether a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
+    /// How a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
     /// and of one that `doubles` it once it has been for so long. It is followed again when it goes on, unless it no longer
     /// `publishes`.
     fn passes(
@@ -108,25 +135,31 @@ impl Followed {
         silence: Duration,
         publishes: impl FnOnce(ParticipantId) -> bool,
         doubles: impl FnOnce(ParticipantId) -> bool,
-    ) -> bool {
+    ) -> Passage {
         if let Some((first, heard)) = self.first.filter(|(first, _)| *first != sender) {
             let silent = now.duration_since(heard);
             if silent < Self::BRIEF {
                 if self.rivals.len() < Self::MAX_RIVALS {
                     self.rivals.insert(sender);
                 }
-                return false;
+                return Passage::Refused;
             }
             // A node of the same name that comes while the one followed stands is another loop's, not its successor.
-            if silent < silence && (self.rivals.contains(&sender) || doubles(first)) {
-                return false;
+            if silent < silence && self.rivals.contains(&sender) {
+                return Passage::Refused;
+            }
+            if silent < silence && doubles(first) {
+                return match silent < STOPPED + Self::BRIEF {
+                    true => Passage::Undecided,
+                    false => Passage::Refused,
+                };
             }
             if publishes(first) {
-                return true;
+                return Passage::Free;
             }
         }
         self.first = Some((sender, now));
-        true
+        Passage::Free
     }
 }
 
@@ -188,7 +221,8 @@ mod tests {
         let [first, other] = [[1; 12], [2; 12]];
         let mut followed = Followed::default();
         let mut passes = |sender, seconds, there| {
-            followed.passes(sender, at(seconds), Duration::ZERO, |_| there, |_| true)
+            let passage = followed.passes(sender, at(seconds), Duration::ZERO, |_| there, |_| true);
+            passage == Passage::Free
         };
         assert!(passes(first, 0.0, true));
         assert!(!passes(other, 0.9, true), "the first goes on");
@@ -210,10 +244,18 @@ mod tests {
             let mut followed = Followed::default();
             let mut passes =
                 |sender, seconds| followed.passes(sender, at(seconds), long, |_| true, |_| doubles);
-            assert!(passes(first, 0.0));
-            assert_eq!(passes(other, 1.5), !doubles, "a successor comes at once");
-            assert_eq!(passes(other, 9.9), !doubles);
-            assert!(passes(other, 10.1));
+            let (free, refused) = (Passage::Free, Passage::Refused);
+            let or_free = |doubled| if doubles { doubled } else { free };
+            assert_eq!(passes(first, 0.0), free);
+            assert_eq!(passes(other, 1.5), or_free(Passage::Undecided));
+            assert_eq!(passes(other, 2.9), or_free(Passage::Undecided));
+            assert_eq!(
+                passes(other, 3.1),
+                or_free(refused),
+                "the first is still heard"
+            );
+            assert_eq!(passes(other, 9.9), or_free(refused));
+            assert_eq!(passes(other, 10.1), free);
         }
     }
 }

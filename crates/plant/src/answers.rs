@@ -10,6 +10,9 @@ use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer};
 
 use crate::parameters::{PlantParameters, TimeSource};
 
+/// What [`Answers::missing`] calls the actuator, which is no member.
+pub const THE_ACTUATOR: &str = "the actuator";
+
 /// Answers that have come and may still be flown, and what the ticks were flown on.
 #[derive(Clone, Debug)]
 pub struct Answers {
@@ -124,7 +127,7 @@ impl Answers {
     #[must_use]
     pub fn missing(&self, now: i64) -> Vec<&str> {
         let has_answered = self.thrusters_alone || self.motions.contains_key(&now);
-        let actuator = (!has_answered).then_some("the actuator");
+        let actuator = (!has_answered).then_some(THE_ACTUATOR);
         let others = self.members.iter().chain(&self.gates);
         let silent = others.filter(|it| !self.answered.contains(*it));
         actuator

@@ -302,6 +302,14 @@ impl Plant {
         })
     }
 
+    /// Checks a motion as [`Plant::advance`] will.
+    ///
+    /// # Errors
+    /// Why the motion does not fit the tick.
+    pub fn check_motion(&self, motion: &PlaneMotion) -> Result<(), Error> {
+        inputs_of(motion, self.tick_nanos()).map(drop)
+    }
+
     /// Moves on by one tick, the planes along `motion`; without one they stay where they are,
     /// and the next state says so.
     ///

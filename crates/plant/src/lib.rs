@@ -23,7 +23,7 @@ mod parameters;
 mod sensors;
 mod settings;
 
-pub use answers::Answers;
+pub use answers::{Answers, THE_ACTUATOR};
 pub use core::{Observation, Plant, Pose, StaticMessages};
 pub use craft::Craft;
 pub use description::robot_description;

@@ -26,9 +26,13 @@ pub struct RecorderParameters {
     /// Size before compression at which a chunk is written to the file; rosbag2's default.
     #[parameter(default = 768 * 1024, unit = "B", range = 1024..=64 * 1024 * 1024, read_only)]
     pub chunk_size: u64,
-    /// Longest time a message stays in memory; a killed recorder loses at most this.
+    /// Longest time a message stays in memory; a killed recorder loses at most this, a power cut what the system has not
+    /// written yet (see fsync).
     #[parameter(default = 1.0, unit = "s", range = 0.0..=3600.0, read_only)]
     pub flush_interval: f64,
+    /// Whether each flush waits until the disk has the messages, so that a power cut loses no more than a killed recorder does.
+    #[parameter(default = false, read_only)]
+    pub fsync: bool,
     /// Whether the sensors' topics are subscribed reliably, so that no message is lost; needs plant_sim's
     /// reliable_sensors. Always as a member of lockstep.
     #[parameter(default = false, read_only)]
@@ -102,6 +106,7 @@ pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, 
         ),
         max_file_size: given(parameters.storage.max_bagfile_size),
         max_file_duration: given(parameters.storage.max_bagfile_duration).map(Duration::from_secs),
+        fsync: parameters.fsync,
     })
 }
 

@@ -143,7 +143,7 @@ struct Node {
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
-            Event::Lifecycle(change) => self.on_change(rt, change)?,
+            Event::Lifecycle(change) => self.on_change(rt, change),
             // An inactive node takes note of nothing but its parameters: it begins anew when it is activated.
             Event::State(_)
             | Event::Imu(_)
@@ -203,7 +203,11 @@ impl Node {
             Event::ResetFault(responder) => self.reset_fault(rt, responder),
             Event::Poll => self.poll(rt),
             Event::Parameters(parameters) => {
-                self.controller.set_parameters(&parameters)?;
+                // They have been accepted; but a file that they name may have changed since.
+                if let Err(reason) = self.controller.set_parameters(&parameters) {
+                    log::error!("{reason}; the parameters before stay in force");
+                    return Ok(Flow::Continue);
+                }
                 for change in changes(&self.parameters, &parameters) {
                     log::info!("{change}");
                 }
@@ -215,10 +219,14 @@ impl Node {
     }
 
     /// An activated node begins like one that was started anew; one that is not active any more ends its manoeuvre.
-    fn on_change(&mut self, rt: &Runtime<Event>, change: Change) -> Result<()> {
+    fn on_change(&mut self, rt: &Runtime<Event>, change: Change) {
         match change {
             Change::Activate => {
-                self.controller = Controller::new(&self.parameters)?;
+                // A file that the parameters name may have changed since they were accepted.
+                match Controller::new(&self.parameters) {
+                    Ok(controller) => self.controller = controller,
+                    Err(reason) => log::error!("{reason}; the controller before goes on"),
+                }
                 self.waiting = Waiting::default();
                 self.received = None;
                 self.silent = false;
@@ -233,7 +241,6 @@ impl Node {
             Change::Configure | Change::CleanUp => {}
         }
         self.tell_status(rt);
-        Ok(())
     }
 
     /// Answers the state that waits once all its instruments have been received.

@@ -122,7 +122,11 @@ impl Node {
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
             Event::Poll => self.poll(rt),
             Event::Parameters(parameters) => {
-                self.actuator.set_parameters(&parameters)?;
+                // They have been accepted; but a file that they name may have changed since.
+                if let Err(reason) = self.actuator.set_parameters(&parameters) {
+                    log::error!("{reason}; the parameters before stay in force");
+                    return Ok(Flow::Continue);
+                }
                 self.timeout = parameters.command_timeout;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {

@@ -73,20 +73,17 @@ impl Gates {
     }
 
     /// Looks for publishers of those that are not open.
-    ///
-    /// # Errors
-    /// When the middleware refuses.
-    pub(crate) fn discover<E: From<GateEvent> + 'static>(&mut self, rt: &Runtime<E>) -> Result<()> {
+    pub(crate) fn discover<E: From<GateEvent> + 'static>(&mut self, rt: &Runtime<E>) {
         let is_unpublished = |gate: &Gate| matches!(gate.state, State::Unpublished);
         if !self.list.iter().any(is_unpublished) {
-            return Ok(());
+            return;
         }
         for topic in rt.published_topics() {
             let found =
                 (self.list.iter()).position(|it| is_unpublished(it) && it.topic == topic.name);
             let Some(index) = found else { continue };
             match self.definitions.local(&topic) {
-                Ok(definition) => self.open(rt, index, &topic, Ok(definition))?,
+                Ok(definition) => self.open(rt, index, &topic, Ok(definition)),
                 Err(_) => {
                     if let Some(gate) = self.list.get_mut(index) {
                         gate.state = State::Asked;
@@ -98,39 +95,35 @@ impl Gates {
                 }
             }
         }
-        Ok(())
     }
 
     /// The topic of the gate that `event` answers the tick at `now` (ns) by, whose state was sent at `sent`, by the machine's clock.
-    ///
-    /// # Errors
-    /// When the middleware refuses.
     pub(crate) fn on<E: From<GateEvent> + 'static>(
         &mut self,
         rt: &Runtime<E>,
         event: GateEvent,
         now: i64,
         sent: &Time,
-    ) -> Result<Option<&str>> {
+    ) -> Option<&str> {
         match event {
-            GateEvent::Sample(index, sample) => Ok(self.answered_by(index, &sample, now, sent)),
+            GateEvent::Sample(index, sample) => self.answered_by(index, &sample, now, sent),
             GateEvent::Type(index, topic, definition) => {
-                self.open(rt, index, &topic, definition)?;
-                Ok(None)
+                self.open(rt, index, &topic, definition);
+                None
             }
         }
     }
 
-    /// Subscribes to a gate as its publishers offer it.
+    /// Subscribes to a gate as its publishers offer it. They may be anybody, so a refusal leaves the gate as it was.
     fn open<E: From<GateEvent> + 'static>(
         &mut self,
         rt: &Runtime<E>,
         index: usize,
         topic: &PublishedTopic,
         definition: Result<Definition, DefinitionError>,
-    ) -> Result<()> {
+    ) {
         let Some(gate) = self.list.get_mut(index) else {
-            return Ok(());
+            return;
         };
         let types = definition.map_err(|e| e.to_string()).and_then(|it| {
             schema::read(&topic.type_name, "ros2msg", &it.text).map_err(|e| e.to_string())
@@ -151,9 +144,11 @@ impl Gates {
             false => Qos::sensor(),
         };
         let hash = topic.type_hash.as_deref();
-        rt.subscribe_raw(&topic.name, &topic.type_name, hash, qos, move |sample| {
-            GateEvent::Sample(index, sample).into()
-        })?;
+        let event = move |sample| GateEvent::Sample(index, sample).into();
+        if let Err(refusal) = rt.subscribe_raw(&topic.name, &topic.type_name, hash, qos, event) {
+            log::error!("gate {}: not subscribed to: {refusal}", topic.name);
+            return;
+        }
         log::info!(
             "gate {}: a tick ends with {}",
             topic.name,
@@ -164,7 +159,6 @@ impl Gates {
         );
         gate.state = State::Open(stamp);
         self.opened = Some(Instant::now());
-        Ok(())
     }
 
     /// Whether all have been open for so long: their publishers, too, then know of it.

@@ -4,10 +4,11 @@
 //! that ARCHITECTURE.md ("Time") describes.
 
 use std::any::Any;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow, bail};
@@ -28,7 +29,8 @@ use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use planesman_plant::{
-    Answers, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages, TimeSource,
+    Answers, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages, THE_ACTUATOR,
+    TimeSource,
 };
 use planesman_vehicle::Boundary;
 
@@ -56,6 +58,9 @@ const WARNING_PERIOD: Duration = Duration::from_secs(5);
 /// The topics on which an actuator answers. The first has the angle over the whole tick, the second one angle that is held over it.
 const PLANE_MOTION: &str = "plane_motion";
 const PLANES: &str = "planes";
+
+/// The topic that the actuator answers.
+const PLANE_COMMAND: &str = "plane_command";
 
 /// The topics on which the thrusters are commanded: with names and stamp, or a row of numbers in the order of the vehicle's file, as Stonefish's users send it.
 const THRUSTER_COMMAND: &str = "thruster_command";
@@ -103,8 +108,28 @@ fn run(args: Vec<OsString>) -> Result<()> {
     )?;
     let mut node = Node::new(&rt, &parameters)?;
     let answers = Qos::reliable(100).of_one_publisher();
-    rt.subscribe(PLANE_MOTION, answers, Event::Motion)?;
-    rt.subscribe(PLANES, answers, Event::Planes)?;
+    // The tick is fixed at the start, so this copy checks as the plant that flies does.
+    let judge = Rc::new(node.plant.clone());
+    let refuses = |judge: &Plant, motion: &PlaneMotion| {
+        let refusal = judge.check_motion(motion).err()?;
+        Some(refusal.to_string())
+    };
+    let of_motion = Rc::clone(&judge);
+    rt.subscribe_checked(
+        PLANE_MOTION,
+        answers,
+        move |motion| refuses(&of_motion, motion),
+        Event::Motion,
+    )?;
+    rt.subscribe_checked(
+        PLANES,
+        answers,
+        move |planes| match judge.motion(planes) {
+            Some(motion) => refuses(&judge, &motion),
+            None => Some("no joint 'dive_planes' with a position".to_owned()),
+        },
+        Event::Planes,
+    )?;
     if !node.plant.thrusters().is_empty() {
         rt.subscribe(THRUSTER_COMMAND, answers, Event::Thrusters)?;
         rt.subscribe(
@@ -236,6 +261,11 @@ impl Node {
             true => &parameters.lockstep.gates,
             false => &[],
         };
+        if !lockstep && !parameters.lockstep.gates.is_empty() {
+            log::warn!(
+                "parameter 'lockstep.gates' has no effect: only with time 'lockstep' a tick waits for them"
+            );
+        }
         let gates = Gates::new(rt, gates)?;
         let thrusters = (!plant.thrusters().is_empty()).then_some(THRUSTER_COMMAND);
         answers.set_gates(gates.topics().chain(thrusters));
@@ -294,7 +324,7 @@ impl Node {
             }
             Event::Answer(answer) => self.answers.on_answer(&answer, self.stamp),
             Event::Gate(event) => {
-                if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.sent)? {
+                if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.sent) {
                     self.answers.on_gate(topic);
                 }
             }
@@ -321,16 +351,17 @@ impl Node {
                     message: "reset to the initial state".to_owned(),
                 });
             }
-            Event::Parameters(parameters) => {
-                self.plant
-                    .set_parameters(&parameters)
-                    .map_err(|e| anyhow!("{e}"))?;
-                self.answers.set_parameters(&parameters);
-                self.answer_timeout = parameters.answer_timeout;
-            }
+            // They have been accepted; but a file that they name may have changed since.
+            Event::Parameters(parameters) => match self.plant.set_parameters(&parameters) {
+                Ok(()) => {
+                    self.answers.set_parameters(&parameters);
+                    self.answer_timeout = parameters.answer_timeout;
+                }
+                Err(reason) => log::error!("{reason}; the parameters before stay in force"),
+            },
         }
         while self.tick_is_over(rt) {
-            self.end_tick(rt)?;
+            self.end_tick()?;
             self.begin_tick(rt)?;
         }
         if self.end_when_flown && self.is_flown() {
@@ -346,9 +377,8 @@ impl Node {
         if self.has_motion {
             return Ok(());
         }
-        match self.plant.motion(planes) {
-            Some(motion) => self.answers.on_motion(motion, self.stamp),
-            None => log::warn!("planes refused: no joint 'dive_planes' with a position"),
+        if let Some(motion) = self.plant.motion(planes) {
+            self.answers.on_motion(motion, self.stamp);
         }
         Ok(())
     }
@@ -590,7 +620,7 @@ impl Node {
     }
 
     /// Moves the vehicle over the present tick.
-    fn end_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
+    fn end_tick(&mut self) -> Result<()> {
         let motion = self.answers.fly(self.stamp);
         let advanced = match &motion {
             Some(motion) if self.answers.age > 0 => self.plant.advance_late(motion),
@@ -607,11 +637,13 @@ impl Node {
                     self.contact = format!("{boundary} at {:.6} s", time as f64 * 1e-9);
                 }
             }
+            // A vehicle that cannot go on ends, and with it the flight: standing, it would look alive.
             Err(reason) => {
-                log::error!("simulation stopped: {reason}");
-                rt.set_status("vehicle", Level::Error, &reason.to_string(), &[]);
-                self.paused = true;
-                self.resumes = true;
+                let time = self.stamp as f64 * 1e-9;
+                bail!(
+                    "the simulation cannot go on at tick {}, stamp {time:.3} s: {reason}",
+                    self.k
+                )
             }
         }
         self.observation = None;
@@ -638,7 +670,7 @@ impl Node {
 
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn poll(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        self.gates.discover(rt)?;
+        self.gates.discover(rt);
         self.be_alone()?;
         self.tell_actuator(rt)?;
         let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
@@ -678,8 +710,8 @@ impl Node {
         {
             // The status stays until the tick is over: diagnostics go out once a second.
             let missing: Vec<String> = (self.answers.missing(self.stamp).into_iter())
-                .map(|it| self.gates.reason(it).unwrap_or_else(|| it.to_owned()))
-                .collect();
+                .map(|it| reason(rt, &self.gates, it))
+                .collect::<Result<_>>()?;
             let missing = missing.join(", ");
             silence = began.elapsed().as_secs_f64();
             outcome = format!("waiting for {missing}");
@@ -718,6 +750,32 @@ impl Node {
         );
         Ok(())
     }
+}
+
+/// Who has to act for a missing answer to come: the first in the chain to it whose message nobody publishes, or the last one.
+fn reason(rt: &Runtime<Event>, gates: &Gates, missing: &str) -> Result<String> {
+    let controller = "the controller";
+    let chain: &[(&str, &[&str])] = match missing {
+        THE_ACTUATOR => &[
+            (controller, &[PLANE_COMMAND]),
+            (THE_ACTUATOR, &[PLANE_MOTION, PLANES]),
+        ],
+        THRUSTER_COMMAND => &[(controller, &[THRUSTER_COMMAND, THRUSTER_SETPOINTS])],
+        _ => &[],
+    };
+    let mut last = gates.reason(missing).unwrap_or_else(|| missing.to_owned());
+    for (who, topics) in chain {
+        let mut nodes = BTreeSet::new();
+        for topic in *topics {
+            nodes.extend(rt.publishing_nodes(topic)?);
+        }
+        let (topics, nodes) = (topics.join(" or "), Vec::from_iter(nodes).join(", "));
+        if nodes.is_empty() {
+            return Ok(format!("{who}: nobody publishes {topics}"));
+        }
+        last = format!("{who}: {topics} of {nodes}");
+    }
+    Ok(last)
 }
 
 /// Publishers by their topics.

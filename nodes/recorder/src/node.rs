@@ -630,7 +630,13 @@ impl Node {
 
 /// Whether no node publishes it in a usual loop in real time. The operator's setpoints do not count: the first one matters.
 fn is_on_request(topic: &LoopTopic) -> bool {
-    let on_request = ["/clock", "tick_answer", "estimate", "thruster_command"];
+    let on_request = [
+        "/clock",
+        "tick_answer",
+        "estimate",
+        "thruster_command",
+        "thruster_setpoints",
+    ];
     on_request.contains(&topic.name)
         || topic.name.starts_with("dha_state_")
         || OPTIONAL_SENSORS.contains(&topic.name)

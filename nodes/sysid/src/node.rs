@@ -1,5 +1,6 @@
 //! The node: identifies models from live topics and publishes the estimates.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -62,11 +63,13 @@ fn run(args: Vec<OsString>) -> Result<()> {
         answered: None,
         last_message: rt.now(),
         topics: Vec::new(),
+        told_lack: RefCell::default(),
     };
     for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
         let message_type = message_types::find(&listened.type_name)?;
         let reader = node.identifier.reader(&topic, &message_type.types);
         node.topics.push(Topic {
+            name: topic.clone(),
             reader: reader?,
             trouble: None,
         });
@@ -147,10 +150,13 @@ struct Node {
     /// When a message last came.
     last_message: Time,
     topics: Vec<Topic>,
+    /// What the log said last of what is lacking.
+    told_lack: RefCell<Option<String>>,
 }
 
 /// A topic that is listened to.
 struct Topic {
+    name: String,
     reader: TopicReader,
     /// The last complaint about a message, logged once.
     trouble: Option<String>,
@@ -189,10 +195,10 @@ impl Node {
             }
             Event::Fit(request, responder) => responder.answer(self.fit(rt, &request.name)),
             Event::Poll => {}
-            Event::Parameters(parameters) => {
-                self.identifier.set_parameters(&parameters)?;
-                log::info!("parameters changed");
-            }
+            Event::Parameters(parameters) => match self.identifier.set_parameters(&parameters) {
+                Ok(()) => log::info!("parameters changed"),
+                Err(reason) => log::error!("{reason}; the parameters before stay in force"),
+            },
         }
         self.report(rt);
         Ok(Flow::Continue)
@@ -270,14 +276,33 @@ impl Node {
         }
     }
 
+    /// What a member of lockstep lacks, so that each tick waits for it: topics that nobody publishes.
+    fn lack(&self, rt: &Runtime<Event>) -> Option<String> {
+        let is_unpublished = |topic: &&Topic| {
+            rt.publishing_nodes(&topic.name)
+                .is_ok_and(|it| it.is_empty())
+        };
+        let mut topics = self.topics.iter().filter(|_| self.answer.is_some());
+        let topic = &topics.find(is_unpublished)?.name;
+        Some(format!(
+            "each tick waits for {topic}, which nobody publishes: set input and output, or take sysid out of lockstep.members"
+        ))
+    }
+
     /// Says how each pair is doing.
     fn report(&self, rt: &Runtime<Event>) {
         let silence = (rt.now().nanos() - self.last_message.nanos()) as f64 * 1e-9;
+        let lack = self.lack(rt);
+        if lack != self.told_lack.replace(lack.clone()) {
+            lack.iter().for_each(|it| log::warn!("{it}"));
+        }
         for pair in self.identifier.pairs() {
             let config = pair.config();
             let estimate = pair.estimate(Time::default());
             let all_silent = silence > SILENCE.max(20.0 * config.sample_time);
-            let (level, message) = if all_silent {
+            let (level, message) = if let Some(lack) = &lack {
+                (Level::Warn, lack.clone())
+            } else if all_silent {
                 let (input, output) = (&config.input, &config.output);
                 (
                     Level::Warn,
