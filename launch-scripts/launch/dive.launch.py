@@ -52,6 +52,8 @@ ARGUMENTS = {
               'hover, with controller:=false, nobody moves planes.'),
     'gates': ('', None,
               'In lockstep, topics of nodes of your own that every tick waits for, separated by commas: lockstep.gates of plant_sim.'),
+    'reliable_sensors': ('false', YES_OR_NO,
+                         'Whether the sensors are published reliably in real time too, as reliable subscriptions need; always so in lockstep.'),
     'respawn': ('false', YES_OR_NO,
                 'Whether a controller, actuator or sysid that ends is started again after a second, instead of ending the launch.'),
     'record': ('true', YES_OR_NO, 'Whether the recorder writes a bag.'),
@@ -177,8 +179,9 @@ def node_parameters(given):
     follow = {'use_sim_time': lockstep or sim_time or factor != 1.0}
 
     nodes = {}
+    reliable = {'reliable_sensors': True} if given['reliable_sensors'] == 'true' else {}
     if record:
-        nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
+        nodes['recorder'] = {**follow, **reliable, 'answer': lockstep, 'output': given['bag']}
     if given['sysid'] == 'true':
         nodes['sysid'] = {**follow, 'answer': lockstep and given['sysid_answers']}
     frames = {'frame_prefix': frame_prefix(given)}
@@ -192,6 +195,7 @@ def node_parameters(given):
         'sim_time': sim_time,
         'end_when_flown': True,
         **frames,
+        **reliable,
     }
     if given['duration']:
         nodes['plant_sim']['duration'] = number(given, 'duration')

@@ -214,6 +214,12 @@ class LaunchFile(unittest.TestCase):
         own.write_text("/**/sysid:\n  ros__parameters:\n    input: thruster_command:command[0]\n")
         self.assertEqual(members(scenario="bluerov2", controller="false", params_file=str(own)), ["sysid", "recorder"])
 
+    def test_reliable_sensors_are_published_and_recorded_so(self):
+        nodes = launch(reliable_sensors="true")
+        for name in ("plant_sim", "recorder"):
+            self.assertTrue(decided(nodes, name)["reliable_sensors"])
+        self.assertNotIn("reliable_sensors", decided(launch(), "plant_sim"))
+
     def test_whoever_does_not_make_the_clock_follows_it(self):
         for arguments in ({"factor": "10"}, {"use_sim_time": "true"}):
             nodes = launch(**arguments)
