@@ -8,7 +8,7 @@ use std::{
 };
 
 use futures::{Stream, StreamExt as _};
-use planesman_msgs::Message;
+use planesman_msgs::{Message, loop_topics};
 use ros2_client::{Gid, MessageInfo, ReadError};
 use rustdds::GUID;
 
@@ -39,6 +39,7 @@ pub(crate) async fn pump<M>(
         Some(found).filter(|objection| !objection.is_empty())
     };
     let mut followed = Followed::default();
+    let owner = owner_of(&shared.names.namespace, &endpoint.topic);
     // Of nodes that may have come in place of one that has died.
     let mut waiting: VecDeque<(M, MessageInfo)> = VecDeque::new();
     let mut passage_of = |writer: Gid| -> Passage {
@@ -51,6 +52,15 @@ pub(crate) async fn pump<M>(
         };
         let participant = shared.participant();
         let participant = participant.as_ref();
+        // The node whose topic it is goes before whoever came first.
+        if let (Some((first, _)), Some(owner), Some(it)) = (followed.first, &owner, participant)
+            && first != sender
+        {
+            let homes = homes_of(it, owner);
+            if homes.contains(&sender) && !homes.contains(&first) {
+                followed.first = Some((sender, Instant::now()));
+            }
+        }
         let publishes = |id| participant.is_some_and(|it| writes(it, &endpoint.dds_topic(), id));
         let doubles = |id| {
             shared.hears(id) && participant.is_some_and(|it| have_a_name_in_common(it, id, sender))
@@ -96,6 +106,20 @@ pub(crate) async fn pump<M>(
             }
         }
     }
+}
+
+/// The full name of the node that publishes a topic in the loop of that namespace.
+fn owner_of(namespace: &str, topic: &str) -> Option<String> {
+    let inside = topic.strip_prefix(namespace.trim_end_matches('/'));
+    let name = inside.map_or(topic, |it| it.trim_start_matches('/'));
+    let node = match name {
+        "plane_command" | "thruster_command" | "control_state" | "estimate" => "depth_controller",
+        "plane_motion" | "planes" => "dha_actuator",
+        "model" => "sysid",
+        name if name.starts_with("dha_state") => "dha_actuator",
+        name => loop_topics::named(name).map(|_| "plant_sim")?,
+    };
+    Some(format!("{}/{node}", namespace.trim_end_matches('/')))
 }
 
 /// Messages that wait for a decision.
