@@ -118,6 +118,7 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
     let progress = args.signals.data.progress();
     let data = FitData::read(&options, &*progress)?;
     let record = &data.prepared.resampled.record;
+    let sample_time = record.sample_time;
     let model = model_for_gains(&data, &options, &*progress);
     let response = match &model {
         Ok(found) => MeasuredResponse::new(&found.analysis.of_dynamics(record)),
@@ -164,7 +165,8 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
             "response": response.as_ref().ok().map(|it| json!({
                 "band": it.band(),
                 "omega": it.points.iter().map(|it| it.omega).collect::<Vec<_>>(),
-                "input_spectrum": it.points.iter().map(|it| it.inputs.first()).collect::<Vec<_>>(),
+                "input_spectrum": it.points.iter().map(|it| it.inputs.first().map(|it| 2.0 * sample_time * it)).collect::<Vec<_>>(),
+                "input_spectrum_unit": "square of the input's unit per Hz, one-sided",
                 "coherence": it.points.iter().map(|it| it.coherence).collect::<Vec<_>>(),
             })),
             "tuning": tuned,

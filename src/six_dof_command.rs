@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use planesman_console::out;
 use planesman_units::{Dimension, Quantity};
 use planesman_vehicle::six_dof::{
-    self, Accurate, Forces, Sea, Simulation, State, Turn, Vehicle, Wave, rotation, steady_turn,
+    self, Accurate, Forces, Sea, Simulation, State, Turn, Vehicle, Wave, rotation, steady_turns,
 };
 
 use crate::arguments::{length, output_file, quantity, speed, within};
@@ -26,7 +26,7 @@ pub enum SixDofCommand {
         after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6"
     )]
     Torpedo(Box<TorpedoArgs>),
-    /// Find the steady turn at one depth that an input holds
+    /// Find the steady turns at one depth that an input holds, and whether each is stable
     #[command(
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
     )]
@@ -174,10 +174,10 @@ pub struct TurnArgs {
     /// The input that holds the depth
     #[arg(long, default_value = "stern_planes")]
     hold: String,
-    /// Where the search begins: surge (m/s, or with its unit)
+    /// Where one more search begins: surge (m/s, or with its unit)
     #[arg(long, default_value_t = 1.4, value_parser = speed(-20.0, 20.0))]
     speed: f64,
-    /// Where the search begins: rate of the heading, positive to starboard \[rad/s\]
+    /// Where one more search begins: rate of the heading, positive to starboard \[rad/s\]
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
     yaw_rate: f64,
 }
@@ -451,16 +451,28 @@ fn turn(args: &TurnArgs) -> Result<()> {
         yaw_rate: args.yaw_rate,
         held: 0.0,
     };
-    let Some(found) = steady_turn(&vehicle, inputs, holding, start) else {
-        bail!(
-            "no steady turn was found from {} m/s and {} rad/s; begin elsewhere with --speed and --yaw-rate",
+    let turns = steady_turns(&vehicle, inputs, holding, start);
+    let of = match turns.len() {
+        0 => bail!(
+            "no steady turn was found, from {} m/s and {} rad/s or elsewhere; begin elsewhere with --speed and --yaw-rate",
             args.speed,
             args.yaw_rate
-        );
+        ),
+        1 => "1 steady turn at one depth".to_owned(),
+        n => format!("{n} steady turns at one depth"),
     };
+    out!("{}: {of}", vehicle.parts().name)?;
+    for turn in &turns {
+        let growth = six_dof::growth(&vehicle, inputs, holding, turn);
+        print_turn(turn, &args.hold, growth)?;
+    }
+    Ok(())
+}
+
+/// A steady turn, and what a small deviation from it does with the inputs held.
+fn print_turn(found: &Turn, hold: &str, growth: Option<f64>) -> Result<()> {
     let [u, v, w] = found.velocity;
     let speed = (u * u + v * v + w * w).sqrt();
-    out!("{}: steady turn at one depth", vehicle.parts().name)?;
     out!("  speed       {speed:.5} m/s; u, v, w {u:.5} {v:.5} {w:.5}")?;
     out!(
         "  heading     {:.4} deg/s, positive to starboard",
@@ -476,9 +488,20 @@ fn turn(args: &TurnArgs) -> Result<()> {
     )?;
     out!(
         "  {} {:.5} ({:.2} deg as an angle)",
-        args.hold,
+        hold,
         found.held,
         found.held.to_degrees()
     )?;
+    match growth {
+        Some(rate) if rate < 0.0 => out!(
+            "  stable: with the inputs held a small deviation decays, by e in {:.3} s or less\n",
+            -1.0 / rate
+        )?,
+        Some(rate) => out!(
+            "  unstable: with the inputs held a small deviation grows by e in {:.3} s\n",
+            1.0 / rate
+        )?,
+        None => out!("  stability: not computed\n")?,
+    }
     Ok(())
 }

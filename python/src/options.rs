@@ -218,6 +218,7 @@ impl Keywords {
                 unit: self.choice("time_unit", &TimeUnit::ALL, TimeUnit::described, |_| &[])?,
                 sample_time,
             },
+            most_unpacked: None,
         })
     }
 

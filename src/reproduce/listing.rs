@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 
-use planesman_book::{Book, Comparison, Line};
+use planesman_book::{Book, Comparison, Line, VERDICTS};
 use planesman_console::{Format, Table, is_terminal, wrapped};
 use planesman_text::number;
 
@@ -33,7 +33,7 @@ pub fn text(
     let mut table = Table::new(COLUMNS);
     let aligned = |[id, printed, recomputed, within, unit, verdict, erratum]: [&str; 7]| {
         format!(
-            "{id:<30} {printed:>12} {recomputed:>14} {within:>10} {unit:<12} {verdict:<12} {erratum}\n"
+            "{id:<30} {printed:>12} {recomputed:>14} {within:>10} {unit:<12} {verdict:<17} {erratum}\n"
         )
     };
     let mut text = aligned(COLUMNS);
@@ -77,28 +77,16 @@ pub fn text(
 /// The totals, a line per kind.
 #[must_use]
 pub fn totals(comparison: &Comparison<'_>) -> String {
-    let t = comparison.totals();
     let mut text = format!("\n{} numbers\n", comparison.lines.len());
-    for (count, what) in [
-        (t.agrees, "printed, agree to their rounding"),
-        (t.approximate, "printed, agree approximately"),
-        (
-            t.read_back,
-            "printed constants that the models are given, read back",
-        ),
-        (t.contradicts, "printed, contradicted"),
-        (t.not_printed, "not printed, recomputed"),
-        (
-            t.printed_only,
-            "printed, not recomputed: measurements, choices, parts not here",
-        ),
-        (t.not_recomputed, "not printed, not recomputed"),
-        (t.changes, "not as they stand in the book"),
+    let counted = VERDICTS.map(|(verdict, what)| (comparison.count(verdict), what));
+    let others = [
+        (comparison.changes().len(), "not as they stand in the book"),
         (
             comparison.unlisted.len(),
             "more recomputed, of which the book has no entry",
         ),
-    ] {
+    ];
+    for (count, what) in counted.into_iter().chain(others) {
         let _ = writeln!(text, "{count:>5}  {what}");
     }
     text

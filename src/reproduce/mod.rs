@@ -72,7 +72,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         if let (true, Some(procedure)) = (args.all, &procedure) {
             print_wrapped(format_args!("{procedure}\n"))?;
         }
-        changes += comparison.totals().changes;
+        changes += comparison.changes().len();
         all_rows.extend(rows::of(report, &book, &names, &comparison));
         if args.html.is_some() {
             let _working = spinner("figures");

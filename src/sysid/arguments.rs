@@ -44,6 +44,9 @@ pub(crate) struct DataArgs {
     /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, rules::SAMPLE_TIME.least, rules::SAMPLE_TIME.most))]
     sample_time: Option<f64>,
+    /// Read of each file of a bag at most so many MB of unpacked chunks: a small file can unpack to thousands of times its size
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    most_unpacked: Option<u64>,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
@@ -68,6 +71,7 @@ impl DataArgs {
                 unit: self.time_unit,
                 sample_time: self.sample_time,
             },
+            most_unpacked: self.most_unpacked.map(|it| it * 1_000_000),
         }
     }
 }

@@ -5,11 +5,13 @@
 //! course. A set, because a state that a busy machine leaves without all answers for a second is said
 //! again, and answered again, with the same bytes: the one thing that wall time may add.
 
+use crate::recorded;
 use crate::stage;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use planesman_bag::{BagReader, Order};
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use stage::{LONG_WORK, Received, Stage, scenario};
 
 /// Topics that carry wall time by their nature, and are none of the vehicle's course:
@@ -121,6 +123,28 @@ fn two_dives_in_lockstep_and_the_loop_in_one_process_agree_bit_for_bit() {
     let compare = ["bag", "diff", &out, &bags[0], "--ignore", "tick_answer"];
     stage.run(&compare).success();
     plays_its_part(&stage, &bags[0]);
+}
+
+/// The depth cell of 1988 ends above the depth that is flown to.
+#[test]
+fn a_saturated_sensor_is_a_warning_with_its_range() {
+    let stage = Stage::new();
+    let out = stage.path("deep");
+    let deep = "  depth_controller: {depth_setpoint: 0.914}\n";
+    let file = stage.file("deep.yaml", scenario(90.0, deep));
+    stage
+        .run(&["dive", &file, "--lockstep", "--out", &out])
+        .success();
+    let bag = format!("{out}/bag");
+    let arrays: Vec<DiagnosticArray> = recorded::messages(Path::new(&bag), "/diagnostics").unwrap();
+    let of_sensors = arrays.iter().flat_map(|it| &it.status);
+    let told: Vec<(u8, &str)> = of_sensors
+        .filter(|it| it.name == "/auv/plant_sim: sensors")
+        .map(|it| (it.level, it.message.as_str()))
+        .collect();
+    let depth = "depth, -0.161 to 0.827 m of water over the port";
+    let warns = |it: &&(u8, &str)| it.0 == DiagnosticStatus::WARN && it.1.contains(depth);
+    assert!(told.iter().any(|it| warns(&it)), "{told:?}");
 }
 
 /// Each node gives the recorded answers to the recorded inputs; with a gain changed by a millionth of a millionth the controller does not.

@@ -635,7 +635,13 @@ fn a_bag_with_more_topics_than_anybody_reads_is_listed_in_part() {
     );
     // Split in several files, they are one bag's topics all the same.
     let both = [path, file(1)];
-    assert_eq!(BagReader::open_all(&both).unwrap().topics().len(), 3000);
+    assert_eq!(
+        BagReader::open_all(&both, Default::default())
+            .unwrap()
+            .topics()
+            .len(),
+        3000
+    );
 }
 
 /// Both commands on whatever `path` holds; a panic fails the test.

@@ -9,6 +9,19 @@ pub struct Limits {
     /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
     /// beyond is reported as [`BagReader::omitted`](crate::BagReader::omitted).
     pub definitions: u64,
+    /// Bytes of all chunks of one file when unpacked: what is beyond is not read. No limit.
+    pub unpacked: u64,
+}
+
+impl Limits {
+    /// The defaults, with so many bytes in all chunks of a file at most, where there is a limit.
+    #[must_use]
+    pub fn unpacked(most: Option<u64>) -> Self {
+        Self {
+            unpacked: most.unwrap_or(u64::MAX),
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for Limits {
@@ -16,6 +29,7 @@ impl Default for Limits {
         Self {
             chunk: 128 << 20,
             definitions: 192 << 20,
+            unpacked: u64::MAX,
         }
     }
 }

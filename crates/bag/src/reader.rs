@@ -155,9 +155,9 @@ impl BagReader {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_all(files: &[PathBuf]) -> Result<Self, ReadError> {
+    pub fn open_all(files: &[PathBuf], limits: Limits) -> Result<Self, ReadError> {
         let path = files.first().map_or(Path::new(""), PathBuf::as_path);
-        Self::open_files(path, files.to_vec(), None, None, Limits::default())
+        Self::open_files(path, files.to_vec(), None, None, limits)
     }
 
     fn open_folder(folder: &Path, limits: Limits) -> Result<Self, ReadError> {
@@ -625,7 +625,11 @@ pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
         }
     }
     let apart = |bag: &Vec<PathBuf>| {
-        bag.len() > 1 && matches!(BagReader::open_all(bag), Err(ReadError::Several { .. }))
+        bag.len() > 1
+            && matches!(
+                BagReader::open_all(bag, Limits::default()),
+                Err(ReadError::Several { .. })
+            )
     };
     let (several, mut whole): (Vec<_>, Vec<_>) = bags.into_iter().partition(apart);
     whole.extend(several.into_iter().flatten().map(|file| vec![file]));

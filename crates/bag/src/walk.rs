@@ -30,6 +30,8 @@ pub(crate) struct Walk {
     pub(crate) definitions: Definitions,
     /// A chunk's records unpacked, or one message.
     unpacked: Vec<u8>,
+    /// Bytes of the chunks unpacked so far.
+    unpacked_bytes: u64,
     left: Left,
     /// Messages met, those of omitted topics included.
     pub(crate) met: u64,
@@ -68,6 +70,7 @@ impl Walk {
             limits: limits.clone(),
             definitions: Definitions::within(limits.definitions, found),
             unpacked: Vec::new(),
+            unpacked_bytes: 0,
             left: Left::Nothing,
             met: 0,
             ended: false,
@@ -148,6 +151,10 @@ impl Walk {
             op::CHUNK => {
                 self.left = Left::Nothing;
                 let chunk = fields::Chunk::read(record.body).map_err(damage)?;
+                self.unpacked_bytes = self.unpacked_bytes.saturating_add(chunk.unpacked_size);
+                if self.unpacked_bytes > self.limits.unpacked {
+                    return Err(damage(Defect::Unpacked(self.limits.unpacked)));
+                }
                 chunk::unpack(&chunk, &self.limits, &mut self.unpacked).map_err(damage)?;
                 self.open_chunk()
                     .map_err(|reason| damage(Defect::InChunk(Box::new(reason))))?;

@@ -436,6 +436,40 @@ fn an_attachment_longer_than_any_record_is_passed_over() {
 }
 
 #[test]
+fn a_bag_is_read_up_to_the_unpacked_bytes_that_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let one = message(1, 0, &[0; 1000]);
+    let packed = zstd::encode_all(&one[..], 1).expect("packed");
+    let mut bytes = [
+        beginning(),
+        schema(1, "std_msgs/msg/Float64", "ros2msg", "float64 data\n"),
+        channel(1, 1, "/depth", "cdr"),
+    ]
+    .concat();
+    for _ in 0..5 {
+        bytes.extend(chunk(
+            "zstd",
+            one.len() as u64,
+            packed.len() as u64,
+            &packed,
+        ));
+    }
+    bytes.extend(end());
+    let path = file_with(folder.path(), "small.mcap", &bytes);
+    let read = |most| {
+        let bag = BagReader::open_within(&path, Limits::unpacked(most)).expect("a header");
+        let mut messages = bag.messages(Order::File);
+        let count = messages.by_ref().take_while(Result::is_ok).count();
+        (count, bag.completeness().to_string())
+    };
+    assert_eq!(read(None).0, 5);
+    assert_eq!(read(Some(5 * one.len() as u64)).0, 5);
+    let (count, why) = read(Some(3 * one.len() as u64 + 1));
+    assert_eq!(count, 3, "{why}");
+    assert!(why.contains("--most-unpacked"), "{why}");
+}
+
+#[test]
 fn an_index_that_lies_is_not_believed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, bytes) in hostile::indexes() {

@@ -94,6 +94,17 @@ impl Actuator {
         self.simulation.at(self.in_cycle(nanos))
     }
 
+    /// At the instant `nanos`, to which it has been advanced: the net volume from the levels, m^3, and what an ideal proportional
+    /// valve would have taken, J ([`Simulation::proportional`]).
+    #[must_use]
+    pub fn volume_and_proportional(&self, nanos: i64) -> [f64; 2] {
+        let time = self.in_cycle(nanos);
+        [
+            self.simulation.volume(time),
+            self.simulation.proportional(time),
+        ]
+    }
+
     /// The ledger at the instant `nanos`, to which it has been advanced.
     #[must_use]
     pub fn ledger(&self, nanos: i64) -> Ledger {

@@ -4,7 +4,7 @@
 
 use planesman_parameters::Choice;
 use planesman_text::did_you_mean;
-use planesman_units::{Dimension as D, Quantity};
+use planesman_units::{Dimension as D, Quantity, within};
 use serde::de::{Deserialize, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -198,40 +198,12 @@ fn read(
     least: f64,
     most: f64,
 ) -> Result<f64, FileError> {
-    match written.si(dimension) {
-        Ok(value) => within(
-            field,
-            value,
-            least,
-            most,
-            written,
-            &format!(" {}", dimension.units()[0].symbol),
-        ),
-        Err(error) => refused(field, written, error),
-    }
-}
-
-fn within(
-    field: &str,
-    value: f64,
-    least: f64,
-    most: f64,
-    written: impl ToString,
-    unit: &str,
-) -> Result<f64, FileError> {
-    if (least..=most).contains(&value) {
-        Ok(value)
-    } else {
-        refused(
-            field,
-            written,
-            format!("it must be from {least} to {most}{unit}"),
-        )
-    }
+    let value = written.within(dimension, &[], [least, most]);
+    value.or_else(|rule| refused(field, written, rule))
 }
 
 fn number(field: &str, value: f64, least: f64, most: f64) -> Result<f64, FileError> {
-    within(field, value, least, most, value, "")
+    within(value, [least, most], "").or_else(|rule| refused(field, value, rule))
 }
 
 fn or_zero(

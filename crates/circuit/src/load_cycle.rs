@@ -218,6 +218,8 @@ pub struct Figures {
     pub ledger: Ledger,
     /// Steps of the integration.
     pub steps: u64,
+    /// Whether the motion could not be solved ([`Simulation::unsolved`](crate::Simulation::unsolved)): the other numbers then mean nothing.
+    pub unsolved: bool,
 }
 
 /// Follows `cycle` once, from rest at its begin, and tells `trace` the time and `[x, v, p_A, p_B]` four times a sampling period.
@@ -279,6 +281,7 @@ pub fn run(
         life: circuit.valves.rated_life / f64::from(simulation.most_switchings()) * hours,
         ledger,
         steps: simulation.steps(),
+        unsolved: simulation.unsolved(),
     }
 }
 

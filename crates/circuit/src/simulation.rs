@@ -38,8 +38,9 @@ const FEW_STATES: usize = FIRST_EDGE + 2 * 4;
 const TAIL: f64 = 1.0;
 /// The smallest jump of a line's wave at which a step ends, as a multiple of a step's largest error.
 const JUMP: f64 = 1.0;
-/// A step this short is taken whatever its error, s.
+/// A step this short is taken whatever its error, s; with so many of them and of events in a cycle its motion counts as unsolved.
 const SHORTEST: f64 = 1e-9;
+const MOST_FORCED: u32 = 100_000;
 
 /// What holds the ram.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +127,9 @@ pub struct Simulation {
     highest: f64,
     lowest: f64,
     steps: u64,
+    /// Steps in the present cycle that were taken although their error was too large, and events.
+    forced: u32,
+    unsolved: bool,
 }
 
 impl Simulation {
@@ -201,6 +205,8 @@ impl Simulation {
             highest: p_a.max(p_b),
             lowest: if b.area > 0.0 { p_a.min(p_b) } else { p_a },
             steps: 0,
+            forced: 0,
+            unsolved: false,
             circuit,
         };
         new.mode = new.at_rest();
@@ -261,11 +267,18 @@ impl Simulation {
         self.met_stop
     }
 
-    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to the last step, J: the highest
-    /// level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
+    /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to `time`, up to which it has been advanced, J: the
+    /// highest level's pressure for each volume into a chamber, less the lowest one's for that out of the other.
     #[must_use]
-    pub fn proportional(&self) -> f64 {
-        self.proportional
+    pub fn proportional(&self, time: f64) -> f64 {
+        let moved = self.row_at(time)[0] - self.row[0];
+        self.proportional + self.circuit.proportional(moved)
+    }
+
+    /// Whether the motion could not be solved: it is no longer finite, or has no end of steps shorter than a nanosecond or of events in a cycle.
+    #[must_use]
+    pub fn unsolved(&self) -> bool {
+        self.unsolved
     }
 
     /// Whether the ram lies on a stop or presses into one.
@@ -274,15 +287,16 @@ impl Simulation {
         matches!(self.mode, Mode::AtStop(_)) || self.contact.is_some()
     }
 
-    /// Net volume that the levels gave up to the last step, m^3.
+    /// Net volume that the levels gave up to `time`, up to which it has been advanced, m^3.
     #[must_use]
-    pub fn volume(&self) -> f64 {
+    pub fn volume(&self, time: f64) -> f64 {
+        let row = self.row_at(time);
         let edges = self.circuit.edges.iter().enumerate();
         let at_valves: f64 = edges
             .filter(|(_, edge)| self.circuit.levels[edge.level].line.is_none())
-            .map(|(place, _)| self.row[FIRST_EDGE + 2 * place])
+            .map(|(place, _)| row[FIRST_EDGE + 2 * place])
             .sum();
-        let lines = self.lines_at(self.time);
+        let lines = self.lines_at(time);
         at_valves + lines.iter().map(|line| line.taken(0.0).volume).sum::<f64>()
     }
 
@@ -400,6 +414,7 @@ impl Simulation {
     pub fn next_cycle(&mut self, period: f64) {
         self.advance(period, period);
         self.time = 0.0;
+        self.forced = 0;
         self.stretch = None;
         for line in &mut self.lines {
             line.set_back(period);
@@ -415,7 +430,7 @@ impl Simulation {
 
     /// Runs up to `time` in the cycle that is `period` s long. Going back has no effect.
     pub fn advance(&mut self, time: f64, period: f64) {
-        loop {
+        while !self.unsolved {
             while self
                 .pending
                 .first()
@@ -461,12 +476,6 @@ impl Simulation {
     #[must_use]
     pub fn ledger(&self, time: f64) -> Ledger {
         self.ledger_of(&self.row_at(time), &self.lines_at(time))
-    }
-
-    /// The ledger up to the last step.
-    #[must_use]
-    pub fn ledger_so_far(&self) -> Ledger {
-        self.ledger_of(&self.row, &self.lines_at(self.time))
     }
 
     /// The ledger where the states are `row`, within the stretch that begins here.
@@ -594,6 +603,8 @@ impl Simulation {
             self.lines[place].push(&step, self.step);
         }
         self.steps += 1;
+        self.forced += u32::from(stretch.event.is_some());
+        self.unsolved |= self.forced > MOST_FORCED;
         let mass = self.circuit.load.mass;
         match stretch.event {
             None => {}
@@ -803,6 +814,8 @@ impl Simulation {
             }
             let factor = (0.9 / error.max(1e-12).sqrt().sqrt().sqrt()).clamp(0.2, most);
             if error <= 1.0 || h <= SHORTEST {
+                self.forced += u32::from(error > 1.0);
+                self.unsolved |= error.is_nan() || self.forced > MOST_FORCED;
                 // A step cut short by the horizon says nothing against longer ones.
                 self.step = if h < self.step {
                     self.step.max(h * factor)

@@ -2,7 +2,6 @@
 //!
 //! On a terminal progress is a bar with the time left; elsewhere, as in a log, it is a line every ten seconds.
 
-use std::io::IsTerminal as _;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fmt, io};
@@ -35,16 +34,14 @@ pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     styled(bar, what, style.map(with_time_left))
 }
 
-/// A bar of bytes that are read, on a terminal alone.
+/// A bar of bytes that are read.
 fn bar_of_bytes(bytes: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
-    match ProgressStyle::with_template(style) {
-        Ok(style) => ProgressBar::new(bytes).with_style(style),
-        Err(_) => ProgressBar::new(bytes),
-    }
+    let bar = ProgressBar::new(bytes);
+    let style = ProgressStyle::with_template(match bar.is_hidden() {
+        true => "{msg} {bytes}/{total_bytes}{left}",
+        false => "{msg} {bar:40} {bytes}/{total_bytes}{left}",
+    });
+    styled(bar, "read", style.map(with_time_left))
 }
 
 /// Work drawn as a bar while it goes on, or as the time it takes where nobody knows how long it is.

@@ -20,6 +20,8 @@ pub struct Options<'a> {
     pub by_index: bool,
     /// The only topics that are compared; all where it is empty.
     pub only: Vec<String>,
+    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
+    pub most_unpacked: Option<u64>,
     /// What the columns of a table are in a bag.
     pub columns: &'a [ColumnOf<'a>],
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use planesman_bag::{BagReader, Message, Order, Topic};
+use planesman_bag::{BagReader, Limits, Message, Order, Topic};
 use planesman_decode::{Decoder, FieldPath, StampDecoder, Types, Values, schema};
 use planesman_signals::{CsvSource, Request, SourceError, TableTime, is_table, types};
 
@@ -96,7 +96,7 @@ pub fn stamp_decoder(types: &Types) -> Option<StampDecoder> {
 }
 
 fn bag(path: &Path, options: &Options<'_>) -> Result<Recording, DiffError> {
-    let bag = BagReader::open(path)?;
+    let bag = BagReader::open_within(path, Limits::unpacked(options.most_unpacked))?;
     let of = |it: &planesman_bag::reader::TopicCount| {
         let found = types(&bag, &it.topic).map_err(|reason| reason.to_string());
         let stamp = found.as_ref().ok().and_then(stamp_decoder);
@@ -151,7 +151,7 @@ fn beside(
     path: &Path,
     options: &Options<'_>,
 ) -> Result<(Recording, Recording), DiffError> {
-    let bag = BagReader::open(path)?;
+    let bag = BagReader::open_within(path, Limits::unpacked(options.most_unpacked))?;
     let mut found: BTreeMap<String, Vec<Column>> = BTreeMap::new();
     let mut names = Vec::new();
     for (name, signal) in options.columns {

@@ -34,6 +34,23 @@ pub enum EquationsError {
         /// The values there.
         at: String,
     },
+    /// The simulation does not come to the end of the data where the search begins.
+    #[error(
+        "the simulation ends at t = {time:.6} s, with {at}: {}",
+        if *.stiff {
+            "a state changes within 1/10000 of a sampling interval. The equations are stiff, or a state grows without bound: give a start with longer time constants (and a min that keeps them long), or replace the fast state by its steady value"
+        } else {
+            "a state or an output is no longer finite: give another start, or keep away from a division by 0 with min"
+        }
+    )]
+    Unfinished {
+        /// s
+        time: f64,
+        /// Whether steps became too short before.
+        stiff: bool,
+        /// The values there.
+        at: String,
+    },
     /// Too little data.
     #[error(
         "{samples} samples of the outputs cannot determine {sought} parameters and initial states; record more, or fix some: fixed: VALUE"

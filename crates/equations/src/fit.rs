@@ -15,7 +15,7 @@ use crate::determined::{Undetermined, null_directions, undetermined};
 use crate::error::EquationsError;
 use crate::model::{Equations, Unknown};
 use crate::problem::Problem;
-use crate::simulation::{Run, initial_states};
+use crate::simulation::{Run, Unfinished, initial_states};
 
 /// How often outputs without a noise of their own are weighed anew.
 const WEIGHINGS: usize = 4;
@@ -156,10 +156,14 @@ pub fn fit(
     let mut ends: Vec<(DVector<f64>, f64)> = tried.into_iter().flatten().collect();
     ends.sort_by(|p, q| p.1.total_cmp(&q.1));
     let Some((mut theta, cost)) = ends.first().cloned() else {
-        return Err(EquationsError::NotFinite {
-            entry: "the simulation".to_owned(),
-            when: "from the start on".to_owned(),
-            at: named(&problem.sought, &starts[0]),
+        let at = named(&problem.sought, &starts[0]);
+        return Err(match problem.simulated(&starts[0], true) {
+            Err(Unfinished { time, stiff }) => EquationsError::Unfinished { time, stiff, at },
+            Ok(_) => EquationsError::NotFinite {
+                entry: "what is left of the outputs".to_owned(),
+                when: "at the start".to_owned(),
+                at,
+            },
         });
     };
     let same = ends.iter().filter(|it| it.1 <= (1.0 + SAME) * cost).count();
@@ -267,7 +271,7 @@ fn held_out(
             return none();
         };
         let whole = Problem::new(equations, runs, problem.weights.clone());
-        let Some(simulated) = whole.simulated(&theta, false) else {
+        let Ok(simulated) = whole.simulated(&theta, false) else {
             return none();
         };
         let of = |output: usize| {
@@ -297,7 +301,7 @@ fn held_out(
         true => of.minimised(start).map(|it| it.0),
         false => Some(start),
     };
-    let Some(simulated) = found.and_then(|theta| of.simulated(&theta, false)) else {
+    let Some(simulated) = found.and_then(|theta| of.simulated(&theta, false).ok()) else {
         return none();
     };
     let of = |output: usize| {
@@ -400,7 +404,7 @@ fn judged(
     });
     let simulated = problem
         .simulated(&theta, false)
-        .ok_or(EquationsError::NoEffect)?;
+        .map_err(|_| EquationsError::NoEffect)?;
     let simulated: Vec<Vec<Vec<f64>>> = simulated
         .into_iter()
         .map(|it| it.into_iter().map(|of| of.values).collect())

@@ -143,7 +143,10 @@ impl Equations {
             begins.push(match &of.initial {
                 Initial::Text(text) if text == UNKNOWN => sought(0.0, None, None)?,
                 Initial::Sought(it) => sought(it.start, it.min, it.max)?,
-                Initial::Known(value) => Begin::Given(root(&mut binder, entry, &value.to_string())?),
+                Initial::Known(value) => {
+                    in_range(&format!("states: {name}"), "initial", Some(*value))?;
+                    Begin::Given(root(&mut binder, entry, &value.to_string())?)
+                }
                 Initial::Text(text) => {
                     let root = root(&mut binder, entry.clone(), text)?;
                     let time = states.end + unknowns.len();
@@ -161,7 +164,8 @@ impl Equations {
         let mut outputs = Vec::new();
         for (name, of) in &file.outputs.0 {
             let entry = format!("outputs: {name}");
-            if of.noise.is_some_and(|it| !(it.is_finite() && it > 0.0)) {
+            in_range(&entry, "noise", of.noise)?;
+            if of.noise.is_some_and(|it| it <= 0.0) {
                 return Err(EquationsError::entry(
                     format!("{entry}: noise"),
                     "a standard deviation above 0 is expected",
@@ -269,13 +273,26 @@ fn known(name: &str, of: &Parameter, value: f64) -> Result<f64, EquationsError> 
         let reason = "fixed excludes start, min and max";
         return Err(EquationsError::entry(entry, reason));
     }
-    match value.is_finite() {
-        true => Ok(value),
-        false => Err(EquationsError::entry(
-            entry,
-            "fixed: a finite number is expected",
-        )),
-    }
+    in_range(&entry, "fixed", Some(value))?;
+    Ok(value)
+}
+
+/// The largest magnitude of a number of a file: the squares of such numbers are finite.
+const LARGEST: f64 = 1e100;
+
+/// Refuses a number that is too large, infinite or NaN.
+fn in_range(entry: &str, field: &str, value: Option<f64>) -> Result<(), EquationsError> {
+    let Some(value) = value.filter(|it| !(it.abs() <= LARGEST)) else {
+        return Ok(());
+    };
+    let without = match field {
+        "min" | "max" => format!("; without a bound leave {field} out"),
+        _ => String::new(),
+    };
+    let reason = format!(
+        "{value:e} refused: a number from -{LARGEST:e} to {LARGEST:e} is expected{without}"
+    );
+    Err(EquationsError::entry(format!("{entry}: {field}"), reason))
 }
 
 fn unknown(name: &str, of: &Parameter) -> Result<Unknown, EquationsError> {
@@ -284,11 +301,14 @@ fn unknown(name: &str, of: &Parameter) -> Result<Unknown, EquationsError> {
 
 fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, EquationsError> {
     let refuse = |reason: String| Err(EquationsError::entry(entry, reason));
+    for (field, value) in [("start", of.start), ("min", of.min), ("max", of.max)] {
+        in_range(entry, field, value)?;
+    }
     let bounds = (
         of.min.unwrap_or(f64::NEG_INFINITY),
         of.max.unwrap_or(f64::INFINITY),
     );
-    if bounds.0.is_nan() || bounds.1.is_nan() || bounds.0 >= bounds.1 {
+    if bounds.0 >= bounds.1 {
         return refuse(format!("min {} is not below max {}", bounds.0, bounds.1));
     }
     let start = match (of.start, of.min, of.max) {
@@ -299,7 +319,7 @@ fn bounded(entry: &str, name: String, of: &Parameter) -> Result<Unknown, Equatio
             return refuse("start: VALUE, or min and max, say where the search begins; fixed: VALUE that it is known".to_owned());
         }
     };
-    if !start.is_finite() || !(bounds.0..=bounds.1).contains(&start) {
+    if !(bounds.0..=bounds.1).contains(&start) {
         return refuse(format!(
             "start {start} is not within {}..{}",
             bounds.0, bounds.1

@@ -5,7 +5,7 @@ use planesman_identification::estimators::{Search, Total, least};
 use planesman_identification::on_all_cores;
 
 use crate::model::{Equations, Unknown};
-use crate::simulation::{Run, Simulated, simulate};
+use crate::simulation::{Run, Simulated, Unfinished, simulate};
 
 /// Steps of a search.
 const SEARCH: Search = Search {
@@ -59,7 +59,7 @@ impl<'a> Problem<'a> {
         &self,
         theta: &DVector<f64>,
         with_slopes: bool,
-    ) -> Option<Vec<Vec<Simulated>>> {
+    ) -> Result<Vec<Vec<Simulated>>, Unfinished> {
         let parameters = self.equations.unknowns.len();
         let numbers: Vec<usize> = (0..self.runs.len()).collect();
         let of = |run: &usize| {
@@ -79,7 +79,7 @@ impl<'a> Problem<'a> {
 
     /// The weighted errors of every run and output, one below the other.
     pub(crate) fn errors(&self, theta: &DVector<f64>) -> Option<DVector<f64>> {
-        let simulated = self.simulated(theta, false)?;
+        let simulated = self.simulated(theta, false).ok()?;
         let mut errors = Vec::new();
         for (run, simulated) in self.runs.iter().zip(&simulated) {
             for (output, of) in simulated.iter().enumerate() {
@@ -91,7 +91,7 @@ impl<'a> Problem<'a> {
     }
 
     fn total(&self, theta: &DVector<f64>) -> Option<Total> {
-        let simulated = self.simulated(theta, true)?;
+        let simulated = self.simulated(theta, true).ok()?;
         let count = theta.len();
         let mut total = Total {
             information: DMatrix::zeros(count, count),
@@ -204,7 +204,7 @@ impl<'a> Problem<'a> {
 
     /// What is left of each output.
     pub(crate) fn by_output(&self, theta: &DVector<f64>) -> Option<Vec<OutputErrors>> {
-        let simulated = self.simulated(theta, true)?;
+        let simulated = self.simulated(theta, true).ok()?;
         let outputs = (0..self.equations.outputs.len()).map(|output| {
             let mut errors = Vec::new();
             let rows: usize = self

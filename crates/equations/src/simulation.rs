@@ -232,14 +232,26 @@ impl Integrator<'_> {
     }
 }
 
-/// Simulates a run with parameters and sought initial states; `None` where it overflows, or takes too many steps.
+/// Where a simulation ends before its data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Unfinished {
+    /// s
+    pub time: f64,
+    /// Whether it took too many steps, or steps that were too long although the shortest; else a number is not finite.
+    pub stiff: bool,
+}
+
+/// Simulates a run with parameters and sought initial states.
+///
+/// # Errors
+/// [`Unfinished`].
 pub(crate) fn simulate(
     equations: &Equations,
     parameters: &[f64],
     initial: &[f64],
     run: &Run,
     with_slopes: bool,
-) -> Option<Vec<Simulated>> {
+) -> Result<Vec<Simulated>, Unfinished> {
     let (m, n) = (equations.inputs(), equations.states());
     let sought = if with_slopes {
         parameters.len() + initial.len()
@@ -285,6 +297,7 @@ pub(crate) fn simulate(
     let mut stages = vec![vec![0.0; size]; 7];
     let (mut at, mut after) = (z.clone(), z.clone());
     let mut step = f64::INFINITY;
+    let mut stiff = false;
     let mut steps = MOST_STEPS.0 * stamps.len() + MOST_STEPS.1;
     for (k, time) in stamps.iter().copied().enumerate() {
         of.from = time;
@@ -334,7 +347,11 @@ pub(crate) fn simulate(
         }
         let mut now = time;
         while now < end && n > 0 {
-            steps = steps.checked_sub(1)?;
+            let Some(left) = steps.checked_sub(1) else {
+                let (time, stiff) = (now, true);
+                return Err(Unfinished { time, stiff });
+            };
+            steps = left;
             let rest = end - now;
             // No last step of hardly any length.
             let is_last = step >= 0.999 * rest;
@@ -371,12 +388,13 @@ pub(crate) fn simulate(
             let is_shortest = h <= SHORTEST * (end - time);
             if error.is_nan() || after.iter().any(|it| !it.is_finite()) {
                 if is_shortest {
-                    return None;
+                    return Err(Unfinished { time: now, stiff });
                 }
                 step = 0.1 * h;
                 continue;
             }
             let factor = (0.9 * libm::pow(error.max(1e-10), -0.2)).clamp(0.2, 5.0);
+            stiff |= error > 1.0 && is_shortest;
             if error > 1.0 && !is_shortest {
                 step = (h * factor).max(SHORTEST * (end - time));
                 continue;
@@ -393,10 +411,14 @@ pub(crate) fn simulate(
             }
         }
     }
-    let values = found
-        .iter()
-        .flat_map(|it| it.values.iter().chain(&it.slopes));
-    values.copied().all(f64::is_finite).then_some(found)
+    let mut values = (found.iter()).flat_map(|it| it.values.iter().chain(&it.slopes));
+    match values.all(|it| it.is_finite()) {
+        true => Ok(found),
+        false => Err(Unfinished {
+            time: stamps.last().copied().unwrap_or_default(),
+            stiff,
+        }),
+    }
 }
 
 /// Where the states of a run begin.

@@ -195,6 +195,21 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
             "parameters: b: start: VALUE, or min and max",
         ),
         (
+            "{start: 1}",
+            "{min: -.inf, max: 2}",
+            "parameters: b: min: -inf refused: a number from -1e100 to 1e100 is expected; without a bound leave min out",
+        ),
+        (
+            "{start: 1}",
+            "{start: 1e200}",
+            "parameters: b: start: 1e200 refused",
+        ),
+        (
+            "{start: 1}",
+            "{fixed: .nan}",
+            "parameters: b: fixed: NaN refused",
+        ),
+        (
             "b: {",
             "x: {",
             "parameters: x: the name stands under states too",
@@ -222,6 +237,25 @@ fn what_is_no_model_is_refused_with_entry_and_remedy() {
         "{refusal}"
     );
     assert!(refusal.contains("b = 1"), "{refusal}");
+    let stiff = FIRST_ORDER.replace("-a*x", "-1e9*a*x");
+    let refusal = fit(&equations(&stiff).unwrap(), &[noisy(0.1)], &[])
+        .unwrap_err()
+        .to_string();
+    assert!(refusal.contains("the simulation ends at t = "), "{refusal}");
+    assert!(
+        refusal.contains("stiff") && !refusal.contains("division"),
+        "{refusal}"
+    );
+    // Finite at the start, and no number later.
+    let divided = FIRST_ORDER.replace("-a*x", "-a*x + sqrt(0.55 - t)");
+    let refusal = fit(&equations(&divided).unwrap(), &[noisy(0.1)], &[])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refusal.contains("the simulation ends at t = 0."),
+        "{refusal}"
+    );
+    assert!(refusal.contains("division by 0"), "{refusal}");
 }
 
 #[test]

@@ -36,6 +36,8 @@ pub struct DataOptions {
     pub stamp: Option<Clock>,
     /// How the time of a table or of columns is read.
     pub time: TableTime,
+    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
+    pub most_unpacked: Option<u64>,
 }
 
 /// The result of `read`, which is handed what it tells of the bytes that it has read of so many.
@@ -121,6 +123,7 @@ impl DataOptions {
                 paths,
                 stamp: self.stamp,
                 time: time.clone(),
+                most_unpacked: self.most_unpacked,
             }),
         };
         opened.map_err(FitError::data)

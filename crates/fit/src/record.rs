@@ -137,6 +137,7 @@ impl SignalOptions {
             Validation::Data(path) => Some(DataOptions {
                 stamp: self.data.stamp,
                 time: self.data.time.clone(),
+                most_unpacked: self.data.most_unpacked,
                 ..DataOptions::files([path])
             }),
         };

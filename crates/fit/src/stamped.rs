@@ -106,6 +106,7 @@ impl FitOptions {
                 let data = DataOptions {
                     stamp: signals.data.stamp,
                     time: signals.data.time.clone(),
+                    most_unpacked: signals.data.most_unpacked,
                     ..DataOptions::files([path])
                 };
                 let runs = self.runs_of(&data, &[], &mut found, inputs.len(), progress);

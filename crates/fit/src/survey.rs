@@ -41,6 +41,9 @@ pub const SPARKS: usize = 24;
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
 
+/// Progress is told of each message of more bytes.
+const LARGE_MESSAGE: usize = 1 << 20;
+
 /// The topics of a bag or table.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Survey {
@@ -596,7 +599,8 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             }
         };
         count += 1;
-        if count.is_multiple_of(PROGRESS_INTERVAL) {
+        let is_large = message.payload.len() > LARGE_MESSAGE;
+        if is_large || count.is_multiple_of(PROGRESS_INTERVAL) {
             progress(messages.bytes_read());
         }
         if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {

@@ -77,6 +77,8 @@ pub struct Actuator {
     pub pulses: u64,
     /// Its energies at the last state; all 0 of a recording from before there were any.
     pub energy: Energy,
+    /// Where its ram was then, m from neutral.
+    pub ram: f64,
     /// Differential pressure across the ram, Pa.
     pub pressure: Points,
 }
@@ -388,6 +390,7 @@ impl Collected for Motions {
 struct Rams {
     pulses: u64,
     energy: Energy,
+    ram: f64,
     pressure: TimeHistory,
 }
 
@@ -397,6 +400,7 @@ impl Collected for Rams {
     fn take(&mut self, t: f64, state: &DhaState) {
         self.pulses = state.pulses;
         self.energy = Energy::from(state);
+        self.ram = state.ram;
         self.pressure.take(t, state.pressure);
     }
 }
@@ -606,6 +610,7 @@ impl Account {
             let actuator = Actuator {
                 pulses: line.data.pulses,
                 energy: line.data.energy,
+                ram: line.data.ram,
                 pressure: points(&line.data.pressure, shift),
             };
             (group.clone(), actuator)

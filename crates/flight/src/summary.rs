@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::error::{Result, refused};
 use planesman_control::ControllerParameters;
-use planesman_hydraulics::Energy;
+use planesman_hydraulics::{ActuatorFile, ActuatorParameters, Energy, actuator_file};
 use planesman_linear::{Complex, ComplexFunctions as _, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
@@ -46,6 +46,9 @@ pub struct Summary {
     pub pulses: u64,
     /// The energies of all actuators; `None` of those without hydraulics.
     pub energy: Option<Energy>,
+    /// What an ideal proportional valve would take for the same motion in the actuator's own circuit, J; `None` of several
+    /// actuators, of a file that is not there, and with supply pressure lost.
+    pub proportional: Option<f64>,
     /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
 }
@@ -77,6 +80,7 @@ impl Summary {
             energy: (flight.actuators.values().map(|it| it.energy))
                 .reduce(|sum, it| sum + it)
                 .filter(|it| it.supply != 0.0),
+            proportional: proportional(flight, &scenario.parameters_of("dha_actuator")?),
             notes: flight.notes.clone(),
         })
     }
@@ -137,7 +141,7 @@ impl Summary {
                 "efficiency_proportional",
                 " %",
                 1,
-                percent(Energy::proportional_efficiency),
+                energy.and_then(|it| Ok(100.0 * it.load() / self.proportional.ok_or("not known")?)),
             ),
             ("held_ticks", "", 0, Ok(self.held_ticks as f64)),
             ("pole_error", " %", 1, pole_error),
@@ -253,39 +257,45 @@ fn first_markov_parameter(model: &TransferFunction) -> f64 {
     .unwrap_or(0.0)
 }
 
-/// The energies of actuators, in three lines.
-#[must_use]
-pub fn energy_lines(energy: &Energy) -> [String; 3] {
-    let percent = |share: Option<f64>| {
-        share.map_or_else(|| "none".to_owned(), |it| format!("{:.1} %", 100.0 * it))
+/// What an ideal proportional valve takes for the motion of a flight's only actuator in its own circuit, J.
+fn proportional(flight: &Flight, parameters: &ActuatorParameters) -> Option<f64> {
+    let mut actuators = flight.actuators.values();
+    let (only, None) = (actuators.next()?, actuators.next()) else {
+        return None;
     };
-    let shares = energy
-        .terms()
-        .map(|(name, it)| (name, percent(Some(it / energy.supply))));
+    let four_way = only.energy.proportional_valve;
+    match actuator_file::read(&parameters.actuator).ok()? {
+        ActuatorFile::Metering(set) if parameters.fault.lost_supply == 0.0 => {
+            Some(set.proportional_in_own_circuit(four_way, only.ram))
+        }
+        ActuatorFile::Metering(_) => None,
+        // It has four ways itself.
+        ActuatorFile::Circuit(_) => Some(four_way),
+    }
+}
+
+/// The energies of actuators in one line, with what an ideal proportional valve takes in the same circuit.
+#[must_use]
+pub fn energy_line(energy: &Energy, proportional: Option<f64>) -> String {
+    let shares = energy.terms().map(|(name, it)| {
+        let share = format!("{:.1} %", 100.0 * it / energy.supply);
+        (name, share)
+    });
     let named = shares
         .into_iter()
         .filter(|(_, share)| !["0.0 %", "-0.0 %"].contains(&share.as_str()));
     let named: Vec<_> = named
         .map(|(name, share)| format!("{name} {share}"))
         .collect();
-    [
-        format!(
-            "Energy of the supply: {} J: {}; the balance closes to {:.0e}",
-            number(energy.supply),
-            named.join(", "),
-            energy.closure().unwrap_or_default()
-        ),
-        format!(
-            "efficiency {}; with an ideal proportional valve on the same motion {} of {} J",
-            percent(energy.efficiency()),
-            percent(energy.proportional_efficiency()),
-            number(energy.proportional_valve)
-        ),
-        format!(
-            "electrical, of the solenoids: {} J",
-            number(energy.switching)
-        ),
-    ]
+    let valve = proportional.map_or_else(String::new, |joule| {
+        let joule = number(joule);
+        format!("; an ideal proportional valve in the same circuit would need {joule} J")
+    });
+    let supply = number(energy.supply);
+    format!(
+        "Energy of the supply: {supply} J: {}{valve}",
+        named.join(", ")
+    )
 }
 
 /// A step response in one line.
@@ -415,8 +425,8 @@ impl fmt::Display for Summary {
             "\nActuator: {} pulses; ticks without its answer: {}",
             self.pulses, self.held_ticks
         )?;
-        if let Some(lines) = self.energy.as_ref().map(energy_lines) {
-            write!(f, "\n{}", lines.join("\n  "))?;
+        if let Some(energy) = &self.energy {
+            write!(f, "\n{}", energy_line(energy, self.proportional))?;
         }
         for note in &self.notes {
             write!(f, "\nNote: {note}")?;

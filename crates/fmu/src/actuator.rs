@@ -125,13 +125,12 @@ pub(crate) struct Ticking {
 
 impl Ticking {
     /// The state at the present instant: a copy answers a tick there for which no command has come.
-    fn look_ahead(&mut self) {
-        let answer = self
-            .actuator
-            .clone()
-            .on_silence(Time::from_nanos(self.stamp));
+    fn look_ahead(&mut self) -> Result<(), Error> {
+        let mut ahead = self.actuator.clone();
+        let answer = ahead.on_silence(Time::from_nanos(self.stamp))?;
         self.at_the_end = answer.states().into_iter().next().unwrap_or_default();
         self.pressures = answer.chamber_pressures().next().unwrap_or_default();
+        Ok(())
     }
 }
 
@@ -186,7 +185,7 @@ impl Core for Ticking {
             at_the_end: DhaState::default(),
             pressures: [0.0; 2],
         };
-        new.look_ahead();
+        new.look_ahead()?;
         Ok(new)
     }
 
@@ -209,8 +208,7 @@ impl Core for Ticking {
         let answer = self.actuator.on_command(&command)?;
         self.in_the_tick = answer.states().into_iter().next().unwrap_or_default();
         self.stamp = self.stamp.saturating_add(self.tick);
-        self.look_ahead();
-        Ok(())
+        self.look_ahead()
     }
 
     fn outputs(&self) -> Vec<Value> {

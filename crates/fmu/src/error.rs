@@ -17,9 +17,6 @@ pub enum Error {
     /// A value that is not taken.
     #[error("{0}")]
     Value(#[from] Refusal),
-    /// The model's output is no longer finite.
-    #[error("output {0} is no longer finite: the model is unstable")]
-    Unstable(usize),
     /// A model file has a sampling interval of its own.
     #[error("--step {step} s refused: the model is sampled every {tick} s; leave --step out")]
     Sampled {

@@ -12,8 +12,15 @@ use crate::variable::{Causality, Variable};
 /// The most ticks in one step: a longer step is a mistake of units.
 const MOST_TICKS: f64 = 1e7;
 
-/// A share of a tick by which times may differ by rounding.
+/// A share of a tick by which times may differ by rounding, and the most of a tick that far from 0 the steps between two numbers
+/// may make of it: then no time there is exact enough for a tick.
 const ROUNDING: f64 = 1e-6;
+const MOST_ROUNDING: f64 = 0.1;
+
+/// By how much of a tick times near `time` may differ by rounding: their importers add steps up.
+fn rounding(time: f64, tick: f64) -> f64 {
+    ROUNDING.max(4.0 * f64::EPSILON * time.abs() / tick)
+}
 
 /// Why a call is not obeyed. The instance is then as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -178,8 +185,11 @@ impl Instance {
         if self.state.phase != Phase::Instantiated {
             return Err(misuse!("initialization follows instantiation or a reset"));
         }
-        if !start.is_finite() {
-            return Err(misuse!("the start time {start} s is not finite"));
+        let tick = self.resources.subject.tick();
+        if !start.is_finite() || rounding(start, tick) > MOST_ROUNDING {
+            return Err(misuse!(
+                "the start time {start:e} s: numbers there are too coarse for ticks of {tick} s; start at 0"
+            ));
         }
         (self.state.start, self.state.time) = (start, start);
         self.state.phase = Phase::Initialisation;
@@ -227,7 +237,7 @@ impl Instance {
     /// Steps from `from` on, which is where it stands, by `step`, both in s.
     ///
     /// # Errors
-    /// Another instant, a step that is not positive or too long; a motion that diverges.
+    /// Another instant, a step that is not positive or too long; a motion that diverges, or an output that is not finite.
     pub(crate) fn step(&mut self, from: f64, step: f64) -> Result<(), Fault> {
         let tick = self.resources.subject.tick();
         if self.state.phase != Phase::Steps {
@@ -235,10 +245,10 @@ impl Instance {
                 "a step before initialization is over, or after the end"
             ));
         }
+        let time = self.state.time;
+        let rounding = rounding(time, tick);
         // Written so that NaN is refused too.
-        let is_here = (from - self.state.time).abs() <= ROUNDING * tick + 1e-9 * from.abs();
-        if !is_here {
-            let time = self.state.time;
+        if !((from - time).abs() <= rounding * tick) {
             return Err(misuse!("a step from {from} s: the FMU stands at {time} s"));
         }
         if !(step > 0.0 && step / tick <= MOST_TICKS) {
@@ -248,21 +258,30 @@ impl Instance {
         }
         let mut next = self.state.clone();
         next.time = from + step;
+        if next.time <= time || rounding > MOST_ROUNDING {
+            return Err(misuse!(
+                "a step of {step} s from {from} s: numbers there are too coarse for it"
+            ));
+        }
         // Where the step ends, in ticks since the start.
         let end = (next.time - next.start) / tick;
         let inputs = self.inputs();
         if let Some(simulation) = &mut next.simulation {
-            while next.ticks + 1.0 <= end + ROUNDING {
+            while next.ticks + 1.0 <= end + rounding {
                 let taken = next.taken.take().unwrap_or_else(|| inputs.clone());
                 (simulation.advance(&taken)).map_err(|it| Fault::Discarded(it.to_string()))?;
                 next.ticks += 1.0;
             }
         }
-        if next.ticks + ROUNDING < end {
+        if next.ticks + rounding < end {
             next.taken.get_or_insert(inputs);
         }
-        self.state = next;
-        self.refresh()
+        let before = std::mem::replace(&mut self.state, next);
+        let done = self.refresh();
+        if done.is_err() {
+            self.state = before;
+        }
+        done
     }
 
     fn parameters(&self) -> Vec<(String, Value)> {
@@ -280,6 +299,9 @@ impl Instance {
     }
 
     /// Brings the outputs up to date; from initialization on.
+    ///
+    /// # Errors
+    /// Parameters that do not go together, an output that is not finite.
     fn refresh(&mut self) -> Result<(), Fault> {
         if self.state.phase == Phase::Instantiated {
             return Ok(());
@@ -295,7 +317,11 @@ impl Instance {
         let outputs = simulation.outputs(&inputs);
         let all = self.resources.variables().zip(&mut self.state.values);
         let places = all.filter(|(variable, _)| matches!(variable.causality, Causality::Output(_)));
-        for ((_, place), output) in places.zip(outputs) {
+        for ((variable, place), output) in places.zip(outputs) {
+            if let Some(number) = output.numbers().into_iter().find(|it| !it.is_finite()) {
+                let (name, time) = (&variable.declaration.name, self.state.time);
+                return Err(Fault::Discarded(format!("{name} is {number} at {time} s")));
+            }
             *place = output;
         }
         Ok(())
@@ -313,4 +339,129 @@ fn accepted(declaration: &Declaration, value: Value) -> Result<Value, Fault> {
     }
     let value = declaration.accept(value);
     value.map_err(|refusal| Fault::Discarded(refusal.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resources::Manifest;
+    use crate::subject::Kind;
+    use std::path::Path;
+
+    const AUV: &str = include_str!("../../hydraulics/actuators/auv.yaml");
+    const DFCU: &str = include_str!("../../circuit/circuits/dfcu.yaml");
+
+    fn actuator(text: &str) -> Instance {
+        let manifest = Manifest {
+            format: crate::resources::Format::One,
+            version: String::new(),
+            kind: Kind::Actuator,
+            file: "actuator.yaml".to_owned(),
+            tick: None,
+            start: Vec::new(),
+        };
+        let resources = Resources::of(manifest, Path::new("actuator.yaml"), text);
+        Instance::new(resources.expect("an actuator"))
+    }
+
+    fn begun(text: &str, start: f64) -> Instance {
+        let mut instance = actuator(text);
+        instance.enter_initialisation(start).expect("a start");
+        instance.exit_initialisation().expect("initialised");
+        instance
+    }
+
+    fn reference(instance: &Instance, name: &str) -> u32 {
+        let place = (instance.resources.variables()).position(|it| it.declaration.name == name);
+        1 + place.expect("a variable") as u32
+    }
+
+    fn number(instance: &mut Instance, name: &str) -> f64 {
+        let reference = reference(instance, name);
+        match instance.get(&[reference]).expect("a value")[0] {
+            Value::Double(number) => number,
+            ref other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_step_from_no_instant_or_another_one_is_refused() {
+        let mut fmu = begun(AUV, 0.0);
+        for from in [
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+            1e300,
+            0.01,
+            -1e-3,
+        ] {
+            let fault = fmu.step(from, 0.05).expect_err("another instant");
+            assert!(matches!(fault, Fault::Misuse(_)), "{fault}");
+        }
+        for step in [f64::INFINITY, f64::NAN, 0.0, -0.05, 1e300] {
+            assert!(fmu.step(0.0, step).is_err(), "{step}");
+        }
+        assert_eq!(fmu.time(), 0.0);
+        fmu.step(1e-9, 0.05).expect("here but for rounding");
+    }
+
+    #[test]
+    fn a_clock_of_seconds_since_1970_neither_jumps_nor_runs_back() {
+        let start = 1.7e9;
+        let mut fmu = begun(AUV, start);
+        for from in [start + 1.5, start - 1.5, start + 1e-3] {
+            assert!(fmu.step(from, 0.05).is_err(), "{from}");
+        }
+        // As long as the step, but from a number before the present one.
+        let before = start - 2f64.powi(-22);
+        assert!(fmu.step(before, 1e-9).is_err(), "time would run back");
+        for k in 0..100 {
+            fmu.step(start + f64::from(k) * 0.05, 0.05)
+                .expect("the next tick");
+            assert_eq!(fmu.state.ticks, f64::from(k + 1));
+        }
+        for start in [1e16, -1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+            let refused = actuator(AUV).enter_initialisation(start);
+            assert!(refused.is_err(), "{start}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_would_hang_or_overflow_are_refused_by_their_field() {
+        for (name, value) in [
+            ("load.viscous", 1e20),
+            ("load.moment_arm", 1e308),
+            ("leakage.rate_gain", 1e308),
+        ] {
+            let mut fmu = actuator(AUV);
+            let reference = reference(&fmu, name);
+            fmu.set(vec![(reference, Value::Double(value))])
+                .expect("a number");
+            fmu.enter_initialisation(0.0).expect("a start");
+            let fault = fmu.exit_initialisation().expect_err(name);
+            assert!(matches!(fault, Fault::Discarded(_)), "{fault}");
+            assert!(fault.to_string().contains(name), "{fault}");
+        }
+    }
+
+    /// The works on a circuit's ram since the start add up at every instant, to what the ram's speed there makes of its mass.
+    #[test]
+    fn the_outputs_of_a_circuit_at_an_instant_belong_to_it() {
+        let mut fmu = begun(DFCU, 0.0);
+        let command = reference(&fmu, "plane_command");
+        let mass = number(&mut fmu, "load.mass");
+        for k in 0..40 {
+            let angle = if k % 20 < 10 { 0.2 } else { -0.2 };
+            fmu.set(vec![(command, Value::Double(angle))])
+                .expect("a command");
+            fmu.step(f64::from(k) * 0.05, 0.05).expect("a tick");
+            let speed = number(&mut fmu, "ram_velocity");
+            let kinetic = number(&mut fmu, "energy_kinetic");
+            let expected = 0.5 * mass * speed * speed;
+            assert!(
+                (kinetic - expected).abs() < 1e-9 * (1.0 + expected),
+                "{k}: {kinetic} {expected}"
+            );
+        }
+    }
 }

@@ -128,15 +128,7 @@ impl Simulation for System {
             Self::One(one) => one.advance(inputs.first().copied().unwrap_or_default()),
             Self::Several(several) => several.advance(inputs),
         }
-        let outputs = self.outputs(inputs);
-        let wild = outputs
-            .iter()
-            .flat_map(Value::numbers)
-            .position(|it| !it.is_finite());
-        match wild {
-            Some(place) => Err(Error::Unstable(place + 1)),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn outputs(&self, inputs: &[f64]) -> Vec<Value> {

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use planesman_circuit::file as circuit_file;
 use planesman_parameters::{Choice as _, file};
 use planesman_text::did_you_mean;
-use planesman_units::{DEGREE, Dimension, Quantity, Unit};
+use planesman_units::{DEGREE, Dimension, Quantity, Unit, within};
 use serde::Deserialize;
 
 use crate::actuator_model::Model;
@@ -38,6 +38,16 @@ pub const SWITCHING_ENERGY: f64 = 0.55;
 
 /// No solenoid takes more for a switching, J.
 const MOST_SWITCHING_ENERGY: f64 = 1e3;
+
+/// The ranges that several fields share: angles of the pulse logic, rad; volumes, m^3; travels of the ram, m; flow times, s.
+const ANGLES: [f64; 2] = [1e-6, std::f64::consts::PI];
+const VOLUMES: [f64; 2] = [1e-12, 1.0];
+const TRAVELS: [f64; 2] = [1e-6, 100.0];
+const FLOW_TIMES: [f64; 2] = [1e-5, 100.0];
+
+/// The shortest time constant, s, and the most rad of a valve cycle, that are simulated.
+const SHORTEST_TIME: f64 = 1e-6;
+const MOST_RADIANS: f64 = 1e4;
 
 /// Why an actuator was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -238,14 +248,6 @@ struct Logic {
     limit_feedback: Option<Quantity>,
 }
 
-/// The range of a value, apart from its unit.
-#[derive(Clone, Copy)]
-enum Sign {
-    Positive,
-    NotNegative,
-    Any,
-}
-
 /// One written field: its name, its text, its dimension.
 struct Field<'a>(&'static str, &'a Quantity, Dimension);
 
@@ -279,19 +281,13 @@ impl Reader<'_> {
     fn read(
         &self,
         Field(name, written, dimension): Field<'_>,
-        sign: Sign,
+        range: [f64; 2],
         per_radian: Option<f64>,
     ) -> Result<f64, ActuatorFileError> {
-        let refuse = |rule: &str| self.refused(name, written, rule);
         let angles = per_radian.map(|per_radian| angles(dimension, per_radian));
-        let value = written
-            .si_or(dimension, angles.as_ref().map_or(&[], |units| units))
-            .map_err(|error| refuse(&error.to_string()))?;
-        match sign {
-            Sign::Positive if value <= 0.0 => Err(refuse("it must be positive")),
-            Sign::NotNegative if value < 0.0 => Err(refuse("it must not be negative")),
-            _ => Ok(value),
-        }
+        written
+            .within(dimension, angles.as_ref().map_or(&[], |units| units), range)
+            .map_err(|error| self.refused(name, written, error))
     }
 
     /// A limit, infinite where the file gives none.
@@ -300,104 +296,109 @@ impl Reader<'_> {
         name: &'static str,
         written: Option<&Quantity>,
         dimension: Dimension,
+        range: [f64; 2],
         per_radian: f64,
     ) -> Result<f64, ActuatorFileError> {
         written.map_or(Ok(f64::INFINITY), |written| {
-            self.read(
-                Field(name, written, dimension),
-                Sign::Positive,
-                Some(per_radian),
-            )
+            self.read(Field(name, written, dimension), range, Some(per_radian))
         })
     }
 
     fn set(&self, file: &File) -> Result<ActuatorSet, ActuatorFileError> {
         use Dimension as D;
-        use Sign::{Any, NotNegative, Positive};
-        let read =
-            |name, written, dimension, sign| self.read(Field(name, written, dimension), sign, None);
+        let read = |name, written, dimension, range| {
+            self.read(Field(name, written, dimension), range, None)
+        };
         let (load, oil, valves) = (&file.load, &file.oil, &file.valves);
 
-        let moment_arm = read("load.moment_arm", &load.moment_arm, D::Length, Positive)?;
-        let area = read("ram.area", &file.ram.area, D::Area, Positive)?;
+        let moment_arm = read("load.moment_arm", &load.moment_arm, D::Length, [1e-4, 1e2])?;
+        let area = read("ram.area", &file.ram.area, D::Area, [1e-7, 10.0])?;
         // What moves the planes by one radian.
         let (travel, oil_moved) = (moment_arm, moment_arm * area);
-        let read_as_angle = |name, written, dimension, sign| {
-            self.read(Field(name, written, dimension), sign, Some(oil_moved))
+        let read_as_angle = |name, written, dimension, range| {
+            self.read(Field(name, written, dimension), range, Some(oil_moved))
         };
 
         let set = ActuatorSet {
             name: file.name.clone(),
             source: file.source.clone(),
-            mass: read("load.mass", &load.mass, D::Mass, Positive)?,
-            viscous: read("load.viscous", &load.viscous, D::Damping, Positive)?,
-            coulomb: read("load.coulomb", &load.coulomb, D::Force, NotNegative)?,
+            mass: read("load.mass", &load.mass, D::Mass, [1e-3, 1e7])?,
+            viscous: read("load.viscous", &load.viscous, D::Damping, [1e-3, 1e8])?,
+            coulomb: read("load.coulomb", &load.coulomb, D::Force, [0.0, 1e8])?,
             moment_arm,
             area,
-            area_ratio: file.ram.area_ratio,
+            area_ratio: within(file.ram.area_ratio, [1.0, 1e3], "")
+                .map_err(|rule| self.refused("ram.area_ratio", file.ram.area_ratio, rule))?,
             volume_limit: self.limit(
                 "ram.volume_limit",
                 file.ram.volume_limit.as_ref(),
                 D::Volume,
+                VOLUMES,
                 oil_moved,
             )?,
-            stop: self.limit("ram.stop", file.ram.stop.as_ref(), D::Length, travel)?,
-            stiffness: read("oil.stiffness", &oil.stiffness, D::OilStiffness, Positive)?,
-            supply: read("oil.supply", &oil.supply, D::Pressure, Positive)?,
-            return_pressure: read("oil.return", &oil.return_pressure, D::Pressure, NotNegative)?,
+            stop: self.limit(
+                "ram.stop",
+                file.ram.stop.as_ref(),
+                D::Length,
+                TRAVELS,
+                travel,
+            )?,
+            stiffness: read(
+                "oil.stiffness",
+                &oil.stiffness,
+                D::OilStiffness,
+                [1e5, 1e21],
+            )?,
+            supply: read("oil.supply", &oil.supply, D::Pressure, [1e3, 1e9])?,
+            return_pressure: read("oil.return", &oil.return_pressure, D::Pressure, [0.0, 1e9])?,
             clamp_positive: read(
                 "oil.clamp_positive",
                 &oil.clamp_positive,
                 D::Pressure,
-                Positive,
+                [1.0, 1e9],
             )?,
             clamp_negative: read(
                 "oil.clamp_negative",
                 &oil.clamp_negative,
                 D::Pressure,
-                Positive,
+                [1.0, 1e9],
             )?,
-            volume: read_as_angle("valves.volume", &valves.volume, D::Volume, Positive)?,
+            volume: read_as_angle("valves.volume", &valves.volume, D::Volume, VOLUMES)?,
             frequency_millihertz: self.millihertz(&valves.frequency)?,
             valve_time: read(
                 "valves.valve_time",
                 &valves.valve_time,
                 D::Time,
-                NotNegative,
+                [0.0, 100.0],
             )?,
-            flow_time: read("valves.flow_time", &valves.flow_time, D::Time, Positive)?,
+            flow_time: read("valves.flow_time", &valves.flow_time, D::Time, FLOW_TIMES)?,
             extra_delay: read(
                 "valves.extra_delay",
                 &valves.extra_delay,
                 D::Time,
-                NotNegative,
+                [0.0, 100.0],
             )?,
             switching_energy: (valves.switching_energy.as_ref()).map_or(
                 Ok(SWITCHING_ENERGY),
                 |written| {
-                    let field = "valves.switching_energy";
-                    match read(field, written, D::Energy, NotNegative) {
-                        Ok(energy) if energy > MOST_SWITCHING_ENERGY => {
-                            Err(self.refused(field, written, "it must not exceed 1 kJ"))
-                        }
-                        read => read,
-                    }
+                    let range = [0.0, MOST_SWITCHING_ENERGY];
+                    read("valves.switching_energy", written, D::Energy, range)
                 },
             )?,
             rate_gain: read_as_angle(
                 "leakage.rate_gain",
                 &file.leakage.rate_gain,
                 D::Flow,
-                NotNegative,
+                [0.0, 1.0],
             )?,
             error_rate: read_as_angle(
                 "leakage.error_rate",
                 &file.leakage.error_rate,
                 D::Flow,
-                Any,
+                [-1.0, 1.0],
             )?,
-            quantum: read("logic.quantum", &file.logic.quantum, D::Angle, Positive)?,
-            threshold: read("logic.threshold", &file.logic.threshold, D::Angle, Positive)?,
+            quantum: read("logic.quantum", &file.logic.quantum, D::Angle, ANGLES)?,
+            threshold: read("logic.threshold", &file.logic.threshold, D::Angle, ANGLES)?,
             small: file
                 .small_volume
                 .as_ref()
@@ -407,6 +408,7 @@ impl Reader<'_> {
                 "logic.inhibit_beyond",
                 file.logic.inhibit_beyond.as_ref(),
                 D::Length,
+                TRAVELS,
                 travel,
             )?,
             limit_option: self.limit_option(&file.logic)?,
@@ -420,32 +422,37 @@ impl Reader<'_> {
         small: &Small,
         oil_moved: f64,
     ) -> Result<SmallVolume, ActuatorFileError> {
-        let read = |name, written, dimension, per_radian| {
-            self.read(Field(name, written, dimension), Sign::Positive, per_radian)
+        use Dimension as D;
+        let read = |name, written, dimension, range, per_radian| {
+            self.read(Field(name, written, dimension), range, per_radian)
         };
         Ok(SmallVolume {
             volume: read(
                 "small_volume.volume",
                 &small.volume,
-                Dimension::Volume,
+                D::Volume,
+                VOLUMES,
                 Some(oil_moved),
             )?,
             flow_time: read(
                 "small_volume.flow_time",
                 &small.flow_time,
-                Dimension::Time,
+                D::Time,
+                FLOW_TIMES,
                 None,
             )?,
             quantum: read(
                 "small_volume.quantum",
                 &small.quantum,
-                Dimension::Angle,
+                D::Angle,
+                ANGLES,
                 None,
             )?,
             threshold: read(
                 "small_volume.threshold",
                 &small.threshold,
-                Dimension::Angle,
+                D::Angle,
+                ANGLES,
                 None,
             )?,
         })
@@ -455,16 +462,12 @@ impl Reader<'_> {
         let field = "valves.frequency";
         let hertz = self.read(
             Field(field, written, Dimension::Frequency),
-            Sign::Positive,
+            [0.1, 1e4],
             None,
         )?;
         let millihertz = (hertz * 1e3).round();
-        if (millihertz - hertz * 1e3).abs() > 1e-6 || !(1e2..=1e7).contains(&millihertz) {
-            return Err(self.refused(
-                field,
-                written,
-                "it must be a whole number of millihertz in [0.1, 10000] Hz",
-            ));
+        if (millihertz - hertz * 1e3).abs() > 1e-6 {
+            return Err(self.refused(field, written, "it must be a whole number of millihertz"));
         }
         Ok(millihertz as u32)
     }
@@ -481,7 +484,7 @@ impl Reader<'_> {
             (2, Some(written)) => self
                 .read(
                     Field(field, written, Dimension::Angle),
-                    Sign::NotNegative,
+                    [0.0, ANGLES[1]],
                     None,
                 )
                 .map(LimitOption::Aware),
@@ -507,7 +510,7 @@ impl Reader<'_> {
             }
         };
         check(
-            set.area_ratio.is_finite() && set.area_ratio > 1.0,
+            set.area_ratio > 1.0,
             "ram.area_ratio",
             &set.area_ratio,
             "it must exceed 1: the larger area is the left one",
@@ -578,10 +581,24 @@ impl Reader<'_> {
             "extra_delay + valve_time + flow_time must end within 8 cycles of valves.frequency",
         )?;
         check(
-            set.natural_frequency() * set.cycle() <= 1e4,
+            set.natural_frequency() * set.cycle() <= MOST_RADIANS,
             "oil.stiffness",
             &file.oil.stiffness,
             "the load must turn less than 10000 rad in a valve cycle",
+        )?;
+        check(
+            set.mass / set.viscous >= SHORTEST_TIME,
+            "load.viscous",
+            &file.load.viscous,
+            "load.mass over it must be at least 1e-6 s",
+        )?;
+        let leakage_rate = set.pressure_leakage() * set.stiffness;
+        let damped = (leakage_rate * set.viscous / set.mass).sqrt();
+        check(
+            leakage_rate * SHORTEST_TIME <= 1.0 && damped * set.cycle() <= MOST_RADIANS,
+            "leakage.rate_gain",
+            &file.leakage.rate_gain,
+            "it would empty the oil too fast: oil.supply over 2 rate_gain oil.stiffness must be at least 1e-6 s, and times load.mass over load.viscous at least (1e-4 valve cycles)^2",
         )?;
         check(
             set.threshold > set.quantum / 2.0,
@@ -631,7 +648,7 @@ mod tests {
     #[test]
     fn a_refusal_names_the_file_the_field_the_value_and_the_rule() {
         for (field, line, rule) in [
-            ("mass:", "  mass: -1 kg", "must be positive"),
+            ("mass:", "  mass: -1 kg", "from 0.001 to 10000000 kg"),
             (
                 "mass:",
                 "  mass: 0.002",
@@ -643,7 +660,8 @@ mod tests {
                 "one of the units kg, slug, lb s^2/in",
             ),
             ("coulomb:", "  coulomb: 10 lb", "overcome load.coulomb"),
-            ("frequency:", "  frequency: 0.01 Hz", "millihertz"),
+            ("frequency:", "  frequency: 0.01 Hz", "from 0.1 to 10000 Hz"),
+            ("frequency:", "  frequency: 80.0001 Hz", "millihertz"),
             ("flow_time:", "  flow_time: 1 s", "within 8 cycles"),
             (
                 "threshold:",
@@ -652,11 +670,21 @@ mod tests {
             ),
             ("limit_option:", "  limit_option: 3", "1 or 2"),
             ("limit_option:", "  limit_option: 2", "limit option 2"),
-            ("stiffness:", "  stiffness: 1e300 Pa/m^3", "10000 rad"),
-            ("area_ratio:", "  area_ratio: .nan", "exceed 1"),
+            ("stiffness:", "  stiffness: 5e20 Pa/m^3", "10000 rad"),
+            ("area_ratio:", "  area_ratio: .nan", "from 1 to 1000"),
+            ("area_ratio:", "  area_ratio: 1", "exceed 1"),
+            ("viscous:", "  viscous: 1e20 N s/m", "to 100000000 N s/m"),
+            ("viscous:", "  viscous: 1e7 N s/m", "at least 1e-6 s"),
+            ("moment_arm:", "  moment_arm: 1e308 m", "to 100 m"),
+            ("rate_gain:", "  rate_gain: 1e308 m^3/s", "to 1 m^3/s"),
+            ("rate_gain:", "  rate_gain: 0.01 m^3/s", "too fast"),
             ("return:", "  return: 200 psi", "below oil.supply"),
-            ("switching_energy:", "  switching_energy: -1 J", "negative"),
-            ("switching_energy:", "  switching_energy: 1e300 J", "1 kJ"),
+            ("switching_energy:", "  switching_energy: -1 J", "from 0"),
+            (
+                "switching_energy:",
+                "  switching_energy: 1e300 J",
+                "to 1000 J",
+            ),
             ("switching_energy:", "  switching_energy: 1 W", "J, mJ"),
         ] {
             let error = auv_with(field, line).expect_err(line).to_string();
@@ -665,6 +693,39 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn every_number_of_a_file_has_a_range() {
+        let text = include_str!("../actuators/auv_two_speed.yaml");
+        let mut tried = 0;
+        for (path, at) in planesman_text::yaml::scalars(text).expect("YAML") {
+            if path.len() < 2 {
+                continue;
+            }
+            let written = text[at.clone()].trim_end();
+            let unit = written.split_once(' ').map_or("", |it| it.1);
+            for number in ["1e308", "-1e308", "1e-308", ".nan"] {
+                let mut changed = text.to_owned();
+                let number_and_unit = format!("{number} {unit} ");
+                changed.replace_range(at.clone(), &number_and_unit);
+                // Nothing leaks, or is late, at less than can be noticed.
+                let vanishes = number == "1e-308"
+                    && [
+                        "coulomb",
+                        "return",
+                        "valve_time",
+                        "extra_delay",
+                        "rate_gain",
+                        "error_rate",
+                    ]
+                    .contains(&path[path.len() - 1].as_str());
+                let read = parse("mine.yaml", &changed);
+                assert_eq!(read.is_err(), !vanishes, "{path:?}: {number_and_unit}");
+                tried += 1;
+            }
+        }
+        assert!(tried > 80, "{tried}");
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub(crate) struct Chambers {
 }
 
 impl Chambers {
-    fn of(actuator: &circuit::Actuator, pressures: [f64; 2]) -> Self {
+    fn of(actuator: &circuit::Actuator, nanos: i64, pressures: [f64; 2]) -> Self {
         let simulation = actuator.simulation();
         // A single-acting cylinder has no pressure on its other side.
         let [a, b] = pressures;
@@ -93,7 +93,7 @@ impl Chambers {
             pressures: [a, b],
             sliding: matches!(simulation.mode(), circuit::Mode::Sliding(_)),
             at_stop: simulation.at_stop(),
-            volume: simulation.volume(),
+            volume: actuator.volume_and_proportional(nanos)[0],
             switchings: simulation.total_switchings(),
         }
     }
@@ -148,18 +148,26 @@ impl ActuatorModel {
         }
     }
 
-    /// The energies since the start; `None` for an actuator without hydraulics.
+    /// The field of the actuator's file by which its motion could not be solved, if it could not.
     #[must_use]
-    pub(crate) fn energy(&self) -> Option<Energy> {
+    pub(crate) fn unsolved(&self) -> Option<&'static str> {
+        match self {
+            Self::Dha(dha) => dha.hydraulics().unsolved(),
+            Self::Circuit(actuator, _) => actuator.simulation().unsolved().then_some("load"),
+            Self::FirstOrder(_) | Self::Ideal(_) => None,
+        }
+    }
+
+    /// The energies since the start: of a circuit at the instant `nanos`, to which it has been advanced, of metered volumes up to
+    /// the last change of flow or law before it; `None` for an actuator without hydraulics.
+    #[must_use]
+    pub(crate) fn energy(&self, nanos: i64) -> Option<Energy> {
         match self {
             Self::Dha(dha) => dha.energy(),
-            Self::Circuit(actuator, _) => {
-                let simulation = actuator.simulation();
-                Some(Energy::of_circuit(
-                    &simulation.ledger_so_far(),
-                    simulation.proportional(),
-                ))
-            }
+            Self::Circuit(actuator, _) => Some(Energy::of_circuit(
+                &actuator.ledger(nanos),
+                actuator.volume_and_proportional(nanos)[1],
+            )),
             Self::FirstOrder(_) | Self::Ideal(_) => None,
         }
     }
@@ -195,7 +203,7 @@ impl ActuatorModel {
             Self::Circuit(actuator, arm) => {
                 let [x, v, a, b] = actuator.at(nanos);
                 Planes {
-                    chambers: Some(Chambers::of(actuator, [a, b])),
+                    chambers: Some(Chambers::of(actuator, nanos, [a, b])),
                     ..bare(x / arm, v / arm)
                 }
             }

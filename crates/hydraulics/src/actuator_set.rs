@@ -158,6 +158,23 @@ impl ActuatorSet {
         self.ram_quantum() / self.cycle()
     }
 
+    /// What an ideal proportional valve would take in this actuator's own circuit, J: one that joins the larger chamber to supply or
+    /// return, while the smaller one stays at the supply. `four_way` is what a 4-way valve takes for the same motion
+    /// ([`Energy::proportional_valve`](crate::Energy::proportional_valve)), `moved` how far the ram is from where it began, m.
+    ///
+    /// ```text
+    /// int P_h (A_L - A_R) max(v, 0) + (P_h A_R - P_R A_L) max(-v, 0) dt
+    /// ```
+    #[must_use]
+    pub fn proportional_in_own_circuit(&self, four_way: f64, moved: f64) -> f64 {
+        let (high, low) = (self.supply, self.return_pressure);
+        let (large, small) = (self.area, self.area / self.area_ratio);
+        let (right, left) = (high * large - low * small, high * small - low * large);
+        // four_way = right r + left l for the ways r and l to the right and to the left, and moved = r - l.
+        let to_right = (four_way + left * moved) / (right + left);
+        high * (large - small) * to_right + left * (to_right - moved)
+    }
+
     /// (P_m A_L - Delta F)/C, m/s: the speeds `(positive, negative)` that the clamped pressure
     /// can sustain.
     #[must_use]
@@ -217,5 +234,39 @@ impl ActuatorSet {
         let speed = (sign * self.rate_gain + self.error_rate - k * sign * self.coulomb / self.area)
             / (self.area + k * self.viscous / self.area);
         if speed * sign > 0.0 { speed } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Demand, Dha, actuator_file};
+
+    /// The work of a valve for the way of each millisecond to the right and to the left, summed up.
+    #[test]
+    fn a_proportional_valve_in_the_same_circuit_pays_for_the_smaller_chamber_s_oil_once() {
+        for name in ["auv", "table_4_1"] {
+            let set = actuator_file::load(name).expect("built in");
+            let mut dha = Dha::new(&set).keeping_energy();
+            let (large, small) = (set.area, set.area / set.area_ratio);
+            let (mut own, mut four_way, mut position) = (0.0, 0.0, 0.0);
+            for k in 1..=6000 {
+                let angle = [0.2, -0.1, 0.05][k / 500 % 3];
+                dha.advance_to(k as i64 * 1_000_000, Demand::angle(angle));
+                let ram = dha.reading(k as i64 * 1_000_000).ram.position;
+                let (right, left) = ((ram - position).max(0.0), (position - ram).max(0.0));
+                own += set.supply * (large - small) * right;
+                four_way += (set.supply * large - set.return_pressure * small) * right;
+                let back = (set.supply * small - set.return_pressure * large) * left;
+                (own, four_way, position) = (own + back, four_way + back, ram);
+            }
+            let energy = dha.energy().expect("kept").proportional_valve;
+            assert!(
+                (energy / four_way - 1.0).abs() < 2e-3,
+                "{name} {energy} {four_way}"
+            );
+            let found = set.proportional_in_own_circuit(energy, position);
+            assert!((found / own - 1.0).abs() < 2e-3, "{name} {found} {own}");
+            assert!(own < 0.9 * four_way, "{name} {own} {four_way}");
+        }
     }
 }

@@ -89,6 +89,16 @@ impl Moved {
         self.counts.map_or(switchings, |counts| counts.pulses)
     }
 
+    /// Whether its numbers are finite, where `angles` are its motion over the tick, rad.
+    fn is_finite(&self, angles: &[f64]) -> bool {
+        let planes = &self.planes;
+        let [p_a, p_b] = planes.chambers.map_or([0.0; 2], |it| it.pressures);
+        let oil = planes.reading.map_or(0.0, |it| it.pressure + it.leaked);
+        let energy = self.energy.map_or(0.0, |it| it.residual() + it.switching);
+        let all = planes.angle + planes.rate + oil + p_a + p_b + self.work + energy;
+        all.is_finite() && angles.iter().all(|it| it.is_finite())
+    }
+
     fn at_stop(&self) -> bool {
         self.planes.reading.is_some_and(|reading| {
             matches!(reading.mode.friction, FrictionState::AtStop(_))
@@ -254,6 +264,9 @@ pub struct Actuator {
     load_force: f64,
     run: Option<Run>,
 }
+
+/// To a tick.
+type Answer = Result<Arc<Output>, Error>;
 
 /// What a tick is computed with.
 #[derive(Clone, Debug, PartialEq)]
@@ -493,7 +506,7 @@ impl Actuator {
     /// The motion over the tick that begins at the command's stamp.
     ///
     /// # Errors
-    /// When a number in the command is not finite; the actuator is then as it was.
+    /// When a number in the command is not finite; the actuator is then as it was. [`Error::Motion`]: the next stamp begins a new run.
     pub fn on_command(&mut self, command: &PlaneCommand) -> Result<Arc<Output>, Error> {
         if let Some(field) = command.first_non_finite() {
             return Err(Error::Command(field));
@@ -501,12 +514,12 @@ impl Actuator {
         let stamp = command.header.stamp.nanos();
         let held = ClippedCommand::new(command, self.config().parameters.command_limit);
         let Some(run) = &mut self.run else {
-            return Ok(self.begin(stamp, Some(held)));
+            return self.begin(stamp, Some(held));
         };
         match &run.command {
             Some(last) if stamp == last.stamp => return Ok(run.output.clone()),
-            Some(last) if stamp < last.stamp => return Ok(self.begin(stamp, Some(held))),
-            None if stamp < run.began => return Ok(self.begin(stamp, Some(held))),
+            Some(last) if stamp < last.stamp => return self.begin(stamp, Some(held)),
+            None if stamp < run.began => return self.begin(stamp, Some(held)),
             _ => {}
         }
         if stamp <= run.stamp {
@@ -515,9 +528,9 @@ impl Actuator {
             return Ok(run.output.clone());
         }
         if stamp.saturating_sub(run.stamp) > LONGEST_GAP {
-            return Ok(self.begin(stamp, Some(held)));
+            return self.begin(stamp, Some(held));
         }
-        Ok(self.go_on(stamp, Some(held)))
+        self.go_on(stamp, Some(held))
     }
 
     /// The answer to the tick before the last one, in the same run: repeated when a command is, for
@@ -529,11 +542,14 @@ impl Actuator {
 
     /// The motion over a tick for which no command has come. A stamp already answered gets its
     /// answer again.
-    pub fn on_silence(&mut self, stamp: Time) -> Arc<Output> {
+    ///
+    /// # Errors
+    /// [`Error::Motion`].
+    pub fn on_silence(&mut self, stamp: Time) -> Result<Arc<Output>, Error> {
         let stamp = stamp.nanos();
         match &self.run {
             None => self.begin(stamp, None),
-            Some(run) if stamp <= run.stamp => run.output.clone(),
+            Some(run) if stamp <= run.stamp => Ok(run.output.clone()),
             Some(run) if stamp.saturating_sub(run.stamp) > LONGEST_GAP => self.begin(stamp, None),
             Some(run) => {
                 let held = run.command.clone();
@@ -548,7 +564,7 @@ impl Actuator {
     }
 
     /// Starts a new run and answers its first tick.
-    fn begin(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
+    fn begin(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Result<Arc<Output>, Error> {
         let models = self
             .config()
             .members
@@ -563,7 +579,7 @@ impl Actuator {
     }
 
     /// Brings the run to `stamp` under the last demands, and answers the tick from there.
-    fn go_on(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Arc<Output> {
+    fn go_on(&mut self, stamp: i64, command: Option<ClippedCommand>) -> Result<Arc<Output>, Error> {
         let Some(run) = self.run.take() else {
             return self.begin(stamp, command);
         };
@@ -587,7 +603,7 @@ impl Actuator {
         mut now: Vec<ActuatorModel>,
         command: Option<ClippedCommand>,
         before: Option<Arc<Output>>,
-    ) -> Arc<Output> {
+    ) -> Answer {
         let acting = self.asked(stamp, command.as_ref());
         for (index, model) in now.iter_mut().enumerate() {
             model.ask(stamp - began, &acting.at(index, stamp));
@@ -608,8 +624,9 @@ impl Actuator {
                 };
                 let work = match (now, ahead) {
                     (ActuatorModel::Circuit(now, _), ActuatorModel::Circuit(ahead, _)) => {
-                        ahead.simulation().ledger_so_far().supply
-                            - now.simulation().ledger_so_far().supply
+                        let begin = stamp - began;
+                        let end = begin + self.tick;
+                        ahead.ledger(end).supply - now.ledger(begin).supply
                     }
                     _ => 0.0,
                 };
@@ -618,10 +635,24 @@ impl Actuator {
                     work,
                     commanded: acting.at(index, stamp).demand.angle,
                     counts,
-                    energy: now.energy(),
+                    energy: now.energy(stamp - began),
                 }
             })
-            .collect();
+            .collect::<Vec<_>>();
+        for (index, (moved, angles)) in groups.iter().zip(&angles).enumerate() {
+            let unsolved = ahead[index].unsolved();
+            if unsolved.is_some() || !moved.is_finite(angles) {
+                let Member {
+                    group, actuator, ..
+                } = &self.config().members[index];
+                return Err(Error::Motion {
+                    actuator: actuator.clone(),
+                    group: group.name(),
+                    time: stamp as f64 * 1e-9,
+                    unsolved,
+                });
+            }
+        }
         let stale = stamp >= acting.deadline;
         let obeyed = command.as_ref().filter(|_| !stale);
         let output = Arc::new(Output {
@@ -640,7 +671,7 @@ impl Actuator {
             command,
             output: Arc::clone(&output),
         });
-        output
+        Ok(output)
     }
 
     /// Runs the group `index` over the tick from `stamp`, and returns its angle at the samples.

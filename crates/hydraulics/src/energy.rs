@@ -150,12 +150,6 @@ impl Energy {
         (self.supply > 0.0).then(|| self.load() / self.supply)
     }
 
-    /// The same of the ideal proportional valve.
-    #[must_use]
-    pub fn proportional_efficiency(&self) -> Option<f64> {
-        (self.proportional_valve > 0.0).then(|| self.load() / self.proportional_valve)
-    }
-
     /// Those of a circuit of on/off valves; `kinetic` has springs and weight too, `throttling` all its valves and the friction in its
     /// lines, `leakage` the piston's seal, `compressed` less `recovered` what its lines hold.
     pub(crate) fn of_circuit(ledger: &circuit::Ledger, proportional_valve: f64) -> Self {

@@ -56,6 +56,24 @@ pub enum Error {
     /// A force on the ram beyond what is taken.
     #[error("load force of {0} N refused: at most {MOST_FORCE} N to either side are taken")]
     LoadForce(f64),
+    /// A motion that could not be solved, or is not finite. The run is over.
+    #[error(
+        "actuator '{actuator}' of the {group}, in the tick from {time} s on: {}",
+        match .unsolved {
+            Some(field) => format!("the search for the events of its motion does not end, by {field}"),
+            None => "its motion is not finite".to_owned(),
+        }
+    )]
+    Motion {
+        /// The actuator's name or file.
+        actuator: String,
+        /// The group that it moves.
+        group: &'static str,
+        /// The tick's stamp, s.
+        time: f64,
+        /// The field by which the motion's events cannot be found; else a number is not finite.
+        unsolved: Option<&'static str>,
+    },
     /// A number of a plane command is not finite.
     #[error("plane command refused: {0} is not finite")]
     Command(String),

@@ -48,7 +48,7 @@ pub fn break_away_force(constants: &Constants) -> f64 {
 }
 
 /// The first event on `motion` within `horizon` seconds of its start, and when; the motion is in
-/// `mode` under the net metered flow `flow`, m^3/s.
+/// `mode` under the net metered flow `flow`, m^3/s. `steps` is how many steps the search may take yet: at 0 it was not finished.
 #[must_use]
 pub(crate) fn next_event(
     constants: &Constants,
@@ -56,6 +56,7 @@ pub(crate) fn next_event(
     flow: f64,
     motion: &ClosedForm,
     horizon: f64,
+    steps: &mut u32,
 ) -> Option<(f64, Event)> {
     let mut first = None;
     let mut until = horizon;
@@ -63,7 +64,8 @@ pub(crate) fn next_event(
         .into_iter()
         .map_while(|event| event)
     {
-        let zero = Margin::new(constants, mode, flow, event).first_zero(motion, until);
+        let margin = Margin::new(constants, mode, flow, event);
+        let zero = margin.first_zero(motion, until, steps);
         if let Some(t) = zero
             && (first.is_none() || t < until)
         {
@@ -135,14 +137,14 @@ impl Margin {
     }
 
     /// Where the margin first falls below zero within `horizon` seconds.
-    fn first_zero(&self, motion: &ClosedForm, horizon: f64) -> Option<f64> {
+    fn first_zero(&self, motion: &ClosedForm, horizon: f64, steps: &mut u32) -> Option<f64> {
         let (one, other) = motion.range(self.quantity, horizon);
         if self.level + (self.sign * one).min(self.sign * other) > 0.0 {
             return None;
         }
         match motion.turns(self.quantity) {
             Some(turns) => self.first_zero_between(motion, turns, horizon),
-            None => self.first_zero_in_steps(motion, horizon),
+            None => self.first_zero_in_steps(motion, horizon, steps),
         }
     }
 
@@ -162,11 +164,17 @@ impl Margin {
     }
 
     /// In steps so short that the margin turns at most once in each.
-    fn first_zero_in_steps(&self, motion: &ClosedForm, horizon: f64) -> Option<f64> {
+    fn first_zero_in_steps(
+        &self,
+        motion: &ClosedForm,
+        horizon: f64,
+        steps: &mut u32,
+    ) -> Option<f64> {
         let step = motion.short_time();
         let value = |t| self.at(motion, t);
         let (mut from, mut before) = (0.0, value(0.0));
-        while from < horizon {
+        while from < horizon && *steps > 0 {
+            *steps -= 1;
             let to = if from + 1.001 * step >= horizon {
                 horizon
             } else {

@@ -137,6 +137,12 @@ impl Hydraulics {
         self.ram.advance(time);
     }
 
+    /// Whether the ram's motion could not be solved: by the field of the file that makes its fastest time constant.
+    #[must_use]
+    pub fn unsolved(&self) -> Option<&'static str> {
+        self.ram.unsolved()
+    }
+
     /// Runs to the end of the present cycle.
     pub fn finish_cycle(&mut self) {
         self.advance(self.cycle);

@@ -12,9 +12,10 @@ use crate::events::{Event, break_away_force, next_event, outward_flow};
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
-/// More events than this in one piece of flow are no physics: the rest of the piece then runs in
-/// the mode it is in. It only keeps a program from hanging.
+/// More events, or steps of the search for them, than this in one piece of flow are no physics: the rest of the piece then runs
+/// in the mode it is in, and the ram is [`Ram::unsolved`].
 const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
+const MOST_STEPS_IN_A_PIECE: u32 = 1_000_000;
 
 /// The ram between two flow edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +33,9 @@ pub(crate) struct Ram {
     event: Option<Event>,
     piece_ends: f64,
     events_left: u32,
+    steps_left: u32,
+    /// Whether a search for events did not end.
+    unsolved: bool,
     /// Both ways added, up to `time`.
     slid: f64,
     /// Whether the constants have changed since the present piece began.
@@ -71,6 +75,8 @@ impl Ram {
             event: None,
             piece_ends: 0.0,
             events_left: 0,
+            steps_left: 0,
+            unsolved: false,
             slid: 0.0,
             changed: false,
             ledger: None,
@@ -81,6 +87,19 @@ impl Ram {
     #[must_use]
     pub(crate) fn mode(&self) -> Mode {
         self.mode
+    }
+
+    /// The field of the file that makes the fastest time constant, where a search for events did not end.
+    #[must_use]
+    pub(crate) fn unsolved(&self) -> Option<&'static str> {
+        let m = &self.constants;
+        let swing = m.area * (m.stiffness / m.mass).sqrt();
+        let (damping, leakage) = (m.viscous / m.mass, m.leakage * m.stiffness);
+        self.unsolved.then_some(match damping.max(leakage) {
+            fastest if fastest <= swing => "oil.stiffness",
+            fastest if fastest == damping => "load.viscous",
+            _ => "leakage.rate_gain",
+        })
     }
 
     /// P_d, Pa, in a state of this ram.
@@ -142,6 +161,7 @@ impl Ram {
         self.flow = flow;
         self.piece_ends = until;
         self.events_left = MOST_EVENTS_IN_A_PIECE;
+        self.steps_left = MOST_STEPS_IN_A_PIECE;
         if std::mem::take(&mut self.changed) {
             self.reconsider();
         }
@@ -203,12 +223,18 @@ impl Ram {
     fn plan(&mut self) {
         self.motion = ClosedForm::new(&self.constants, self.mode, self.flow, self.state);
         let horizon = self.piece_ends - self.time;
-        let next = if self.events_left > 0 {
-            next_event(&self.constants, self.mode, self.flow, &self.motion, horizon)
-        } else {
-            None
+        let (constants, motion) = (&self.constants, &self.motion);
+        let steps = &mut self.steps_left;
+        let next = match self.events_left {
+            0 => None,
+            _ => next_event(constants, self.mode, self.flow, motion, horizon, steps),
         };
         self.events_left = self.events_left.saturating_sub(1);
+        // What is unsolved is not searched any more.
+        self.unsolved |= self.steps_left == 0 || self.events_left == 0;
+        if self.unsolved {
+            self.events_left = 0;
+        }
         (self.ends, self.event) = match next {
             Some((t, event)) => (self.time + t, Some(event)),
             None => (self.piece_ends, None),

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use planesman_hydraulics::{Actuator, ActuatorParameters, Output};
+use planesman_circuit::file as circuit_file;
+use planesman_hydraulics::{
+    Actuator, ActuatorFile, ActuatorParameters, ActuatorSet, Error, Output, actuator_file,
+};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::PlaneCommand;
@@ -50,6 +53,61 @@ fn a_tick_of_motion_has_51_samples_and_the_next_goes_on_where_it_ends() {
     assert!((end - 0.2).abs() < 0.01, "{end}");
 }
 
+/// What the flight of an actuator whose file is past every check ends by.
+#[track_caller]
+fn end_of_flight(file: ActuatorFile) -> Error {
+    let parameters = ActuatorParameters::default();
+    let of_file = Actuator::of_files(&parameters, TICK, |_| Ok(file.clone()));
+    let mut actuator = of_file.expect("an actuator");
+    let ends = |k: i64| {
+        let angle = 0.1 * libm::sin(0.2 * k as f64);
+        actuator.on_command(&command(k * TICK, angle)).err()
+    };
+    let end = (0..600).find_map(ends);
+    end.expect("the flight ends")
+}
+
+#[test]
+fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_field() {
+    #[track_caller]
+    fn metering(change: fn(&mut ActuatorSet)) -> Error {
+        let mut set = actuator_file::load("auv").expect("built in");
+        change(&mut set);
+        end_of_flight(ActuatorFile::Metering(Box::new(set)))
+    }
+    let slow = metering(|set| set.viscous = 1e20);
+    assert!(
+        matches!(
+            slow,
+            Error::Motion {
+                unsolved: Some("load.viscous"),
+                ..
+            }
+        ),
+        "{slow}"
+    );
+    for change in [(|set| set.mass = 1e-310) as fn(&mut ActuatorSet), |set| {
+        set.rate_gain = 1e308
+    }] {
+        let wild = metering(change);
+        assert!(matches!(wild, Error::Motion { .. }), "{wild}");
+        assert!(wild.to_string().contains(" s on: "), "{wild}");
+    }
+    let mut circuit = circuit_file::parse(circuit_file::BUILT_IN[0].1).expect("built in");
+    circuit.load.viscous = 1e30;
+    let stiff = end_of_flight(ActuatorFile::Circuit(Arc::new(circuit)));
+    assert!(
+        matches!(
+            stiff,
+            Error::Motion {
+                unsolved: Some("load"),
+                ..
+            }
+        ),
+        "{stiff}"
+    );
+}
+
 #[test]
 fn the_command_is_clipped_to_thirty_degrees() {
     let mut actuator = actuator(&[]);
@@ -76,10 +134,15 @@ fn roll_rudder_and_thrust_pass_through_until_the_command_is_stale() {
     assert_eq!(motion.roll_differential, [0.1, 0.1]);
     assert_eq!(motion.rudder, [-std::f64::consts::FRAC_PI_6; 2]);
     assert_eq!(motion.thrust, [1.0, 1.0]);
-    let held = actuator.on_silence(Time::from_nanos(TICK)).motion.clone();
+    let held = actuator
+        .on_silence(Time::from_nanos(TICK))
+        .expect("answered")
+        .motion
+        .clone();
     assert_eq!(held.thrust, [1.0, 1.0]);
     let stale = actuator
         .on_silence(Time::from_nanos(100 * TICK))
+        .expect("answered")
         .motion
         .clone();
     assert!(stale.thrust.is_empty() && stale.rudder.is_empty());
@@ -92,7 +155,12 @@ fn the_same_stamp_gets_the_same_answer() {
     answer(&mut actuator, 0, 0.1);
     let first = answer(&mut actuator, TICK, 0.1);
     assert_eq!(answer(&mut actuator, TICK, 0.1), first);
-    assert_eq!(actuator.on_silence(Time::from_nanos(TICK)), first);
+    assert_eq!(
+        actuator
+            .on_silence(Time::from_nanos(TICK))
+            .expect("answered"),
+        first
+    );
     let mut undisturbed = actuator.clone();
     assert_eq!(
         answer(&mut actuator, 2 * TICK, 0.1),
@@ -148,7 +216,13 @@ fn without_commands_the_planes_hold_and_then_go_to_neutral_flagged() {
     for k in 0..20 {
         answer(&mut actuator, k * TICK, 0.3);
     }
-    let mut silent = |k: i64| actuator.on_silence(Time::from_nanos(k * TICK)).states()[0].clone();
+    let mut silent = |k: i64| {
+        actuator
+            .on_silence(Time::from_nanos(k * TICK))
+            .expect("answered")
+            .states()[0]
+            .clone()
+    };
     let held = (20..29).map(&mut silent).next_back().expect("answered");
     assert!(!held.command_stale && held.commanded_angle == 0.3);
     let stale = silent(29);
@@ -162,7 +236,11 @@ fn without_commands_the_planes_hold_and_then_go_to_neutral_flagged() {
 #[test]
 fn before_the_first_command_neutral_is_asked_for() {
     let mut actuator = actuator(&[]);
-    let first = actuator.on_silence(Time::from_nanos(0)).states()[0].clone();
+    let first = actuator
+        .on_silence(Time::from_nanos(0))
+        .expect("answered")
+        .states()[0]
+        .clone();
     assert!(first.command_stale && first.commanded_angle == 0.0);
 }
 
@@ -170,16 +248,24 @@ fn before_the_first_command_neutral_is_asked_for() {
 fn a_command_after_its_tick_was_answered_in_silence_acts_from_the_next_on() {
     let mut actuator = actuator(&[]);
     answer(&mut actuator, 0, 0.0);
-    let silent = actuator.on_silence(Time::from_nanos(2 * TICK));
+    let silent = actuator
+        .on_silence(Time::from_nanos(2 * TICK))
+        .expect("answered");
     assert_eq!(answer(&mut actuator, TICK, 0.2), silent);
-    let next = actuator.on_silence(Time::from_nanos(3 * TICK));
+    let next = actuator
+        .on_silence(Time::from_nanos(3 * TICK))
+        .expect("answered");
     assert_eq!(next.states()[0].commanded_angle, 0.2);
 }
 
 #[test]
 fn so_does_the_first_command_of_all_but_not_in_a_vehicle_that_was_set_back() {
     let mut actuator = actuator(&[]);
-    let silence = |actuator: &mut Actuator, k: i64| actuator.on_silence(Time::from_nanos(k * TICK));
+    let silence = |actuator: &mut Actuator, k: i64| {
+        actuator
+            .on_silence(Time::from_nanos(k * TICK))
+            .expect("answered")
+    };
     silence(&mut actuator, 5);
     let silent = silence(&mut actuator, 7);
     assert_eq!(answer(&mut actuator, 5 * TICK, 0.2), silent);

@@ -2,7 +2,7 @@
 //! that are lost from the reports' copies, and the errata.
 
 use maud::{Markup, html};
-use planesman_book::{Book, Chapter, Comparison, Line, Names, Report};
+use planesman_book::{Book, Chapter, Comparison, Line, Names, Report, VERDICTS};
 
 use crate::{document, figures};
 use planesman_text::number;
@@ -26,22 +26,6 @@ nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-heigh
 ";
 
 const SCRIPT: &str = include_str!("book.js");
-
-/// The verdicts, as they are filtered and counted, with what each means.
-const VERDICTS: [(&str, &str); 6] = [
-    ("contradicts", "printed, contradicted"),
-    ("approximate", "printed, agree approximately"),
-    ("agrees", "printed, agree to their rounding"),
-    (
-        "read back",
-        "printed constants that the models are given, read back",
-    ),
-    ("not printed", "not printed, recomputed"),
-    (
-        "not recomputed",
-        "not recomputed: measurements, choices, parts not here",
-    ),
-];
 
 /// A page that is written report by report.
 #[derive(Default)]
@@ -131,17 +115,13 @@ impl Page {
 
 /// The count of each verdict, which leads to the numbers that have it, and the contents.
 fn summary(report: &Report, comparison: &Comparison<'_>, contents: &Markup) -> Markup {
-    let count = |wanted: &str| {
-        let lines = comparison.lines.iter();
-        lines.filter(|line| line.told() == wanted).count()
-    };
     html! {
         div {
             h2 { (report.name) }
             p { (report.citation) }
             div.scroll { table {
                 @for (verdict, meaning) in VERDICTS {
-                    tr { td { a href="#numbers" data-pick=(verdict) { (meaning) } } td { (count(verdict)) } }
+                    tr { td { a href="#numbers" data-pick=(verdict) { (meaning) } } td { (comparison.count(verdict)) } }
                 }
                 tr { td { b { "numbers" } } td { b { (comparison.lines.len()) } } }
             } }

@@ -13,7 +13,7 @@ use super::{document, figures, poles, space};
 use planesman_console::Table;
 use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
-use planesman_flight::summary::{Summary, distance_text, energy_lines};
+use planesman_flight::summary::{Summary, distance_text};
 use planesman_flight::titles;
 use planesman_text::number;
 
@@ -211,11 +211,18 @@ fn modes_table(flights: &[Flown]) -> Markup {
 
 /// Where the supply's work went, each term with a bar; electrical energy and efficiencies below.
 fn energy_table(flights: &[Flown]) -> Markup {
-    let known = |flown: &'_ Flown| Some((flown.name.clone(), flown.summary.energy?));
+    let known = |flown: &'_ Flown| {
+        let Summary {
+            energy,
+            proportional,
+            ..
+        } = &flown.summary;
+        Some((flown.name.clone(), (*energy)?, *proportional))
+    };
     let energies: Vec<_> = flights.iter().filter_map(known).collect();
     html! {
         @if !energies.is_empty() { h2 { "Energy of the actuators" } }
-        @for (name, energy) in &energies {
+        @for (name, energy, proportional) in &energies {
             @if flights.len() > 1 { h3 { (name) } }
             div.scroll { table.energy {
                 thead { tr { td {} th { "J" } th { "of the supply" } td {} } }
@@ -228,9 +235,13 @@ fn energy_table(flights: &[Flown]) -> Markup {
                 }
                 tr { td { "work of the supply" } td { (number(energy.supply)) } td { "100 %" } td {} }
             } }
-            @let [_, efficiency, electrical] = energy_lines(energy);
             p { "The terms add up to the supply's work to " (format!("{:.0e}", energy.closure().unwrap_or_default()))
-                " of it; " (efficiency) "; " (electrical) "." }
+                " of it. The load is the mass and the viscous damping of the actuator's file." }
+            @if let Some(joule) = proportional {
+                p { "For the same motion an ideal proportional valve would need " (number(*joule)) " J in the same circuit (load "
+                    (format!("{:.1} %", 100.0 * energy.load() / joule)) "), and an ideal 4-way valve "
+                    (number(energy.proportional_valve)) " J, whose smaller chamber returns its oil to the tank and not to the supply." }
+            }
         }
     }
 }

@@ -228,6 +228,17 @@ impl Plant {
         }
     }
 
+    /// The ranges of the channels that are at an end of theirs in a sample of the acquisition, a line each.
+    #[must_use]
+    pub fn saturated(&self, flags: u8) -> Vec<String> {
+        let Settings {
+            sensors,
+            environment,
+            ..
+        } = &self.settings;
+        sensors.limits(flags, environment)
+    }
+
     /// Of [`Plant::observe`] the state alone.
     #[must_use]
     pub fn state(&self, stamp: Time) -> VehicleState {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use planesman_bag::reader::Messages;
-use planesman_bag::{BagReader, Message, Order, Topic};
+use planesman_bag::{BagReader, Limits, Message, Order, Topic};
 use planesman_decode::path::Step;
 use planesman_decode::{Decoder, FieldPath, Types, Values, is_called};
 use planesman_record::Input;
@@ -21,6 +21,9 @@ use crate::stamps::{self, Stamps};
 
 /// The interval of progress reports, in messages.
 const PROGRESS_INTERVAL: u64 = 4096;
+
+/// Progress is told of each message of more bytes.
+const LARGE_MESSAGE: usize = 1 << 20;
 
 /// Messages of a topic, and of all, whose stamps are looked at before the clock is chosen, and bytes of the bag in which they are sought.
 const STAMPS: u64 = 200;
@@ -43,14 +46,19 @@ pub struct BagSource {
 }
 
 impl BagSource {
-    /// Opens a bag: a folder, its metadata, one file, or several.
+    /// Opens a bag: a folder, its metadata, one file, or several, of whose chunks each file is read up to `most_unpacked` bytes.
     ///
     /// # Errors
     /// As [`BagReader::open`].
-    pub fn open(paths: &[PathBuf], clock: Option<Clock>) -> Result<Self> {
+    pub fn open(
+        paths: &[PathBuf],
+        clock: Option<Clock>,
+        most_unpacked: Option<u64>,
+    ) -> Result<Self> {
+        let limits = Limits::unpacked(most_unpacked);
         let bag = match paths {
-            [path] => BagReader::open(path)?,
-            paths => BagReader::open_all(paths)?,
+            [path] => BagReader::open_within(path, limits)?,
+            paths => BagReader::open_all(paths, limits)?,
         };
         Ok(Self { bag, clock })
     }
@@ -116,7 +124,8 @@ impl BagSource {
                 }
             };
             count += 1;
-            if count.is_multiple_of(PROGRESS_INTERVAL) {
+            let is_large = message.payload.len() > LARGE_MESSAGE;
+            if is_large || count.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(messages.bytes_read());
             }
             if !plans.read(&message, take)? {

@@ -24,6 +24,8 @@ pub struct Data {
     pub stamp: Option<Clock>,
     /// How the time of a table is read.
     pub time: TableTime,
+    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
+    pub most_unpacked: Option<u64>,
 }
 
 /// The endings of tables.
@@ -186,7 +188,7 @@ impl Source {
                  (--stamp)"
                     .to_owned(),
             )),
-            paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp)?))),
+            paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp, data.most_unpacked)?))),
         }
     }
 

@@ -447,6 +447,30 @@ pub fn yaml() -> Vec<Case<String>> {
             "one alias many times",
             format!("a: &a [{list}]\nb: [{uses}]"),
         ),
+        (
+            "a long text many times",
+            format!(
+                "a: &a {}\nb: [{}]",
+                "x".repeat(400_000),
+                "*a, ".repeat(90_000)
+            ),
+        ),
+        (
+            "a long key many times",
+            format!(
+                "? &a {}\n: 0\nb: [{}]",
+                "x".repeat(400_000),
+                "{*a : 1}, ".repeat(40_000)
+            ),
+        ),
+        (
+            "a long tag many times",
+            format!(
+                "%TAG !a! tag:{}\n---\nb: [{}]",
+                "x".repeat(400_000),
+                "!a!b 1, ".repeat(50_000)
+            ),
+        ),
         ("an alias of itself", "a: &a [*a]".to_owned()),
         ("many tags", tags + "---\na: 1"),
         ("no YAML", "{[:\0".to_owned()),

@@ -4,10 +4,11 @@
 //! what aliases refer to wherever they stand: a file of a megabyte can so take minutes, or all memory. So the text
 //! is first passed over by a scanner that does none of that, and refused where it goes beyond what people write.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use saphyr_parser::{Event, Parser};
+use saphyr_parser::{Event, Parser, Tag};
 use serde::Deserialize;
 
 /// How deep lists and mappings may nest; the deepest of this project's own files nests five deep.
@@ -15,6 +16,10 @@ const DEPTH: usize = 64;
 
 /// How many values there may be once aliases are unfolded: more than the largest text that is read can write out.
 const VALUES: usize = 1_000_000;
+
+/// How many bytes of text the values may have once aliases are unfolded, tags and keys among them: more than the largest text
+/// that is read, even without its aliases.
+const BYTES: usize = 16 * crate::LARGEST as usize;
 
 /// Directives (`%YAML`, `%TAG`) that a text may begin with.
 const DIRECTIVES: usize = 16;
@@ -31,6 +36,9 @@ pub enum Error {
     /// Aliases unfold to more than anybody writes.
     #[error("it unfolds to more than {VALUES} values at line {0}")]
     Large(usize),
+    /// Aliases unfold to more text than anybody writes.
+    #[error("it unfolds to more than {BYTES} bytes of text at line {0}")]
+    Long(usize),
     /// More directives than anybody writes.
     #[error("it has more than {DIRECTIVES} directives")]
     Directives,
@@ -79,6 +87,7 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
     let byte = |index: usize| bytes.get(index).copied().unwrap_or(text.len());
     let mut levels: Vec<Level> = Vec::new();
     let mut found = Vec::new();
+    let mut bytes_of_paths = 0_usize;
     for event in Parser::new_from_str(text) {
         let (event, at) = event.map_err(|error| Error::Scan(error.to_string()))?;
         let level = levels.last_mut();
@@ -93,7 +102,13 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
                     Level::List(place) => format!("[{place}]"),
                     Level::Mapping(key) => key.clone().unwrap_or_default(),
                 });
-                found.push((path.collect(), byte(at.start.index())..byte(at.end.index())));
+                let path: Vec<String> = path.collect();
+                // A long key stands in the path of each value below it.
+                bytes_of_paths += path.iter().map(String::len).sum::<usize>();
+                if bytes_of_paths > BYTES {
+                    return Err(Error::Long(at.start.line()));
+                }
+                found.push((path, byte(at.start.index())..byte(at.end.index())));
             }
             Event::SequenceStart(..) => {
                 levels.push(Level::List(0));
@@ -147,11 +162,12 @@ fn explained(mut reason: String, text: &str) -> String {
     }
 }
 
-/// The expansion of an anchored value.
-struct Open {
-    anchor: usize,
-    /// Values before it.
-    before: usize,
+/// What values unfold to: their number, and the bytes of their text.
+type Size = [usize; 2];
+
+/// The sum.
+fn sum(one: Size, [values, bytes]: Size) -> Size {
+    [one[0].saturating_add(values), one[1].saturating_add(bytes)]
 }
 
 /// Passes over the text and refuses what is beyond the bounds.
@@ -160,9 +176,10 @@ fn check(text: &str) -> Result<(), Error> {
     if directives > DIRECTIVES {
         return Err(Error::Directives);
     }
-    let mut open: Vec<Open> = Vec::new();
-    let mut unfolded: BTreeMap<usize, usize> = BTreeMap::new();
-    let mut values = 0_usize;
+    // Of anchored values that are not complete: the anchor, and what came before.
+    let mut open: Vec<(usize, Size)> = Vec::new();
+    let mut unfolded: BTreeMap<usize, Size> = BTreeMap::new();
+    let mut size = [0, 0];
     for event in Parser::new_from_str(text) {
         let (event, at) = match event {
             Ok(event) => event,
@@ -171,22 +188,28 @@ fn check(text: &str) -> Result<(), Error> {
             Err(error) => return Err(Error::Scan(explained(error.to_string(), text))),
         };
         let line = at.start.line();
-        let before = values;
+        let before = size;
+        let tagged = |tag: &Option<Cow<'_, Tag>>, text: &str| {
+            let tag = tag
+                .as_ref()
+                .map_or(0, |it| it.handle.len() + it.suffix.len());
+            sum(before, [1, tag + text.len()])
+        };
         match event {
-            Event::Scalar(_, _, anchor, _) => {
-                values += 1;
-                unfolded.insert(anchor, 1);
+            Event::Scalar(text, _, anchor, tag) => {
+                size = tagged(&tag, &text);
+                unfolded.insert(anchor, [1, size[1] - before[1]]);
             }
             Event::Alias(anchor) => {
-                values = values.saturating_add(unfolded.get(&anchor).copied().unwrap_or(1));
+                size = sum(size, unfolded.get(&anchor).copied().unwrap_or([1, 0]));
             }
-            Event::SequenceStart(anchor, ..) | Event::MappingStart(anchor, ..) => {
-                values += 1;
-                open.push(Open { anchor, before });
+            Event::SequenceStart(anchor, tag) | Event::MappingStart(anchor, tag) => {
+                size = tagged(&tag, "");
+                open.push((anchor, before));
             }
             Event::SequenceEnd | Event::MappingEnd => {
-                if let Some(Open { anchor, before }) = open.pop() {
-                    unfolded.insert(anchor, values - before);
+                if let Some((anchor, [values, bytes])) = open.pop() {
+                    unfolded.insert(anchor, [size[0] - values, size[1] - bytes]);
                 }
             }
             _ => {}
@@ -194,17 +217,20 @@ fn check(text: &str) -> Result<(), Error> {
         if open.len() > DEPTH {
             return Err(Error::Deep(line));
         }
-        if values > VALUES {
+        if size[0] > VALUES {
             return Err(Error::Large(line));
+        }
+        if size[1] > BYTES {
+            return Err(Error::Long(line));
         }
     }
     Ok(())
 }
 
-/// Whether the text has no anchors, and too few braces and brackets to nest deep.
+/// Whether the text has no anchors, no tags of its own, and too few braces and brackets to nest deep.
 fn is_harmless(text: &str) -> bool {
     let count = |signs: &[u8]| text.bytes().filter(|byte| signs.contains(byte)).count();
-    count(b"&") == 0 && count(b"[{") <= HARMLESS
+    count(b"&") == 0 && !text.contains("%TAG") && count(b"[{") <= HARMLESS
 }
 
 #[cfg(test)]
@@ -279,11 +305,21 @@ mod tests {
             assert!(is_deep || !case.starts_with("deep"), "{case}: {error}");
             let says = match case {
                 "aliases of aliases" | "one alias many times" => "1000000 values",
+                "a long text many times" | "a long tag many times" | "a long key many times" => {
+                    "16777216 bytes"
+                }
                 "many tags" => "directives",
                 _ => "",
             };
             assert!(error.to_string().contains(says), "{case}: {error}");
         }
+    }
+
+    #[test]
+    fn a_long_key_above_many_values_has_no_places() {
+        let text = format!("{}: [{}]", "k".repeat(1000), "1, ".repeat(50_000));
+        assert!(from_str::<Value>(&text).is_ok());
+        assert!(matches!(scalars(&text), Err(Error::Long(_))));
     }
 
     #[test]

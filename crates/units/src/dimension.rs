@@ -169,6 +169,22 @@ impl Dimension {
         Self::ALL.into_iter().find(has)
     }
 
+    /// The smallest magnitude beside 0 and the largest, SI, of any quantity that a file or an option gives: from a valve to a
+    /// ship. Beyond them a number is a slip, with which a computation would overflow or never end.
+    #[must_use]
+    pub const fn magnitudes(self) -> [f64; 2] {
+        match self {
+            Self::Angle | Self::Rate => [1e-9, 1e4],
+            Self::Area | Self::Volume | Self::Flow => [1e-18, 1e9],
+            Self::Density | Self::Viscosity => [1e-12, 1e6],
+            Self::OilStiffness => [1e-3, 1e21],
+            Self::Length | Self::Speed | Self::Acceleration | Self::Time | Self::Frequency => {
+                [1e-9, 1e10]
+            }
+            _ => [1e-12, 1e18],
+        }
+    }
+
     /// The units a quantity of this dimension may have, the SI unit first.
     #[must_use]
     pub fn units(self) -> &'static [Unit] {

@@ -13,4 +13,4 @@ mod quantity;
 pub use dimension::{
     DEGREE, Dimension, FOOT, FOOT_POUND, INCH, KNOT, POUND_FORCE, PSI, SLUG, Unit,
 };
-pub use quantity::{Error, Quantity};
+pub use quantity::{Error, Quantity, within};

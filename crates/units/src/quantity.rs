@@ -21,9 +21,19 @@ pub enum Error {
     /// There is no number before the unit.
     #[error("'{0}' is not a number")]
     Number(String),
-    /// The value in SI is infinite or NaN.
-    #[error("it must be finite")]
-    NotFinite,
+    /// The magnitude is none that a quantity of the dimension has: the smallest beside 0 and the largest, SI, with the unit.
+    #[error("its magnitude must be 0, or from {:e} to {:e} {}", .0[0], .0[1], .1)]
+    Magnitude([f64; 2], &'static str),
+    /// The value is outside the range of its field, or is NaN.
+    #[error("it must be from {least} to {most}{}{unit}", if .unit.is_empty() { "" } else { " " })]
+    Within {
+        /// The least value, SI.
+        least: f64,
+        /// The largest value, SI.
+        most: f64,
+        /// The SI unit; empty for a number without one.
+        unit: &'static str,
+    },
     /// No number of the range, nor one with its unit.
     #[error("a number from {least} to {most} {} is expected, or one with its unit: {}", .units[0], .units.join(", "))]
     Range {
@@ -44,7 +54,7 @@ impl Quantity {
     /// The value in SI.
     ///
     /// # Errors
-    /// [`Error`]: no number, not finite, no unit of the dimension.
+    /// [`Error`]: no number, no unit of the dimension, a magnitude outside [`Dimension::magnitudes`].
     pub fn si(&self, dimension: Dimension) -> Result<f64, Error> {
         self.si_or(dimension, &[])
     }
@@ -54,13 +64,31 @@ impl Quantity {
     /// # Errors
     /// Those of [`si`](Self::si).
     pub fn si_or(&self, dimension: Dimension, further: &[Unit]) -> Result<f64, Error> {
+        plausible(self.converted(dimension, further)?, dimension)
+    }
+
+    /// The value in SI in the range `[least, most]` of its field, with `further` units beside the dimension's own.
+    ///
+    /// # Errors
+    /// [`Error`]: no number, no unit of the dimension, outside the range.
+    pub fn within(
+        &self,
+        dimension: Dimension,
+        further: &[Unit],
+        range: [f64; 2],
+    ) -> Result<f64, Error> {
+        let value = self.converted(dimension, further)?;
+        within(value, range, dimension.units()[0].symbol)
+    }
+
+    fn converted(&self, dimension: Dimension, further: &[Unit]) -> Result<f64, Error> {
         let (number, spelt) = self.parts();
         let symbol = symbol(spelt);
         let units = || dimension.units().iter().chain(further);
         let unit = units()
             .find(|unit| unit.symbol == symbol)
             .ok_or_else(|| Error::Unit(units().map(|unit| unit.symbol).collect()))?;
-        finite(unit.si(parsed(number)?))
+        Ok(unit.si(parsed(number)?))
     }
 
     /// The value in SI of a command-line argument, where a bare number is in SI.
@@ -69,7 +97,7 @@ impl Quantity {
     /// Those of [`si`](Self::si).
     pub fn argument(&self, dimension: Dimension) -> Result<f64, Error> {
         match self.parts() {
-            (number, "") if !number.is_empty() => finite(parsed(number)?),
+            (number, "") if !number.is_empty() => plausible(parsed(number)?, dimension),
             _ => self.si(dimension),
         }
     }
@@ -122,11 +150,23 @@ fn parsed(number: &str) -> Result<f64, Error> {
         .map_err(|_| Error::Number(number.escape_debug().to_string()))
 }
 
-fn finite(value: f64) -> Result<f64, Error> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::NotFinite)
+/// The value, where its magnitude is one that a quantity of the dimension can have.
+fn plausible(value: f64, dimension: Dimension) -> Result<f64, Error> {
+    let [least, most] = dimension.magnitudes();
+    match value == 0.0 || (least..=most).contains(&value.abs()) {
+        true => Ok(value),
+        false => Err(Error::Magnitude([least, most], dimension.units()[0].symbol)),
+    }
+}
+
+/// A number in the range `[least, most]` of its field, in a unit; empty for a number without one.
+///
+/// # Errors
+/// [`Error::Within`]: outside the range, or NaN.
+pub fn within(value: f64, [least, most]: [f64; 2], unit: &'static str) -> Result<f64, Error> {
+    match (least..=most).contains(&value) {
+        true => Ok(value),
+        false => Err(Error::Within { least, most, unit }),
     }
 }
 
@@ -297,6 +337,25 @@ mod tests {
         ] {
             assert!(si(Dimension::Length, text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_magnitude_of_no_valve_and_no_ship_is_rejected_and_so_is_what_lies_outside_a_field_s_range()
+    {
+        assert_eq!(si(Dimension::Mass, "-0 kg"), Ok(0.0));
+        let reason = si(Dimension::Length, "1e308 m").unwrap_err().to_string();
+        assert_eq!(reason, "its magnitude must be 0, or from 1e-9 to 1e10 m");
+        for text in ["1e-300 m", "-1e11 m", "1e300 in"] {
+            assert!(si(Dimension::Length, text).is_err(), "{text}");
+        }
+        let within = |text| quantity(text).within(Dimension::Time, &[], [0.0, 10.0]);
+        assert_eq!(within("10 s"), Ok(10.0));
+        let reason = within("1e300 s").unwrap_err().to_string();
+        assert_eq!(reason, "it must be from 0 to 10 s");
+        let reason = super::within(f64::NAN, [1.0, 2.0], "")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(reason, "it must be from 1 to 2");
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::{
     six_dof,
     vehicle::{Coefficients, PlaneArms, Port},
 };
-use planesman_units::{Dimension, Quantity};
+use planesman_units::{Dimension, Quantity, within};
 
 /// The vehicle that needs no file: the NPS model of Brunner 1988.
 pub const BRUNNER: &str = "brunner";
@@ -234,6 +234,9 @@ pub fn brunner() -> Vehicle {
 pub fn remus_100() -> Vehicle {
     load(REMUS_100).expect("the built-in vehicle file is valid")
 }
+
+/// The largest magnitude of a coefficient, which has no dimension: those of vehicles are below 10.
+const MOST_COEFFICIENT: f64 = 1e4;
 
 /// A field and what is wrong with it.
 type Refusal = (&'static str, String);
@@ -484,7 +487,8 @@ impl CoefficientsSection {
             ("coefficients.m_ww", self.m_ww),
             ("coefficients.m_qq", self.m_qq),
         ] {
-            require(value.is_finite(), field, value, "must be finite")?;
+            let range = [-MOST_COEFFICIENT, MOST_COEFFICIENT];
+            within(value, range, "").map_err(|rule| (field, format!("{value} refused: {rule}")))?;
         }
         for (field, value) in [
             ("coefficients.z_w_dot", self.z_w_dot),

@@ -116,10 +116,11 @@ impl Node {
                         self.commanded = Some(stamp);
                         self.say(&output);
                     }
+                    Err(end @ Error::Motion { .. }) => return Err(end.into()),
                     Err(reason) => log::warn!("{reason}"),
                 }
             }
-            Event::State(state) => self.on_state(state.header.stamp.nanos()),
+            Event::State(state) => self.on_state(state.header.stamp.nanos())?,
             Event::Poll => self.poll(rt),
             Event::Parameters(parameters) => {
                 // They have been accepted; but a file that they name may have changed since.
@@ -140,21 +141,22 @@ impl Node {
     /// A tick begins. When the one before has had no command, none is waited for: both get their
     /// answer now. The planes go on as commanded last, and after the timeout to neutral, with the vehicle still flying. A
     /// command that comes yet acts from the next tick on.
-    fn on_state(&mut self, stamp: i64) {
+    fn on_state(&mut self, stamp: i64) -> Result<()> {
         let before = self.begun.replace(stamp);
         if before.is_some_and(|before| stamp < before) {
             self.actuator.restart();
             (self.commanded, self.said) = (None, None);
-            return;
+            return Ok(());
         }
         let unanswered =
             before.filter(|begun| *begun < stamp && self.commanded.is_none_or(|at| at < *begun));
         if let Some(before) = unanswered {
             for stamp in [before, stamp] {
-                let output = self.actuator.on_silence(Time::from_nanos(stamp));
+                let output = self.actuator.on_silence(Time::from_nanos(stamp))?;
                 self.say(&output);
             }
         }
+        Ok(())
     }
 
     /// Publishes the answer to a tick, once: a command that comes after its tick was answered has the same answer.

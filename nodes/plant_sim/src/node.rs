@@ -193,6 +193,8 @@ struct Node {
     /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
+    /// Channels of the acquisition that were at an end of their range ([`DaqSample`]), and when the last one was.
+    saturated: (u8, Instant),
     answers: Answers,
     gates: Gates,
     /// When the state of the present tick was first sent, by the machine's clock.
@@ -285,6 +287,7 @@ impl Node {
             ticks: (duration > 0.0).then_some(ticks),
             end_when_flown: parameters.end_when_flown,
             observation: None,
+            saturated: (0, Instant::now()),
             answers,
             gates,
             sent: Time::default(),
@@ -501,6 +504,10 @@ impl Node {
             rt.set_time(&stamp);
         }
         let observation = self.plant.observe(stamp.clone());
+        let saturated = observation.instruments.daq.saturated;
+        if saturated != 0 {
+            self.saturated = (self.saturated.0 | saturated, Instant::now());
+        }
         self.sent = planesman_node::wall_time();
         let Ok(()) = self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
@@ -668,6 +675,19 @@ impl Node {
         Ok(())
     }
 
+    /// Says which sensors were at an end of their range lately, with the range: diagnostics go out once a second.
+    fn tell_saturated(&mut self, rt: &Runtime<Event>) {
+        if self.saturated.1.elapsed() > WARNING_PERIOD {
+            self.saturated.0 = 0;
+        }
+        let limits = self.plant.saturated(self.saturated.0).join("; ");
+        let (level, message) = match &*limits {
+            "" => (Level::Ok, "within their ranges".to_owned()),
+            limits => (Level::Warn, format!("saturated: {limits}")),
+        };
+        rt.set_status("sensors", level, &message, &[]);
+    }
+
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn poll(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.gates.discover(rt);
@@ -733,6 +753,7 @@ impl Node {
             (true, false) => log::info!("tick {}: answered again", self.k),
             _ => {}
         }
+        self.tell_saturated(rt);
         rt.set_status(
             "vehicle",
             status.0,

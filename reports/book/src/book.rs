@@ -48,6 +48,9 @@ pub enum EntryRule {
     /// An erratum is one of the book's.
     #[error("erratum '{0}' is none of the errata")]
     Erratum(String),
+    /// An entry counts with one that counts by itself.
+    #[error("counted_with '{0}' is no entry that counts by itself")]
+    CountedWith(String),
     /// A contradiction is explained.
     #[error("a contradiction must name the erratum that explains it")]
     Unexplained,
@@ -114,6 +117,10 @@ impl Book {
             if bound.is_some_and(|b| b < 0.0) {
                 return Err(EntryRule::Bound(names));
             }
+        }
+        let counts = |id: &str| self.entry(id).is_some_and(|it| it.counted_with.is_none());
+        if let Some(id) = entry.counted_with.as_ref().filter(|id| !counts(id)) {
+            return Err(EntryRule::CountedWith(id.clone()));
         }
         match &entry.erratum {
             Some(number) if !self.errata.contains_key(number) => {
@@ -206,6 +213,7 @@ mod tests {
             refusal(&format!(r#"[{head}, "printed": 1, "slack": -1}}]"#)).contains("below zero")
         );
         assert!(refusal(&format!(r#"[{head}, "erratum": "E9"}}]"#)).contains("'E9'"));
+        assert!(refusal(&format!(r#"[{head}, "counted_with": "a"}}]"#)).contains("'a'"));
         assert!(
             refusal(&format!(
                 r#"[{head}, "printed": 1, "slack": 1, "verdict": "contradicts"}}]"#

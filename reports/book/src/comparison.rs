@@ -1,6 +1,6 @@
 //! The comparison of a book with recomputed numbers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{Book, Entry, Verdict};
 
@@ -13,6 +13,8 @@ pub struct Line<'a> {
     pub value: Option<f64>,
     /// The verdict now; `None` without a printed or without a recomputed number.
     pub verdict: Option<Verdict>,
+    /// Whether the printed number is contradicted, but not by an entry that is counted with this one.
+    pub agrees_elsewhere: bool,
 }
 
 impl Line<'_> {
@@ -23,6 +25,11 @@ impl Line<'_> {
             (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.input => {
                 "read back".to_owned()
             }
+            (Some(verdict), _) if self.entry.counted_with.is_some() => format!("{verdict} again"),
+            (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.calibrated => {
+                "calibrated on".to_owned()
+            }
+            (Some(Verdict::Contradicts), _) if self.agrees_elsewhere => "surrogate".to_owned(),
             (Some(verdict), _) => verdict.to_string(),
             (None, Some(_)) => "not printed".to_owned(),
             (None, None) => "not recomputed".to_owned(),
@@ -46,26 +53,41 @@ impl Line<'_> {
     }
 }
 
-/// The number of entries of each kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Totals {
-    /// Printed numbers that agree to their rounding.
-    pub agrees: usize,
-    /// Printed numbers that agree within their slack only.
-    pub approximate: usize,
-    /// Printed constants that the models are given, read back.
-    pub read_back: usize,
-    /// Printed numbers that do not agree.
-    pub contradicts: usize,
-    /// Printed numbers that nothing recomputes: measurements, readings, choices.
-    pub printed_only: usize,
-    /// Numbers the report does not print, recomputed.
-    pub not_printed: usize,
-    /// Numbers the report does not print and that nothing recomputes here.
-    pub not_recomputed: usize,
-    /// Entries that are not as they stand in the book.
-    pub changes: usize,
-}
+/// The verdicts, as [`Line::told`] has them, in the order in which they are counted, with what each means.
+pub const VERDICTS: [(&str, &str); 11] = [
+    ("agrees", "printed, agree to their rounding"),
+    ("approximate", "printed, agree approximately"),
+    (
+        "read back",
+        "printed constants that the models are given, read back",
+    ),
+    (
+        "calibrated on",
+        "printed, agree: constants of the models were calibrated on them",
+    ),
+    ("contradicts", "printed, contradicted"),
+    (
+        "surrogate",
+        "printed, contradicted with one surrogate missile only",
+    ),
+    (
+        "agrees again",
+        "counted above; agree in another unit or with the other surrogate",
+    ),
+    (
+        "approximate again",
+        "counted above; agree approximately with the other surrogate",
+    ),
+    (
+        "contradicts again",
+        "counted above; contradicted with the other surrogate",
+    ),
+    ("not printed", "not printed, recomputed"),
+    (
+        "not recomputed",
+        "not recomputed: measurements, choices, parts not here",
+    ),
+];
 
 /// A book gone through.
 #[derive(Clone, Debug)]
@@ -83,7 +105,7 @@ impl<'a> Comparison<'a> {
         for (id, value) in values {
             by_name.entry(id).or_insert(value);
         }
-        let lines = book
+        let mut lines: Vec<Line<'_>> = book
             .entries()
             .iter()
             .map(|entry| {
@@ -93,9 +115,20 @@ impl<'a> Comparison<'a> {
                     entry,
                     value,
                     verdict,
+                    agrees_elsewhere: false,
                 }
             })
             .collect();
+        let agree =
+            |line: &&Line<'_>| matches!(line.verdict, Some(Verdict::Agrees | Verdict::Approximate));
+        let elsewhere = lines.iter().filter(agree);
+        let elsewhere: BTreeSet<_> = elsewhere
+            .filter_map(|it| it.entry.counted_with.as_deref())
+            .collect();
+        for line in &mut lines {
+            line.agrees_elsewhere = line.verdict == Some(Verdict::Contradicts)
+                && elsewhere.contains(line.entry.id.as_str());
+        }
         Self {
             lines,
             unlisted: by_name.into_keys().map(str::to_owned).collect(),
@@ -115,25 +148,11 @@ impl<'a> Comparison<'a> {
         left_out.map(|line| line.entry)
     }
 
-    /// The number of each kind.
+    /// How many lines have one of [`VERDICTS`].
     #[must_use]
-    pub fn totals(&self) -> Totals {
-        let mut totals = Totals::default();
-        for line in &self.lines {
-            *match (line.verdict, line.value, line.entry.printed) {
-                (Some(Verdict::Agrees | Verdict::Approximate), ..) if line.entry.input => {
-                    &mut totals.read_back
-                }
-                (Some(Verdict::Agrees), ..) => &mut totals.agrees,
-                (Some(Verdict::Approximate), ..) => &mut totals.approximate,
-                (Some(Verdict::Contradicts), ..) => &mut totals.contradicts,
-                (None, Some(_), _) => &mut totals.not_printed,
-                (None, None, Some(_)) => &mut totals.printed_only,
-                (None, None, None) => &mut totals.not_recomputed,
-            } += 1;
-            totals.changes += usize::from(line.change().is_some());
-        }
-        totals
+    pub fn count(&self, verdict: &str) -> usize {
+        let lines = self.lines.iter();
+        lines.filter(|line| line.told() == verdict).count()
     }
 }
 
@@ -147,15 +166,19 @@ mod tests {
         {"id": "c", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
         {"id": "d", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
         {"id": "e", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0.5},
+        {"id": "g", "unit": "-", "source": "p. 1", "printed": 2, "slack": 0, "verdict": "agrees", "calibrated": true},
+        {"id": "h", "unit": "-", "source": "p. 1", "printed": 9, "slack": 0, "verdict": "contradicts", "erratum": "E1"},
+        {"id": "i", "unit": "-", "source": "p. 1", "printed": 9, "slack": 0, "verdict": "agrees", "counted_with": "h"},
         {"id": "f", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0, "verdict": "agrees", "input": true}]"#;
 
     #[test]
     fn a_verdict_that_changes_and_a_value_that_moves_are_changes() {
-        let book = Book::parse(ENTRIES, "{}").expect("a book");
-        let comparison = Comparison::of(
-            &book,
-            [("a", 2.51), ("b", 4.0), ("c", 1.6), ("f", 1.0), ("x", 1.0)],
-        );
+        let book = Book::parse(ENTRIES, r#"{"E1": "lost"}"#).expect("a book");
+        let values = [("a", 2.51), ("b", 4.0), ("c", 1.6), ("f", 1.0), ("x", 1.0)];
+        let surrogates = [("g", 2.0), ("h", 7.0), ("i", 9.0)];
+        let comparison = Comparison::of(&book, values.into_iter().chain(surrogates));
+        let told: Vec<String> = comparison.lines[5..8].iter().map(Line::told).collect();
+        assert_eq!(told, ["calibrated on", "surrogate", "agrees again"]);
         let changes: Vec<_> = comparison.lines.iter().map(Line::change).collect();
         assert!(changes[0].is_none() && changes[3].is_none() && changes[4].is_none());
         assert!(
@@ -165,18 +188,8 @@ mod tests {
         );
         assert!(changes[2].is_some());
         assert_eq!(comparison.unlisted, ["x"]);
-        assert_eq!(
-            comparison.totals(),
-            Totals {
-                agrees: 1,
-                read_back: 1,
-                contradicts: 1,
-                not_printed: 1,
-                not_recomputed: 1,
-                printed_only: 1,
-                changes: 2,
-                ..Totals::default()
-            }
-        );
+        let counts = VERDICTS.map(|(verdict, _)| comparison.count(verdict));
+        assert_eq!(counts, [1, 0, 1, 1, 1, 1, 1, 0, 0, 1, 2]);
+        assert_eq!(comparison.changes().len(), 2);
     }
 }

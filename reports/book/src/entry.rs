@@ -32,6 +32,11 @@ pub struct Entry {
     /// A constant that the models are given: read back it says that it was copied right, and nothing of the models.
     #[serde(default)]
     pub input: bool,
+    /// A number that a constant of the model was calibrated on: that it agrees says nothing of the model.
+    #[serde(default)]
+    pub calibrated: bool,
+    /// The entry of the same printed quantity, with another model or in another unit: the two count once, as that entry.
+    pub counted_with: Option<String>,
     /// The erratum that explains it, by its number in the book's errata.
     pub erratum: Option<String>,
 }

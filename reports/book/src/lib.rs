@@ -20,7 +20,7 @@ pub mod rows;
 pub mod verdict;
 
 pub use book::{Book, BookError};
-pub use comparison::{Comparison, Line, Totals};
+pub use comparison::{Comparison, Line, VERDICTS};
 pub use entry::Entry;
 pub use names::Names;
 pub use report::{Chapter, Recomputed, Report, ReportError};

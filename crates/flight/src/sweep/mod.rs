@@ -89,10 +89,10 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
     let text = serde_yaml_ng::to_string(definition).map_err(|it| refused!("{it}"))?;
     let path = folder.join("sweep.yaml");
     std::fs::create_dir_all(folder).during(|| format!("'{}'", folder.display()))?;
-    match std::fs::read_to_string(&path) {
+    match planesman_text::read(&path) {
         Ok(there) if there == text => Ok(()),
         Ok(there) => {
-            let there: Option<Definition> = serde_yaml_ng::from_str(&there).ok();
+            let there: Option<Definition> = planesman_text::yaml::from_str(&there).ok();
             let parts = there.as_ref().and_then(|it| it.parts);
             let is_same = there.is_some_and(|it| {
                 let parts = definition.parts;

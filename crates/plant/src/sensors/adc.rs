@@ -40,6 +40,12 @@ impl Adc {
         (volts / resolution).round().clamp(-top, top - 1.0) * resolution
     }
 
+    /// The lowest and the highest sample \[V\].
+    #[must_use]
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [-self.range, self.range - self.resolution()]
+    }
+
     /// Whether a sample is at an end of the range.
     #[must_use]
     pub(crate) fn saturated(&self, sample: f64) -> bool {

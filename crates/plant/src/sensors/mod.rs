@@ -39,6 +39,7 @@ use gyro::Calibrations;
 use navigation::Navigation;
 use noise::{Source, Stream};
 use plane_signal::PlaneSignal;
+use planesman_msgs::planesman_msgs::msg::DaqSample;
 use planesman_vehicle::{Acceleration, Body, Environment, Port, six_dof};
 use pressure_cell::{DepthPort, PressureCell};
 
@@ -265,6 +266,37 @@ impl Sensors {
     }
 
     /// Against the dry inside of the vehicle, which is at the atmosphere's pressure \[Pa\].
+    /// For each channel in `saturated`, flags of [`DaqSample`], the range that it measures in.
+    pub(crate) fn limits(&self, saturated: u8, environment: &Environment) -> Vec<String> {
+        let [low, high] = self.adc.ends();
+        let ends = |cell: &PressureCell| {
+            let zero = if cell.saturation.is_finite() {
+                0.0
+            } else {
+                low
+            };
+            [low.max(zero), high.min(cell.saturation)].map(|volts| cell.pressure(volts))
+        };
+        let weight = environment.density * environment.gravity;
+        let [shallow, deep] = ends(&self.depth).map(|it| it / weight);
+        let [least, most] = ends(&self.speed);
+        let volts = format!("{low:.3} to {high:.3} V");
+        let channels = [
+            (DaqSample::PITCH_RATE, format!("pitch rate, {volts}")),
+            (
+                DaqSample::DEPTH,
+                format!("depth, {shallow:.3} to {deep:.3} m of water over the port"),
+            ),
+            (DaqSample::DIVE_PLANES, format!("dive planes, {volts}")),
+            (
+                DaqSample::SPEED,
+                format!("speed, {least:.1} to {most:.1} Pa"),
+            ),
+        ];
+        let told = channels.into_iter().filter(|it| saturated & it.0 != 0);
+        told.map(|it| it.1).collect()
+    }
+
     fn depth_gauge_pressure(
         &self,
         truth: &Truth,
@@ -534,6 +566,17 @@ mod tests {
         );
         assert!(at(3.0, 0.3).speed, "at zero");
         assert!(!at(0.0, 0.82).depth && at(0.0, 0.83).depth);
+        // 32.58 in of the report's water (p. 77), at 10 V; 0.8 in of water (p. 79).
+        let tank = Environment {
+            density: 999.835,
+            gravity: 9.81456,
+            atmospheric_pressure: 101_325.0,
+        };
+        let lines = sensors.limits(DaqSample::DEPTH | DaqSample::SPEED, &tank);
+        let depth = "depth, -0.161 to 0.828 m of water over the port";
+        assert_eq!(lines[0], depth);
+        assert_eq!(lines[1], "speed, 0.0 to 199.9 Pa");
+        assert!(sensors.limits(0, &tank).is_empty());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, de::Error};
 
 use std::fmt::Display;
 
-use planesman_units::{Dimension, Quantity};
+use planesman_units::{Dimension, Quantity, within};
 
 /// The geometry of a vehicle, and the choices that the methods leave.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -310,13 +310,8 @@ fn optional_length<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::Er
 
 fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     let value = f64::deserialize(d)?;
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(D::Error::custom(format!(
-            "{value} refused: it must be finite and above zero"
-        )))
-    }
+    within(value, [1e-6, 1e6], "")
+        .map_err(|rule| D::Error::custom(format!("{value} refused: {rule}")))
 }
 
 #[cfg(test)]

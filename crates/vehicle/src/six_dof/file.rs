@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use planesman_units::{Dimension, Quantity};
+use planesman_units::{Dimension, Quantity, within};
 use serde::Deserialize;
 
 use super::coefficients::{self, Factor};
@@ -201,13 +201,17 @@ enum Square {
 }
 
 impl Square {
-    fn matrix(self) -> Matrix6 {
-        match self {
+    fn matrix(self, entry: &str) -> Result<Matrix6, Unphysical> {
+        let matrix = match self {
             Self::Full(matrix) => *matrix,
             Self::Diagonal(diagonal) => std::array::from_fn(|i| {
                 std::array::from_fn(|j| if i == j { diagonal[i] } else { 0.0 })
             }),
+        };
+        for value in matrix.iter().flatten() {
+            number(entry, *value, [-MOST_COEFFICIENT, MOST_COEFFICIENT])?;
         }
+        Ok(matrix)
     }
 }
 
@@ -290,6 +294,15 @@ fn si(entry: &str, q: &Quantity, dimension: Dimension) -> Result<f64, Unphysical
         .map_err(|rule| Unphysical::new(entry, format!("{q} refused: {rule}")))
 }
 
+/// The largest magnitude of a coefficient or an entry of a matrix, SI: those of a ship are below.
+const MOST_COEFFICIENT: f64 = 1e15;
+
+/// A number without a unit, within its range.
+fn number(entry: &str, value: f64, range: [f64; 2]) -> Result<f64, Unphysical> {
+    within(value, range, "")
+        .map_err(|rule| Unphysical::new(entry, format!("{value} refused: {rule}")))
+}
+
 fn above_zero(entry: &str, q: &Quantity, dimension: Dimension) -> Result<f64, Unphysical> {
     match si(entry, q, dimension)? {
         value if value > 0.0 => Ok(value),
@@ -344,8 +357,10 @@ impl Written {
         if let Some(section) = &self.coefficients {
             includes_added_mass = section.includes_added_mass;
             for (name, value) in &section.values {
+                let entry = format!("coefficients.{name}");
+                number(&entry, *value, [-MOST_COEFFICIENT, MOST_COEFFICIENT])?;
                 let mut term = coefficients::term(name, *value, &letters)
-                    .map_err(|e| Unphysical::new(format!("coefficients.{name}"), e.to_string()))?;
+                    .map_err(|e| Unphysical::new(entry, e.to_string()))?;
                 if let Factor::Input(k) = term.of {
                     term.value *= if self.inputs[k].reversed { -1.0 } else { 1.0 };
                 }
@@ -353,7 +368,7 @@ impl Written {
             }
         }
         let added_mass = match self.added_mass {
-            Some(matrix) => matrix.matrix(),
+            Some(matrix) => matrix.matrix("added_mass")?,
             None => coefficients::added_mass(&terms),
         };
         let terms = match includes_added_mass {
@@ -363,7 +378,9 @@ impl Written {
                 .filter(|term| !matches!(term.of, Factor::Acceleration(_)))
                 .collect(),
         };
-        let matrix = |square: Option<Square>| square.map(Square::matrix).unwrap_or_default();
+        let matrix = |square: Option<Square>, entry| {
+            square.map_or(Ok(Matrix6::default()), |square| square.matrix(entry))
+        };
         let fins = self
             .fins
             .iter()
@@ -393,8 +410,8 @@ impl Written {
             centre_of_buoyancy: place("centre_of_buoyancy", &self.centre_of_buoyancy)?,
             added_mass,
             damping: Damping {
-                linear: matrix(self.linear_damping),
-                quadratic: matrix(self.quadratic_damping),
+                linear: matrix(self.linear_damping, "linear_damping")?,
+                quadratic: matrix(self.quadratic_damping, "quadratic_damping")?,
             },
             cross_flow: self
                 .cross_flow
@@ -439,13 +456,13 @@ impl CrossFlowSection {
             si("cross_flow.ends", aft, Dimension::Length)?,
             si("cross_flow.ends", fore, Dimension::Length)?,
         ];
-        if ends[0] >= ends[1] || !(0.0..f64::INFINITY).contains(&self.drag) {
-            let reason = "its ends must be aft and fore, and the drag not negative";
+        if ends[0] >= ends[1] {
+            let reason = "its ends must be aft and fore";
             return Err(Unphysical::new("cross_flow", reason));
         }
         Ok(CrossFlow {
             density: above_zero("cross_flow.density", &self.density, Dimension::Density)?,
-            drag: self.drag,
+            drag: number("cross_flow.drag", self.drag, [0.0, 1e3])?,
             width: above_zero("cross_flow.width", &self.width, Dimension::Length)?,
             ends,
         })
@@ -459,13 +476,7 @@ impl FinSection {
         input: &impl Fn(&str, &str) -> Result<usize, Unphysical>,
     ) -> Result<Fin, Unphysical> {
         let at = |field: &str| format!("{entry}.{field}");
-        let positive = |field: &str, value: f64| match value > 0.0 && value.is_finite() {
-            true => Ok(value),
-            false => Err(Unphysical::new(
-                at(field),
-                format!("{value} is not above zero"),
-            )),
-        };
+        let positive = |field: &str, value: f64| number(&at(field), value, [1e-3, 1e4]);
         let (chord, normal) = (
             direction(&at("chord"), self.chord)?,
             direction(&at("normal"), self.normal)?,
@@ -482,7 +493,7 @@ impl FinSection {
             density: above_zero(&at("density"), &self.density, Dimension::Density)?,
             section: Section {
                 slope: positive("slope", self.slope)?,
-                drag: self.drag,
+                drag: number(&at("drag"), self.drag, [0.0, 1e3])?,
                 oswald: positive("oswald", self.oswald)?,
                 aspect: positive("aspect", self.aspect)?,
                 stall: above_zero(&at("stall"), &self.stall, Dimension::Angle)?,
@@ -525,29 +536,42 @@ impl PropulsionSection {
                 deduction,
                 hand,
                 full_rotation,
-            } => Propulsor::Propeller {
-                input: find(&format!("{entry}.input"), input)?,
-                propeller: Propeller {
-                    density: above_zero(&format!("{entry}.density"), density, Dimension::Density)?,
-                    diameter: above_zero(
-                        &format!("{entry}.diameter"),
-                        diameter,
-                        Dimension::Length,
-                    )?,
-                    thrust: *thrust,
-                    torque: *torque,
-                    wake: *wake,
-                    deduction: *deduction,
-                    hand: match hand {
-                        Hand::Right => 1.0,
-                        Hand::Left => -1.0,
+            } => {
+                let at = |field: &str| format!("{entry}.{field}");
+                let pair = |field: &str, [k0, k1]: [f64; 2]| -> Result<_, Unphysical> {
+                    let one = |k| number(&at(field), k, [-1e3, 1e3]);
+                    Ok([one(k0)?, one(k1)?])
+                };
+                Propulsor::Propeller {
+                    input: find(&format!("{entry}.input"), input)?,
+                    propeller: Propeller {
+                        density: above_zero(
+                            &format!("{entry}.density"),
+                            density,
+                            Dimension::Density,
+                        )?,
+                        diameter: above_zero(
+                            &format!("{entry}.diameter"),
+                            diameter,
+                            Dimension::Length,
+                        )?,
+                        thrust: pair("thrust", *thrust)?,
+                        torque: pair("torque", *torque)?,
+                        wake: number(&at("wake"), *wake, [-1.0, 1.0])?,
+                        deduction: number(&at("deduction"), *deduction, [-1.0, 1.0])?,
+                        hand: match hand {
+                            Hand::Right => 1.0,
+                            Hand::Left => -1.0,
+                        },
+                        full_rotation: full_rotation
+                            .as_ref()
+                            .map(|q| {
+                                above_zero(&format!("{entry}.full_rotation"), q, Dimension::Rate)
+                            })
+                            .transpose()?,
                     },
-                    full_rotation: full_rotation
-                        .as_ref()
-                        .map(|q| above_zero(&format!("{entry}.full_rotation"), q, Dimension::Rate))
-                        .transpose()?,
-                },
-            },
+                }
+            }
             Self::Thruster {
                 input,
                 position,
@@ -560,8 +584,10 @@ impl PropulsionSection {
                 thruster: Thruster {
                     position: place(&format!("{entry}.position"), position)?,
                     direction: direction(&format!("{entry}.direction"), *push)?,
-                    curve: curve.clone(),
-                    dead_zone: *dead_zone,
+                    curve: (curve.iter())
+                        .map(|k| number(&format!("{entry}.curve"), *k, [-1e9, 1e9]))
+                        .collect::<Result<_, _>>()?,
+                    dead_zone: number(&format!("{entry}.dead_zone"), *dead_zone, [0.0, 1.0])?,
                     lag: match lag {
                         None => 0.0,
                         Some(lag) => above_zero(&format!("{entry}.lag"), lag, Dimension::Time)?,

@@ -40,7 +40,7 @@ pub use hull::Hull;
 pub use inertia::{Matrix6, RigidBody, about_origin, ellipsoid};
 pub use lanes::{Lanes, Real, Six, Three};
 pub use simulate::{Accurate, Diverged, Simulation, runge_kutta};
-pub use steady::{Turn, steady_turn};
+pub use steady::{Turn, growth, steady_turn, steady_turns};
 pub use tick::{Commands, Conditions, Tick, Unmoved};
 pub use torpedo::{NoTorpedo, Torpedo};
 pub use vehicle::{Parts, Unphysical, Vehicle};

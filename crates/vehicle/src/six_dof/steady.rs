@@ -1,6 +1,9 @@
 //! Steady turns: motions that go on unchanged in the body's axes, at one depth.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
+use planesman_linear::poles::eigenvalues;
+
+use std::f64::consts::FRAC_PI_2;
 
 use super::equations::State;
 use super::rotation::{from_euler, matrix, to_fixed};
@@ -46,6 +49,76 @@ impl Turn {
             held: x[6],
         }
     }
+}
+
+/// Surge \[m/s\] and rates of the heading \[rad/s\] that searches begin at.
+const SPEEDS: [f64; 4] = [0.5, 1.0, 1.5, 2.5];
+const YAW_RATES: [f64; 9] = [-0.4, -0.2, -0.1, -0.02, 0.0, 0.02, 0.1, 0.2, 0.4];
+
+/// The steady turns that Newton's method finds from a grid of starts and from `start`, each once, the slowest turning first.
+/// Upside down is none of them.
+#[must_use]
+pub fn steady_turns(vehicle: &Vehicle, inputs: &[f64], holding: usize, start: Turn) -> Vec<Turn> {
+    let grid = SPEEDS.iter().flat_map(|speed| {
+        YAW_RATES.map(|yaw_rate| Turn {
+            velocity: [*speed, 0.0, 0.0],
+            roll: 0.0,
+            pitch: 0.0,
+            yaw_rate,
+            held: 0.0,
+        })
+    });
+    let mut turns: Vec<Turn> = Vec::new();
+    for start in std::iter::once(start).chain(grid) {
+        let Some(turn) = steady_turn(vehicle, inputs, holding, start) else {
+            continue;
+        };
+        let upright = turn.roll.abs() < FRAC_PI_2 && turn.pitch.abs() < FRAC_PI_2;
+        let row = turn.state().velocity;
+        let is_known = turns.iter().any(|known| {
+            let other = known.state().velocity;
+            row.iter().zip(other).all(|(x, y)| (x - y).abs() < 1e-6)
+        });
+        if upright && !is_known {
+            turns.push(turn);
+        }
+    }
+    turns.sort_by(|a, b| a.yaw_rate.abs().total_cmp(&b.yaw_rate.abs()));
+    turns
+}
+
+/// How fast the fastest small deviation from a steady turn grows with its inputs held \[1/s\]; below 0 the turn is stable. The
+/// depth, the place and the heading are free: nothing in the motion depends on them. `None` where the linear motion has no number.
+#[must_use]
+pub fn growth(vehicle: &Vehicle, inputs: &[f64], holding: usize, turn: &Turn) -> Option<f64> {
+    let mut inputs = inputs.to_vec();
+    inputs[holding] = turn.held;
+    // Velocities, roll and pitch; their rates by Euler's angles (Fossen 2011, eq. 2.28).
+    let rates = |x: &SVector<f64, 8>| -> SVector<f64, 8> {
+        let (roll, pitch) = (x[6], x[7]);
+        let state = State {
+            position: [0.0; 3],
+            attitude: from_euler([roll, pitch, 0.0]),
+            velocity: std::array::from_fn(|i| x[i]),
+        };
+        let a = vehicle.acceleration(&state, &inputs, &Water::at_rest());
+        let (sin, cos) = libm::sincos(roll);
+        let turning = x[4] * sin + x[5] * cos;
+        let rolling = x[3] + turning * libm::tan(pitch);
+        let pitching = x[4] * cos - x[5] * sin;
+        SVector::from([a[0], a[1], a[2], a[3], a[4], a[5], rolling, pitching])
+    };
+    let [u, v, w, p, q, r] = turn.state().velocity;
+    let x = SVector::from([u, v, w, p, q, r, turn.roll, turn.pitch]);
+    let h = 1e-6;
+    let slopes = DMatrix::from_fn(8, 8, |i, j| {
+        let (mut above, mut below) = (x, x);
+        above[j] += h;
+        below[j] -= h;
+        (rates(&above)[i] - rates(&below)[i]) / (2.0 * h)
+    });
+    let found = eigenvalues(&slopes).ok()?;
+    found.into_iter().map(|it| it.re).max_by(f64::total_cmp)
 }
 
 /// The steady turn that Newton's method finds from `start` in still water, with `inputs` but number `holding`, which keeps the depth. `None` when

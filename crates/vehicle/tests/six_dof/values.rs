@@ -3,8 +3,8 @@
 use nalgebra::Matrix3;
 use planesman_vehicle::six_dof::propulsion::{Allocation, Propulsor, Thruster};
 use planesman_vehicle::six_dof::{
-    Accurate, CrossFlow, Damping, Sea, Simulation, Six, State, Turn, Vehicle, Water, ellipsoid,
-    rotation, steady_turn,
+    self, Accurate, CrossFlow, Damping, Sea, Simulation, Six, State, Turn, Vehicle, Water,
+    ellipsoid, growth, rotation, steady_turn, steady_turns,
 };
 use serde_json::Value;
 
@@ -369,6 +369,47 @@ fn steady_turns_and_helices() {
                 assert!(x.abs() < 1e-7, "{}", item["id"]);
             }
         }
+    }
+}
+
+/// Growth by the linear motion, and by a flight from a hair beside the turn.
+#[test]
+fn every_turn_of_an_unstable_vehicle_is_found_and_the_unstable_ones_are_left_by_themselves() {
+    let of = six_dof::load("remus_100_printed").unwrap();
+    let names = &of.parts().inputs;
+    let holding = names.iter().position(|it| it == "stern_planes").unwrap();
+    let rudder = names.iter().position(|it| it == "rudder").unwrap();
+    let mut controls = vec![0.0; names.len()];
+    controls[rudder] = 1_f64.to_radians();
+    let start = Turn {
+        velocity: [1.4, 0.0, 0.0],
+        roll: 0.0,
+        pitch: 0.0,
+        yaw_rate: 0.0,
+        held: 0.0,
+    };
+    let turns = steady_turns(&of, &controls, holding, start);
+    // From single starts: 0, 0.1 and -0.1 rad/s.
+    let rates: Vec<f64> = turns.iter().map(|it| it.yaw_rate.to_degrees()).collect();
+    for rate in [0.3205, 6.2682, -5.7997] {
+        assert!(rates.iter().any(|it| (it - rate).abs() < 1e-4), "{rates:?}");
+    }
+    for turn in &turns {
+        let found = growth(&of, &controls, holding, turn).unwrap();
+        controls[holding] = turn.held;
+        let mut beside = turn.state();
+        beside.velocity.iter_mut().for_each(|it| *it += 1e-7);
+        let accurate = Accurate {
+            relative: 1e-13,
+            absolute: 1e-13,
+        };
+        let sea = Sea::default();
+        let mut flight = Simulation::new(&of, &sea, beside, accurate);
+        flight.advance(300.0, &controls).unwrap();
+        let away = flight.state.velocity.iter().zip(turn.state().velocity);
+        let away = away.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert_eq!(away < 1e-7, found < 0.0, "{turn:?} {found} {away}");
+        assert!(found.abs() > 0.01, "{found}");
     }
 }
 
