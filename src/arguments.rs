@@ -81,7 +81,19 @@ pub fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim);
     let wrong: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
-    let wrong = wrong.join(" ").trim_start_matches("error: ").to_owned();
+    let mut wrong = wrong.join(" ").trim_start_matches("error: ").to_owned();
+    // What the standard library says of a number is no help at a prompt.
+    for reason in [
+        "invalid digit found in string",
+        "cannot parse integer from empty string",
+    ] {
+        wrong = wrong.replace(reason, "a whole number is expected");
+    }
+    wrong = wrong.replace("invalid float literal", "a number is expected");
+    wrong = wrong.replace(
+        "number too large to fit in target type",
+        "the number is too large",
+    );
     match lines.find_map(|line| line.strip_prefix("tip: ")) {
         Some(tip) => format!("{wrong}; {tip}"),
         None => wrong,

@@ -52,7 +52,7 @@ Examples:
   planesman dive --set depth_controller.depth.p=1.2   with another gain
   planesman sim dive --out dive.csv                   in one process, as a table
   planesman sysid topics dive.csv                     what can be identified
-  planesman sysid fit dive.csv -i dive_planes -o pitch_rate
+  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90
   planesman doctor                                    do nodes find each other?";
 
 /// Sweeps of each kind.
@@ -119,7 +119,7 @@ enum Command {
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
     #[command(
         subcommand,
-        after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o pitch_rate"
+        after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90"
     )]
     Sysid(planesman::sysid::Command),
     /// Find PI or PID gains for a model, with their margins over the model's uncertainty
@@ -351,6 +351,20 @@ fn command_of(arguments: impl Iterator<Item = OsString>) -> (String, clap::Comma
     (name, command.clone())
 }
 
+/// Refuses a first word that is neither a command nor a scenario.
+fn unknown(word: &str) -> ExitCode {
+    let program = Cli::command();
+    let commands = program.get_subcommands().map(|it| it.get_name().to_owned());
+    let scenarios = builtin_names().into_iter().map(str::to_owned);
+    let known: Vec<String> = commands.chain(scenarios).collect();
+    planesman_console::err!(
+        "planesman: '{}' is neither a command nor a scenario{} (see planesman --help)",
+        shown(word),
+        did_you_mean(word, known.iter().map(String::as_str)),
+    );
+    ExitCode::from(2)
+}
+
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -359,6 +373,12 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
+                let first = std::env::args_os().nth(1).unwrap_or_default();
+                let first = first.to_string_lossy();
+                let is_command = Cli::command().find_subcommand(&*first).is_some();
+                if !is_command && !first.starts_with('-') && !Scenario::is_there(&first) {
+                    return unknown(&first);
+                }
                 let (name, command) = command_of(std::env::args_os().skip(1));
                 let reason = refusal(&error, &command);
                 planesman_console::err!("planesman: {} (see {name} --help)", shown(reason));
@@ -369,18 +389,7 @@ fn main() -> ExitCode {
     let command = match cli.command {
         Some(command) => command,
         None if Scenario::is_there(&cli.dive.scenario) => Command::Dive(cli.dive),
-        None => {
-            let program = Cli::command();
-            let commands = program.get_subcommands().map(|it| it.get_name().to_owned());
-            let scenarios = builtin_names().into_iter().map(str::to_owned);
-            let known: Vec<String> = commands.chain(scenarios).collect();
-            planesman_console::err!(
-                "planesman: '{}' is neither a command nor a scenario{} (see planesman --help)",
-                shown(&cli.dive.scenario),
-                did_you_mean(&cli.dive.scenario, known.iter().map(String::as_str)),
-            );
-            return ExitCode::from(2);
-        }
+        None => return unknown(&cli.dive.scenario),
     };
     planesman_node::file_size::limit_is_an_error();
     let outcome = match command {

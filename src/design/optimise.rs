@@ -16,7 +16,7 @@ use planesman_console::print_wrapped;
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: SubjectArgs,
-    /// Initial gains of the search
+    /// Gains to compare with, and the integrals and the filter, which stay as they are
     #[command(flatten)]
     gains: GainArgs,
     /// Speeds through the water (m/s, or with their unit: 1ft/s) that one set of gains is to serve, separated by commas
@@ -69,7 +69,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         planes_limit: args.planes_limit.to_radians(),
         duration: args.duration,
     };
-    let Some(found) = wishes.propose(&gains)? else {
+    let Some(found) = wishes.propose()? else {
         bail!(
             "no gains found with a phase margin of {} deg, gain margins of {} dB and an overshoot of {} % at \
              every speed",
@@ -83,6 +83,14 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst
     )?;
+    match wishes.worst(&gains)? {
+        Some(worst) => planesman_console::out!(
+            "with the gains given (the controller's where not given): {worst:.2} m^2"
+        )?,
+        None => planesman_console::out!(
+            "the gains given (the controller's where not given) do not meet the requirements"
+        )?,
+    }
     for (speed, judged) in args.speed.iter().zip(&found.judgements) {
         print_wrapped(format_args!(
             "\nU = {}\n{}",

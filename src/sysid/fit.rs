@@ -230,6 +230,22 @@ impl From<&FitArgs> for FitOptions {
     }
 }
 
+impl FitArgs {
+    /// The text of a fit, whose last words say what is next; that is not `--model` where the model is written already.
+    fn after_writing(&self, text: String) -> String {
+        const NEXT: &str = ". Next: ";
+        match (&self.model, text.rsplit_once(NEXT)) {
+            (Some(path), Some((before, next))) if next.contains("--model") => {
+                let path = path.display();
+                format!(
+                    "{before}{NEXT}judge it on other data: planesman sysid compare {path} DATA\n"
+                )
+            }
+            _ => text,
+        }
+    }
+}
+
 fn model_path(text: &str) -> Result<PathBuf, String> {
     let path = output_file(text)?;
     ModelFile::takes_name(&path).map_err(|refusal| refusal.to_string())?;
@@ -264,7 +280,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
             planesman_console::print(format!("\n{}", tried(&found.tried)))?;
             print_wrapped(notes(&found.tried))?;
         }
-        print_wrapped(format!("\n{}", found.analysis.text()))?;
+        print_wrapped(format!("\n{}", args.after_writing(found.analysis.text())))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
@@ -351,7 +367,7 @@ fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
         if let Some(validation) = &found.validation {
             print_wrapped(format!("validation data\n{}", validation.description()))?;
         }
-        print_wrapped(format!("\n{}", found.text()))?;
+        print_wrapped(format!("\n{}", args.after_writing(found.text())))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;

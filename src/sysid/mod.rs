@@ -21,7 +21,7 @@ pub enum Command {
     Topics(topics::TopicsArgs),
     /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict
     #[command(
-        after_help = "Examples:\n  planesman sysid fit dive.csv -i dive_planes -o pitch_rate --html model.html\n  planesman sysid fit bag -i plane_motion:dive_planes -o state:pitch_rate \\\n      --window 20..90 --order 3 --speed 1ft/s --model model.yaml\n  planesman sysid fit bag -i 'planes:position[ram]' -o imu:angular_velocity.y"
+        after_help = "Examples:\n  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90 --html model.html\n  planesman sysid fit bag -i plane_motion:dive_planes -o state:pitch_rate \\\n      --window 20..90 --order 3 --speed 1ft/s --model model.yaml\n  planesman sysid fit bag -i 'planes:position[ram]' -o imu:angular_velocity.y"
     )]
     Fit(Box<fit::FitArgs>),
     /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response

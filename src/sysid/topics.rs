@@ -32,7 +32,8 @@ pub struct TopicsArgs {
 /// One line: data that cannot be read.
 pub fn run(args: &TopicsArgs) -> Result<()> {
     let data = DataOptions::from(&args.data);
-    let survey = survey(&data, args.topic.as_deref(), &*args.data.progress())?;
+    let mut survey = survey(&data, args.topic.as_deref(), &*args.data.progress())?;
+    survey.suggest(&data)?;
     let text = if args.json {
         serde_json::to_string_pretty(&survey)? + "\n"
     } else if let Some(format) = args.format {

@@ -28,6 +28,13 @@ pub(super) struct ControllerArgs {
     /// For placement: damping ratio of the pair of poles
     #[arg(long, value_name = "ZETA", default_value_t = TuneOptions::default().damping_ratio, value_parser = within(0.1, 2.0))]
     pub(super) damping_ratio: f64,
+    /// For margins and optimise: Td/Ti at most; up to 0.25 the controller's zeros are real [default: 0.25 for margins, none for optimise]
+    #[arg(long, value_name = "RATIO", value_parser = within(1e-3, 1e3))]
+    pub(super) td_per_ti: Option<f64>,
+    /// For margins and optimise: Td over the time constant of its filter at most, which bounds the noise that the controller passes on
+    /// [default: 10 for margins, none for optimise]
+    #[arg(long, value_name = "N", value_parser = within(1.0, 1e6))]
+    pub(super) filter_ratio: Option<f64>,
     /// For margins: the gain crossover (rad/s), at which the phase margin is that of --phase-margin
     #[arg(long, value_name = "RAD/S", value_parser = within(1e-9, 1e9))]
     pub(super) crossover: Option<f64>,

@@ -78,6 +78,8 @@ impl From<&GainArgs> for TuneOptions {
             crossover: controller.crossover,
             closed_loop_time: controller.closed_loop_time,
             damping_ratio: controller.damping_ratio,
+            td_per_ti: controller.td_per_ti,
+            filter_ratio: controller.filter_ratio,
             draws: limits.draws as usize,
             seed: limits.seed,
             step: trial.step,

@@ -272,6 +272,14 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
             "'surface' is neither a command nor a scenario",
         ),
         (
+            vec!["tun", "model.yaml"],
+            "'tun' is neither a command nor a scenario; did you mean 'tune'?",
+        ),
+        (
+            vec!["sysid", "fit", "a.csv", "--order", "two"],
+            "a whole number is expected",
+        ),
+        (
             vec!["tf", "brunner", "--speed", "-1"],
             "a number from 0.001 to 100",
         ),

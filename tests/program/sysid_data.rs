@@ -728,3 +728,97 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
         .unwrap();
     assert!(piped.status.success() && piped.stderr.is_empty());
 }
+
+/// The command that `sysid topics` proposes, obeyed: its words, and the last line that it prints; `None` where none is proposed.
+fn obeyed(folder: &Path, file: &str) -> Option<(String, String)> {
+    let run = |command: &str| {
+        let words = format!("'{}' {command}", env!("CARGO_BIN_EXE_planesman"));
+        let ran = Command::new("sh")
+            .args(["-c", &words])
+            .current_dir(folder)
+            .output()
+            .unwrap();
+        assert!(ran.status.success(), "{command}: {ran:?}");
+        String::from_utf8(ran.stdout).unwrap()
+    };
+    let topics = run(&format!("sysid topics {file} --quiet"));
+    let proposed = topics
+        .lines()
+        .find_map(|line| line.strip_prefix("try: planesman "))?;
+    let fitted = run(&format!("{proposed} --quiet"));
+    Some((
+        proposed.to_owned(),
+        fitted.lines().last().unwrap().to_owned(),
+    ))
+}
+
+#[test]
+fn what_is_proposed_gives_a_model_that_is_usable() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scenario, file) in [
+        ("dive", "dive.mcap"),
+        ("dive", "dive.csv"),
+        ("remus_100", "remus.mcap"),
+        ("way_depths", "depths.mcap"),
+        ("zigzag", "zigzag.mcap"),
+    ] {
+        let flown = Command::new(env!("CARGO_BIN_EXE_planesman"))
+            .args(["sim", scenario, "--out", file])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(flown.status.success(), "{flown:?}");
+        let Some((proposed, last)) = obeyed(folder.path(), file) else {
+            assert_ne!(scenario, "dive", "nothing is proposed");
+            continue;
+        };
+        assert!(!proposed.contains("position.x"), "a ramp: {proposed}");
+        let usable = ["- verdict: good", "- verdict: usable"];
+        assert!(
+            usable.iter().any(|it| last.starts_with(it)),
+            "{proposed}: {last}"
+        );
+    }
+    // A ramp, a counter of messages and a stamp beside the output that answers.
+    let rows = response(2000).into_iter().enumerate();
+    let rows = rows.map(|(k, (u, y))| {
+        format!(
+            "{},{u},{},{},{},{y}\n",
+            0.05 * k as f64,
+            0.01 * k as f64,
+            k,
+            1.7e9 + 0.05 * k as f64
+        )
+    });
+    let table = format!(
+        "time,u,position,depth_count,rate_stamp,y\n{}",
+        rows.collect::<String>()
+    );
+    fs::write(folder.path().join("ramps.csv"), table).unwrap();
+    let (proposed, last) = obeyed(folder.path(), "ramps.csv").unwrap();
+    assert!(proposed.contains("-i u -o y"), "{proposed}");
+    assert!(last.starts_with("- verdict: good"), "{last}");
+}
+
+/// The dive's place along its heading grows whatever the planes do: an unstable model of it, whose input accounts for nothing, was good.
+#[test]
+fn a_ramp_has_no_model_of_what_the_planes_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dive.csv");
+    let program = env!("CARGO_BIN_EXE_planesman");
+    let flown = Command::new(program)
+        .args(["sim", "dive", "--out"])
+        .arg(&path)
+        .output()
+        .unwrap();
+    assert!(flown.status.success(), "{flown:?}");
+    for more in ["", "--validation 60..90"] {
+        let said = fit(&path, &format!("-i plane_command -o distance {more}"))
+            .analysis
+            .verdict_text();
+        assert!(
+            !said.contains("good") && !said.contains("verdict: usable"),
+            "{said}"
+        );
+    }
+}

@@ -19,6 +19,7 @@ mod sensors;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod sysid_foreign_bags;
+mod tuned;
 mod tutorials;
 mod type_hashes;
 mod viewers;

@@ -1,8 +1,13 @@
-//! What of a log may be identified from what: a first command to run.
+//! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, and the share of an output's
+//! variation that goes with the input chooses between them.
 
+use planesman_identification::frequency::MeasuredResponse;
+use planesman_signals::Trend;
 use planesman_text::shell_word;
 
 use crate::data::{DataOptions, Sources};
+use crate::fit::FitData;
+use crate::options::{FitOptions, SignalOptions};
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
@@ -33,8 +38,18 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
+/// So many inputs are tried, so many outputs of each by their names, and of these so many by a fit.
+const TRIED: (usize, usize, usize) = (3, 12, 3);
+/// Samples of a record at most for which a fit is tried.
+const FITTED: usize = 50_000;
+/// The share of an output's variation from which it is proposed.
+const LEAST: f64 = 0.1;
+
+/// A signal by its name, with its rank among inputs or outputs.
+type Ranked = ([usize; 2], String);
+
 /// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
-/// in a table, and path. `None` where nothing looks like an input and an output.
+/// in a table, and path. `None` where nothing looks like an input and an output that goes with it.
 pub(crate) fn suggestion<'s>(
     signals: impl Iterator<Item = (&'s str, &'s str)>,
     data: &DataOptions,
@@ -52,8 +67,8 @@ pub(crate) fn suggestion<'s>(
             (rank != [last, last]).then_some(rank)
         };
         let signal = match topic {
-            "" => shell_word(path),
-            topic => shell_word(&format!("{topic}:{path}")),
+            "" => path.to_owned(),
+            topic => format!("{topic}:{path}"),
         };
         match (rank(&INPUTS), rank(&OUTPUTS)) {
             (Some(rank), _) => inputs.push((rank, signal)),
@@ -63,13 +78,27 @@ pub(crate) fn suggestion<'s>(
     }
     inputs.sort_by_key(|it| it.0);
     outputs.sort_by_key(|it| it.0);
-    let (input, output) = (&inputs.first()?.1, &outputs.first()?.1);
+    let each = (0..inputs.len()).take(TRIED.0);
+    let (chosen, outputs) = { each }.find_map(|at| {
+        let mut going = going_with(&inputs[at].1, &outputs, data);
+        let mut tried = 0..going.len().min(TRIED.2);
+        let usable = tried.find(|it| is_usable(&inputs[at].1, &going[*it].1, data))?;
+        going[..=usable].rotate_right(1);
+        Some((at, going))
+    })?;
+    inputs[..=chosen].rotate_right(1);
+    let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
     let files: Vec<String> = paths
         .iter()
         .map(|it| shell_word(&it.display().to_string()))
         .collect();
-    let others = |of: &[([usize; 2], String)]| {
-        let names: Vec<&str> = of.iter().skip(1).take(4).map(|it| it.1.as_str()).collect();
+    let others = |of: &[Ranked]| {
+        let names: Vec<String> = of
+            .iter()
+            .skip(1)
+            .take(4)
+            .map(|it| shell_word(&it.1))
+            .collect();
         match names.is_empty() {
             true => String::new(),
             false => format!(" (or {})", names.join(", ")),
@@ -82,6 +111,62 @@ pub(crate) fn suggestion<'s>(
         others(&inputs),
         others(&outputs)
     ))
+}
+
+/// The outputs that go with an input, those first of which it accounts for most, to a tenth.
+fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked> {
+    let tried = outputs.iter().take(TRIED.1);
+    let mut going: Vec<(u8, Ranked)> = tried
+        .filter_map(|it| {
+            let share = linear_share(input, &it.1, data).filter(|share| *share >= LEAST)?;
+            Some(((10.0 * (1.0 - share)) as u8, it.clone()))
+        })
+        .collect();
+    going.sort_by_key(|it| it.0);
+    going.into_iter().map(|it| it.1).collect()
+}
+
+/// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence, where
+/// it is more than chance. So a ramp or a stamp has next to none. `None` where they make no record.
+fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
+    let mut signals = pair(input, output, data);
+    signals.preparation.detrend = Trend::Line;
+    let record = signals.read(&()).ok()?.resampled.record;
+    let (mut with, mut all) = (0.0, 0.0);
+    for point in MeasuredResponse::new(&record).ok()?.points {
+        let moved = point.values[0].norm_sqr() * point.inputs[0];
+        // The frequencies lie evenly over their logarithm.
+        all += point.omega * (moved + point.noise);
+        if point.coherence > point.coherence_by_chance() {
+            with += point.omega * moved;
+        }
+    }
+    Some(with / all).filter(|share| share.is_finite())
+}
+
+fn pair(input: &str, output: &str, data: &DataOptions) -> SignalOptions {
+    SignalOptions {
+        data: data.clone(),
+        input: input.to_owned(),
+        output: output.to_owned(),
+        ..SignalOptions::default()
+    }
+}
+
+/// Whether the command that is proposed ends in a model that is usable, at least with care; of long records it is taken to.
+fn is_usable(input: &str, output: &str, data: &DataOptions) -> bool {
+    let options = FitOptions {
+        signals: pair(input, output, data),
+        ..FitOptions::default()
+    };
+    let Ok(read) = FitData::read(&options, &()) else {
+        return false;
+    };
+    read.prepared.resampled.record.samples() > FITTED
+        || read.fit(&options, &()).is_ok_and(|it| {
+            let (word, _) = it.analysis.verdict.words();
+            word.starts_with("good") || word.starts_with("usable")
+        })
 }
 
 /// The options of the time that the data needs.

@@ -51,7 +51,8 @@ pub struct Survey {
     pub topics: Vec<TopicSurvey>,
     /// Everything that could not be read or is not listed, and why.
     pub notes: Vec<String>,
-    /// A command that identifies something, and the signals to choose from; none where nothing looks like an input and an output.
+    /// A command that identifies something, and the signals to choose from; none where nothing looks like an input and an output, or
+    /// before [`Survey::suggest`].
     pub suggestion: Option<String>,
 }
 
@@ -128,8 +129,7 @@ pub fn survey(
     progress: &dyn Progress,
 ) -> Result<Survey, FitError> {
     let source = data.open()?;
-    let has_time = source.has_time();
-    let found = reading(source.bytes(), progress, |told| match source {
+    reading(source.bytes(), progress, |told| match source {
         Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
         Source::Csv(table) => of_csv(table, told),
         Source::Tables(tables) => {
@@ -159,28 +159,37 @@ pub fn survey(
                 columns.read(requests, take).map_err(FitError::data)
             })
         }
-    });
-    let mut found = found?;
-    let all = &found.topics;
-    let is_of_several = |path: &str| {
-        let of = |it: &&TopicSurvey| it.fields.iter().any(|it| it.path == path);
-        all.iter().filter(of).count() > 1
-    };
-    let varying = all.iter().flat_map(|topic| {
-        let is_table = topic.type_name.is_empty();
-        let fields = topic.fields.iter();
-        let fields = fields.filter(|it| it.count >= FEWEST && it.min < it.max);
-        fields.map(move |it| {
-            let is_alone = all.len() == 1 || !is_of_several(&it.path);
-            let name = match is_table && is_alone {
-                true => "",
-                false => topic.name.as_str(),
-            };
-            (name, it.path.as_str())
-        })
-    });
-    found.suggestion = suggestion(varying, data, has_time);
-    Ok(found)
+    })
+}
+
+impl Survey {
+    /// Takes the suggestion, for which the data is read once more for each pair of signals that is looked at.
+    ///
+    /// # Errors
+    /// Data that cannot be read.
+    pub fn suggest(&mut self, data: &DataOptions) -> Result<(), FitError> {
+        let has_time = data.open()?.has_time();
+        let all = &self.topics;
+        let is_of_several = |path: &str| {
+            let of = |it: &&TopicSurvey| it.fields.iter().any(|it| it.path == path);
+            all.iter().filter(of).count() > 1
+        };
+        let varying = all.iter().flat_map(|topic| {
+            let is_table = topic.type_name.is_empty();
+            let fields = topic.fields.iter();
+            let fields = fields.filter(|it| it.count >= FEWEST && it.min < it.max);
+            fields.map(move |it| {
+                let is_alone = all.len() == 1 || !is_of_several(&it.path);
+                let name = match is_table && is_alone {
+                    true => "",
+                    false => topic.name.as_str(),
+                };
+                (name, it.path.as_str())
+            })
+        });
+        self.suggestion = suggestion(varying, data, has_time);
+        Ok(())
+    }
 }
 
 /// A field while it is read.

@@ -26,6 +26,7 @@ mod six_degrees;
 pub mod summary;
 pub mod sweep;
 pub mod titles;
+pub mod track;
 
 pub use compose::Loop;
 pub use error::{During, Error, Result};

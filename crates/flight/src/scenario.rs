@@ -250,8 +250,20 @@ impl Scenario {
             scenario.set(change).during(|| format!("--set {change}"))?;
         }
         scenario.find_files(Path::new(""))?;
+        scenario.hover_what_flies()?;
         scenario.check().during(|| name.to_owned())?;
         Ok(scenario)
+    }
+
+    /// The controller commands the thrusters of the vehicle that flies, unless another `hover.vehicle` is given.
+    fn hover_what_flies(&mut self) -> Result<()> {
+        let plant: PlantParameters = self.parameters_of("plant_sim")?;
+        let is_given = self.given("depth_controller", "hover.vehicle").is_some();
+        if !is_given && Craft::load(&plant).is_ok_and(|it| !it.thrusters().is_empty()) {
+            let given = self.parameters.entry("depth_controller").or_default();
+            given.insert("hover.vehicle".to_owned(), plant.vehicle.as_str().into());
+        }
+        Ok(())
     }
 
     /// The same with another duration (s), tick (s) or seed.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::error::{Result, refused};
-use planesman_control::ControllerParameters;
+use planesman_control::{ControllerParameters, Mode};
 use planesman_hydraulics::{ActuatorFile, ActuatorParameters, Energy, actuator_file};
 use planesman_linear::{Complex, ComplexFunctions as _, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
@@ -14,6 +14,7 @@ use crate::flight::Flight;
 use crate::model_summary::{ModelSummary, identified, slowest_first};
 use crate::scenario::Scenario;
 use crate::titles;
+use crate::track::Track;
 
 /// Tolerance of the dominant pole, relative to its magnitude.
 pub const POLE_TOLERANCE: f64 = 0.10;
@@ -49,6 +50,10 @@ pub struct Summary {
     /// What an ideal proportional valve would take for the same motion in the actuator's own circuit, J; `None` of several
     /// actuators, of a file that is not there, and with supply pressure lost.
     pub proportional: Option<f64>,
+    /// Whether thrusters alone moved it: then there is no response to planes.
+    pub hovers: bool,
+    /// How it kept to its way-points or its place, where it had any.
+    pub track: Option<Track>,
     /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
 }
@@ -63,7 +68,11 @@ impl Summary {
             return Err(refused!("the bag holds no vehicle states"));
         };
         let model = flight.model.as_ref();
+        let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
+        let hovers = controller.mode == Mode::Hover;
         Ok(Self {
+            hovers,
+            track: Track::of(&flight.time_histories.place, &controller, hovers),
             depth_setpoint: step.setpoint,
             depth: step.response,
             test_signal: test_signal(scenario)?,
@@ -207,7 +216,9 @@ impl Summary {
             }
             _ => format!("No valid model of the pitch response: {}.", self.no_model),
         };
-        depth.into_iter().chain([model]).collect()
+        let model = Some(model).filter(|_| !self.hovers);
+        let track = self.track.as_ref().map(Track::text);
+        depth.into_iter().chain(track).chain(model).collect()
     }
 }
 
@@ -380,6 +391,23 @@ impl fmt::Display for Summary {
             }
             writeln!(f)?;
         }
+        if let Some(track) = &self.track {
+            let end = if self.hovers { "" } else { "\n\n" };
+            write!(f, "Track: {}{end}", track.text())?;
+        }
+        if !self.hovers {
+            self.fmt_planes(f)?;
+        }
+        for note in &self.notes {
+            write!(f, "\nNote: {note}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Summary {
+    /// The model from planes to pitch rate, and the actuators.
+    fn fmt_planes(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
             "Plane angle -> pitch rate   {:>22}  {:>22}",
@@ -427,9 +455,6 @@ impl fmt::Display for Summary {
         )?;
         if let Some(energy) = &self.energy {
             write!(f, "\n{}", energy_line(energy, self.proportional))?;
-        }
-        for note in &self.notes {
-            write!(f, "\nNote: {note}")?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error; [`DormandPrinceDense`]: the polynomial through its step.
 //! - [`first_below_zero`], [`below_zero_near`], [`lowest_point`]: where a margin falls below zero, and where it turns.
+//! - [`lowest`]: a global search.
 //! - [`digits`]: numbers written to the digits that they have.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
@@ -24,6 +25,7 @@ mod dormand_prince;
 pub mod error;
 mod exponential;
 pub mod frequency;
+mod global;
 mod margin;
 pub mod pitch;
 pub mod poles;
@@ -42,6 +44,7 @@ pub use dormand_prince::{
 pub use error::Error;
 pub use exponential::exponential;
 pub use frequency::{DelayedLoop, unwrapped_phases};
+pub use global::lowest;
 pub use margin::{below_zero_near, first_below_zero, lowest_point};
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::{

@@ -58,7 +58,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
     let plots = plots(analysis, record, &input, &output)?;
     let body = html! {
         h1 { (title) }
-        ul.verdict { li { (analysis.verdict) } @for reason in &analysis.reasons { li { (reason) } } }
+        ul.verdict { li { (analysis.verdict_text()) } @for reason in &analysis.reasons { li { (reason) } } }
         h2 { "The model" }
         div.scroll { table.words { @for (name, value) in words(analysis) { tr { td { (name) } td { (value) } } } } }
         @if analysis.reading().poles().is_ok_and(|it| !it.is_empty()) {

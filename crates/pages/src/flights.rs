@@ -79,10 +79,10 @@ pub fn page(flights: &[Flown]) -> String {
             }
         }
         div.columns {
-            div { (response_table(flights)) (modes_table(flights)) (energy_table(flights)) }
+            div { (response_table(flights)) @if by_planes(flights) { (modes_table(flights)) } (energy_table(flights)) }
             div {
                 @for flown in flights {
-                    (side_view(flown, alone))
+                    @if !flown.summary.hovers { (side_view(flown, alone)) }
                     (space::view((!alone).then_some(&flown.name), &flown.flight.time_histories, &flown.scenario))
                 }
             }
@@ -174,6 +174,11 @@ fn response_table(flights: &[Flown]) -> Markup {
         (comparison(flights).html())
         @if let Some(note) = difference_note(flights) { p { (note) } }
     }
+}
+
+/// Whether planes moved one of the vehicles.
+fn by_planes(flights: &[Flown]) -> bool {
+    flights.iter().any(|it| !it.summary.hovers)
 }
 
 /// Natural frequency, damping ratio and time constants of the pitch response: identified and true.
@@ -436,13 +441,19 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
         ),
         pressure(flights),
     ];
+    if !by_planes(flights) {
+        // Depth alone: what the planes do and cause stands still.
+        plots.truncate(1);
+    }
     if (flights.iter()).any(|it| space::leaves_the_plane(&it.flight.time_histories)) {
         plots.splice(1..1, out_of_the_plane(flights));
     }
     if flights.iter().any(|it| it.summary.identified.is_some()) {
         plots.push(dominant_pole(flights));
     }
-    plots.push(pole_map(flights));
+    if by_planes(flights) {
+        plots.push(pole_map(flights));
+    }
     plots
 }
 

@@ -182,7 +182,7 @@ impl Review<'_> {
     /// The conclusion in sentences, each with what it rests on.
     fn conclusion(&self) -> Vec<(String, Entry)> {
         let mut told = Vec::new();
-        let words = self.analysis().map(|it| it.verdict.words());
+        let words = self.analysis().map(Analysis::verdict_words);
         let (verdict, next) = words.unwrap_or_default();
         told.push(match (&self.model, &self.gains) {
             (Err(reason), _) => (format!("NOT USABLE, because {reason}"), Entry::Model),
@@ -462,7 +462,7 @@ fn validation(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) ->
     let close_up: Vec<Plot<'_>> = evidence.close_up(analysis, output).into_iter().collect();
     html! {
         ul { @for reason in &analysis.reasons { li { (linked(&reason.to_string(), Entry::Validation.id())) } }
-            li { (analysis.verdict) } }
+            li { (analysis.verdict_text()) } }
         @if !tests.is_empty() { (tests.html_with(|cell| linked(cell, Entry::Residuals.id()))) }
         (of_entry(evidence, Entry::Validation, &close_up))
         p { "Measured and simulated output of each file: " a href="#data" { "Data" } "." }

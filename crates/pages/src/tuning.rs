@@ -164,9 +164,12 @@ pub(crate) fn ideal_text(of: &Tuning) -> String {
     let mut text = format!("K {}, Ti {} s", number(gains.kp), number(gains.ti()));
     if gains.kd != 0.0 {
         text += &format!(
-            ", Td {} s, N {:.0}",
+            ", Td {} s, N {}",
             number(gains.td()),
-            gains.td() / gains.filter
+            match gains.filter {
+                0.0 => "without limit".to_owned(),
+                filter => format!("{:.1}", gains.td() / filter),
+            }
         );
     }
     text + " (ideal form)"

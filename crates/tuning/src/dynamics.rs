@@ -60,6 +60,24 @@ impl Dynamics {
         })
     }
 
+    /// The same with zeros of less than `sample` seconds as dead time, the sum of their time constants: `T s + 1 = e^(T s)` for so short a `T`.
+    /// Sampling itself makes such zeros, and noise moves them. The dead time does not fall below 0.
+    #[must_use]
+    pub fn with_short_zeros_as_delay(mut self, sample: f64) -> Self {
+        let is_short = |zero: &Complex<f64>| zero.modulus() * sample > 1.0;
+        let (short, zeros): (Vec<_>, Vec<_>) = self.zeros.into_iter().partition(is_short);
+        let moved: f64 = short.iter().map(|it| it.re / it.norm_sqr()).sum();
+        self.zeros = zeros;
+        self.delay = (self.delay + moved).max(0.0);
+        self
+    }
+
+    /// The number of poles, integrators among them.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.integrators + self.poles.len()
+    }
+
     /// The pole that grows fastest, 1/s; `None` of a model that only decays or integrates.
     #[must_use]
     pub fn unstable(&self) -> Option<f64> {

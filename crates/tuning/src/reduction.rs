@@ -6,7 +6,9 @@
 //! second order  tau_1 = tau_10, tau_2 = tau_20 + tau_30/2    theta' = theta + tau_30/2 + sum from 4 of tau_i0 + sum of inverse responses + T/2
 //! ```
 //! with the hold's half tick `T/2`. Zeros of the left half plane are first cancelled against a time constant near them, by the
-//! rules T1 to T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). An integrator is an infinite time constant.
+//! rules T1 to T3 (Skogestad, *J. Process Control* 13, 2003, sec. 2 and 3). Where these change the gain, the longest lag that is kept
+//! grows with it: `k / tau_1`, which the rules keep, stays, and `k` is the model's. An integrator is an infinite time constant, and no zero
+//! cancels it.
 
 use nalgebra::Complex;
 use planesman_linear::ComplexFunctions as _;
@@ -19,6 +21,8 @@ const ROUNDS: usize = 30;
 const DAMPED: f64 = 0.7;
 /// A time constant less than 1.6 times below a zero's is near it (Skogestad 2003, sec. 3.2); exactly so many times below, not.
 const CLOSE: f64 = 1.6 * 0.999;
+/// Gains within this share of each other are the same.
+const SAME: f64 = 1e-9;
 
 /// How many time constants are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +72,7 @@ pub type Unfit = String;
 ///
 /// # Errors
 /// What the model has that the rule does not know: unstable poles, lightly damped pairs, complex zeros, more integrators than
-/// time constants.
+/// time constants, a zero that no lag of the reduced model makes up for.
 pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfit> {
     let mut constants = vec![f64::INFINITY; of.integrators];
     for pole in &of.poles {
@@ -101,6 +105,23 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
             break;
         }
     }
+    let longest = reduced
+        .time_constants
+        .iter_mut()
+        .find(|tau| tau.is_finite());
+    let factor = of.gain / reduced.gain;
+    match longest {
+        Some(tau) => *tau *= factor,
+        None if (factor - 1.0).abs() > SAME => {
+            return Err(format!(
+                "a zero of time constant {:.4} s, which a reduced model of its gain does not have",
+                leads.iter().copied().fold(0.0, f64::max)
+            ));
+        }
+        None => {}
+    }
+    reduced.gain = of.gain;
+    reduced.time_constants.sort_by(|a, b| b.total_cmp(a));
     Ok(reduced)
 }
 
@@ -135,10 +156,7 @@ fn reduced(
     let mut leads = leads.to_vec();
     slowest_first(&mut leads);
     for lead in leads {
-        let Some(lag) = neighbour(&lags, lead) else {
-            continue;
-        };
-        let tau = lags.remove(lag);
+        let tau = neighbour(&lags, lead).map_or(0.0, |lag| lags.remove(lag));
         let (factor, left) = cancelled(lead, tau, theta);
         gain *= factor;
         lags.extend(left);
@@ -163,7 +181,7 @@ fn reduced(
 
 /// The lag that a lead is cancelled against: the nearest larger one, or the nearest smaller where that is close to it.
 fn neighbour(lags: &[f64], lead: f64) -> Option<usize> {
-    let larger = lags.iter().rposition(|tau| *tau >= lead);
+    let larger = lags.iter().rposition(|tau| *tau >= lead && tau.is_finite());
     let smaller = lags.iter().position(|tau| *tau < lead);
     match (larger, smaller) {
         (Some(a), Some(b)) => {
@@ -174,9 +192,8 @@ fn neighbour(lags: &[f64], lead: f64) -> Option<usize> {
     }
 }
 
-/// `(lead s + 1) / (tau s + 1)` as a factor and what is left of the lag; with an infinite `tau`, `(lead s + 1) / s`.
+/// `(lead s + 1) / (tau s + 1)` as a factor and what is left of the lag.
 fn cancelled(lead: f64, tau: f64, theta: f64) -> (f64, Option<f64>) {
-    let per = |time: f64| if tau.is_infinite() { time } else { time / tau };
     if lead >= tau {
         return match () {
             _ if tau >= theta => (lead / tau, None),    // T1
@@ -186,8 +203,8 @@ fn cancelled(lead: f64, tau: f64, theta: f64) -> (f64, Option<f64>) {
     }
     let within = tau.min(5.0 * theta);
     match lead >= within {
-        true => (per(lead), None),                   // T2
-        false => (per(within), Some(within - lead)), // T3
+        true => (lead / tau, None),                   // T2
+        false => (within / tau, Some(within - lead)), // T3
     }
 }
 
@@ -340,12 +357,16 @@ mod tests {
             let of = dynamics(leads, lags, gain, delay);
             let found = half_rule(&of, Order::First, 0.0).unwrap();
             let [k, tau, theta] = first;
+            // The paper changes the gain where a zero cancels a lag; here it is the model's, and the lag is as much longer.
+            assert_eq!(found.gain, gain, "{name}");
+            let tau = tau * gain / k;
             assert!(
-                near(found.gain, k) && near(found.first(), tau) && near(found.delay, theta),
+                near(found.first(), tau) && near(found.delay, theta),
                 "{name}: {found:?}"
             );
             if let Some([tau_1, tau_2, theta]) = second {
                 let found = half_rule(&of, Order::Second, 0.0).unwrap();
+                let tau_1 = tau_1 * gain / k;
                 assert!(
                     near(found.first(), tau_1)
                         && near(found.second(), tau_2)
@@ -360,6 +381,36 @@ mod tests {
     fn half_a_tick_of_hold_is_dead_time() {
         let found = half_rule(&dynamics(&[], &[3.0], 2.0, 0.4), Order::First, 0.2).unwrap();
         assert!((found.delay - 0.5).abs() < 1e-12);
+    }
+
+    /// 2/((5 s + 1)(s + 1)) at 20 Hz, as it was identified: sampling left a zero near z = -1, which is a lead of 0.3 ms.
+    #[test]
+    fn a_zero_shorter_than_a_sample_is_dead_time_and_the_gain_stays() {
+        let late = dynamics(&[0.03], &[5.0, 1.0], 2.0, 0.1).with_short_zeros_as_delay(0.05);
+        assert!(late.zeros.is_empty() && (late.delay - 0.07).abs() < 1e-12);
+        let early = dynamics(&[-0.03], &[5.0, 1.0], 2.0, 0.0).with_short_zeros_as_delay(0.05);
+        assert!((early.delay - 0.03).abs() < 1e-12);
+        let none = dynamics(&[3.07e-4], &[5.0, 1.0], 2.0, 0.0).with_short_zeros_as_delay(0.05);
+        let found = half_rule(&none, Order::Second, 0.05).unwrap();
+        assert!(
+            (found.gain - 2.0).abs() < 1e-9 && (found.delay - 0.025).abs() < 1e-9,
+            "{found:?}"
+        );
+        assert!(
+            (found.first() - 5.0).abs() < 1e-6 && (found.second() - 1.0).abs() < 1e-6,
+            "{found:?}"
+        );
+        // Longer ones are no dead time.
+        let lead = dynamics(&[0.6], &[5.0, 1.0], 1.0, 0.2).with_short_zeros_as_delay(0.05);
+        assert_eq!(lead.zeros.len(), 1);
+        assert_eq!(half_rule(&lead, Order::First, 0.0).unwrap().gain, 1.0);
+        // An integrator has no lag to grow.
+        let refusal = half_rule(
+            &dynamics(&[2.0], &[f64::INFINITY, 5.0], 1.0, 0.1),
+            Order::First,
+            0.0,
+        );
+        assert!(refusal.unwrap_err().contains("zero of time constant 2"));
     }
 
     #[test]

@@ -1,22 +1,31 @@
 //! Gains by search on one plant: the least error after a load, or the largest integral gain, within limits.
 //!
-//! For each `Ti` (and `Td`, a quarter of it at most, so that the zeros are real) the largest gain within the limits is
-//! sought; of these the best is taken. With the integral gain that is the design of Astrom, Panagopoulos and Hagglund
-//! (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), with the integrated absolute error what it stands for. The
-//! search is Hooke and Jeeves' on the times' logarithms: no derivatives, no chance.
+//! For each shape of the controller, `1 + 1/(Ti s) + Td s / (filter s + 1)`, the largest gain within the limits is taken; of the shapes the
+//! best one. With the integral gain that is the design of Astrom, Panagopoulos and Hagglund (*Automatica* 34, 1998; MIGO in *Advanced PID
+//! Control*, ch. 7), with the integrated absolute error what it stands for. `Ti`, `Td` and the filter are free within [`Bounds`]. The search
+//! is global ([`lowest`]), over the frequency `1 / sqrt(Ti Td)` of the controller's zeros, their damping ratio `sqrt(Ti / Td) / 2` and the filter.
 
-use planesman_linear::{ComplexFunctions as _, frequency};
+use std::convert::Infallible;
+
+use planesman_identification::on_all_cores;
+use planesman_linear::{ComplexFunctions as _, frequency, lowest};
 
 use crate::closed_loop::{Limits, Seen};
-use crate::controller::Controller;
+use crate::controller::{Controller, FILTER_RATIO};
 use crate::response::{Motion, Trial};
 
-/// `Ti` is sought between these times the inverse of the plant's phase crossover frequency.
+/// `Ti` of a PI controller is sought between these times the inverse of the plant's phase crossover frequency.
 const TI: (f64, f64) = (0.1, 1000.0);
-/// `Td` from this one on.
-const TD: f64 = 0.01;
-/// The first steps of the times' logarithms, and the last.
-const STEPS: (f64, f64) = (0.8, 0.02);
+/// The frequency of a PID controller's zeros likewise, and their damping ratio.
+const ZEROS: (f64, f64) = (1e-3, 100.0);
+const DAMPING: (f64, f64) = (0.02, 50.0);
+/// The square root of the filter's time constant times that frequency; below 0 there is no filter.
+const FILTER: (f64, f64) = (-0.1, 1.5);
+/// Members of the search of a PI and a PID controller, and its rounds at most.
+const MEMBERS: (usize, usize) = (12, 32);
+const ROUNDS: usize = 100;
+/// The factor within which the costs of all members are at the end.
+const ALIKE: f64 = 1.0005;
 /// Gains are tried from so much above that which takes the plant to its limit of stability, down to so much below.
 const GAINS: (f64, f64) = (1e2, 1e-4);
 /// So many for each factor of e.
@@ -24,8 +33,6 @@ const GAINS_PER_E: f64 = 8.0;
 /// The duration of a response in inverse phase crossover frequencies, and its ticks at most.
 const DURATION: f64 = 300.0;
 const MOST_TICKS: f64 = 20_000.0;
-/// `Td` of `Ti` at most.
-const TD_PER_TI: f64 = 0.25;
 
 /// What is made small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +43,30 @@ pub enum Objective {
     IntegralGain,
 }
 
+/// Bounds of a PID controller's derivative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// `Td / Ti` at most: up to 1/4 the zeros are real.
+    pub td_per_ti: f64,
+    /// `Td` is at most so many times the filter's time constant.
+    pub filter_ratio: f64,
+}
+
+impl Bounds {
+    /// None of the error, which says itself how much derivative pays. The integral gain alone would grow with it into oscillations.
+    #[must_use]
+    pub const fn of(objective: Objective) -> Self {
+        let (td_per_ti, filter_ratio) = match objective {
+            Objective::AbsoluteError => (f64::INFINITY, f64::INFINITY),
+            Objective::IntegralGain => (0.25, FILTER_RATIO),
+        };
+        Self {
+            td_per_ti,
+            filter_ratio,
+        }
+    }
+}
+
 /// The best PI or PID controller for a plant within limits; `None` where none is found that keeps them.
 #[must_use]
 pub fn best(
@@ -43,6 +74,7 @@ pub fn best(
     is_pid: bool,
     limits: &Limits,
     objective: Objective,
+    bounds: Bounds,
 ) -> Option<Controller> {
     let search = Search {
         seen,
@@ -51,34 +83,22 @@ pub fn best(
         pace: 1.0 / pace(seen),
         sign: seen.plant.sign(),
     };
-    let (low, high) = TI;
-    // A coarse look first: cost has more than one valley where the plant is unstable.
-    let coarse =
-        (0..=10).map(|i| libm::log(low * libm::pow(high / low, f64::from(i) / 10.0) * search.pace));
-    let ratios: &[f64] = if is_pid { &[0.25, 0.1] } else { &[0.0] };
-    let starts = coarse.flat_map(|ti| ratios.iter().map(move |ratio| [ti, ti + libm::log(*ratio)]));
-    let mut best = starts
-        .map(|at| (at, search.cost(at)))
-        .min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
-    let mut step = STEPS.0;
-    while step > STEPS.1 {
-        let before = best.1.0;
-        for i in 0..if is_pid { 2 } else { 1 } {
-            for change in [step, -step] {
-                let mut at = best.0;
-                at[i] += change;
-                let cost = search.cost(at);
-                if cost.0 < best.1.0 {
-                    best = (at, cost);
-                    break;
-                }
-            }
-        }
-        if best.1.0 >= before {
-            step *= 0.5;
-        }
+    let within = |(low, high): (f64, f64)| (libm::log(low), libm::log(high));
+    if !is_pid {
+        let shape =
+            |[ti]: [f64; 1]| Controller::ideal(search.sign, libm::exp(ti) * search.pace, 0.0);
+        return search.best([within(TI)], MEMBERS.0, shape);
     }
-    best.1.1
+    let damped = DAMPING.0.max(0.5 / bounds.td_per_ti.sqrt());
+    let ranges = [within(ZEROS), within((damped, DAMPING.1)), FILTER];
+    search.best(ranges, MEMBERS.1, |[zeros, damping, root]| {
+        let (time, damping) = (search.pace / libm::exp(zeros), libm::exp(damping));
+        let td = 0.5 * time / damping;
+        Controller {
+            filter: (root.max(0.0) * root * time).max(td / bounds.filter_ratio),
+            ..Controller::ideal(search.sign, 2.0 * damping * time, td)
+        }
+    })
 }
 
 /// The plant's first phase crossover, rad/s; of a plant without one Nyquist's frequency.
@@ -101,20 +121,26 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Of `Ti` and `Td`, as logarithms: what is made small, infinite where no gain keeps the limits, and the controller.
-    fn cost(&self, [ti, td]: [f64; 2]) -> (f64, Option<Controller>) {
-        let (ti, td) = (libm::exp(ti), libm::exp(td));
-        let is_within = (TI.0 * self.pace..=TI.1 * self.pace).contains(&ti);
-        let may_lead = td == 0.0 || (td >= TD * self.pace && td <= (TD_PER_TI + 1e-9) * ti);
-        let none = (f64::INFINITY, None);
-        if !is_within || !may_lead {
-            return none;
-        }
-        let shape = Controller::ideal(self.sign, ti, td);
-        match self.largest_gain(&shape) {
-            Some(controller) => (self.objective_of(&controller), Some(controller)),
-            None => none,
-        }
+    /// The best of the controllers of the shapes within ranges.
+    fn best<const N: usize>(
+        &self,
+        ranges: [(f64, f64); N],
+        members: usize,
+        shape: impl Fn([f64; N]) -> Controller + Sync,
+    ) -> Option<Controller> {
+        let cost = |at: &[f64; N]| {
+            let found = self.largest_gain(&shape(*at));
+            found.map_or(f64::INFINITY, |it| self.objective_of(&it))
+        };
+        let costs = |all: &[[f64; N]]| Ok::<_, Infallible>(on_all_cores(all, cost));
+        let Ok((at, _)) = lowest(
+            &ranges,
+            members,
+            ROUNDS,
+            |best, it| it <= best * ALIKE,
+            costs,
+        );
+        self.largest_gain(&shape(at))
     }
 
     fn largest_gain(&self, shape: &Controller) -> Option<Controller> {
@@ -196,6 +222,11 @@ mod tests {
         Seen::new(Plant::held(&transfer, delay, tick).unwrap())
     }
 
+    fn absolute(seen: &Seen, is_pid: bool, limits: &Limits) -> Option<Controller> {
+        let objective = Objective::AbsoluteError;
+        best(seen, is_pid, limits, objective, Bounds::of(objective))
+    }
+
     #[test]
     fn what_is_found_keeps_its_limits_and_stands_at_one_of_them() {
         for (num, den, delay) in [
@@ -206,7 +237,7 @@ mod tests {
         ] {
             let seen = seen(&num, &den, delay, 0.1);
             for is_pid in [false, true] {
-                let Some(found) = best(&seen, is_pid, &LIMITS, Objective::AbsoluteError) else {
+                let Some(found) = absolute(&seen, is_pid, &LIMITS) else {
                     assert!(!is_pid && den == [1.0, 0.3, 1.0], "{den:?}");
                     continue;
                 };
@@ -232,7 +263,7 @@ mod tests {
                 sensitivity,
                 ..LIMITS
             };
-            let found = best(&seen, is_pid, &limits, Objective::AbsoluteError).unwrap();
+            let found = absolute(&seen, is_pid, &limits).unwrap();
             let trial = Trial {
                 setpoint: 0.0,
                 load: 1.0,

@@ -330,3 +330,29 @@ fn a_model_of_lines_is_tuned_for_a_held_input() {
     assert_eq!(lines.seen.plant, held.seen.plant);
     near(lines.controller.kp, held.controller.kp, 1e-9);
 }
+
+/// As `sysid fit` writes them: difference equations, whose second coefficient is a little off, so that a fast zero is left in s.
+#[test]
+fn poles_of_oscillating_and_unstable_models_are_placed() {
+    use planesman_linear::TransferFunction;
+    for den in [vec![1.0, 0.2, 1.0], vec![1.0, 0.5, -0.3], vec![5.0, -1.0]] {
+        let transfer = TransferFunction::new(vec![1.0], den.clone()).unwrap();
+        let mut plant = crate::Plant::held(&transfer, 0.0, 0.05).unwrap();
+        if let [_, second] = &mut plant.b[..] {
+            *second *= 0.97;
+        }
+        let num = [vec![0.0; plant.delay], plant.b].concat();
+        let file = ModelFile::exact("u", "y", 0.05, num, [vec![1.0], plant.a].concat());
+        let options = TuneOptions {
+            method: Some(Method::Placement),
+            ..TuneOptions::default()
+        };
+        let found = tune(&file, &options).unwrap();
+        assert!(
+            found.keeps_limits() && found.steps.settling.model.is_finite(),
+            "{den:?}"
+        );
+        assert_eq!(found.controller.kd != 0.0, den.len() == 3, "{den:?}");
+        assert!(found.reduced.is_none(), "{den:?}: of the model itself");
+    }
+}

@@ -14,7 +14,7 @@ use crate::plant::Plant;
 use crate::reduction::{Order, Reduced, half_rule};
 use crate::response::{Motion, Trial};
 use crate::rules::{crossover, lambda, placement, simc};
-use crate::search::{Objective, best};
+use crate::search::{Bounds, Objective, best};
 
 /// The share of the plants that may miss a limit.
 pub const MISSED: f64 = 0.05;
@@ -26,6 +26,8 @@ const TIGHTER: u32 = 12;
 const HALVINGS: u32 = 6;
 /// Ticks of a response at most.
 const MOST_TICKS: f64 = 20_000.0;
+/// The share by which the gain of a reduced model may differ from the model's.
+const SAME_GAIN: f64 = 0.01;
 /// Instants of a band at most.
 const INSTANTS: usize = 400;
 
@@ -141,6 +143,10 @@ pub struct TuneOptions {
     pub closed_loop_time: Option<f64>,
     /// Of placed poles.
     pub damping_ratio: f64,
+    /// `Td / Ti` of a search at most; `None`: as [`Bounds::of`].
+    pub td_per_ti: Option<f64>,
+    /// `Td` over the filter's time constant of a search at most; `None` likewise.
+    pub filter_ratio: Option<f64>,
     /// Plants that are drawn.
     pub draws: usize,
     /// Of the draws.
@@ -166,6 +172,8 @@ impl Default for TuneOptions {
             crossover: None,
             closed_loop_time: None,
             damping_ratio: 0.8,
+            td_per_ti: None,
+            filter_ratio: None,
             draws: 500,
             seed: 1,
             step: 1.0,
@@ -186,6 +194,14 @@ impl TuneOptions {
         }
     }
 
+    fn bounds(&self, objective: Objective) -> Bounds {
+        let own = Bounds::of(objective);
+        Bounds {
+            td_per_ti: self.td_per_ti.unwrap_or(own.td_per_ti),
+            filter_ratio: self.filter_ratio.unwrap_or(own.filter_ratio),
+        }
+    }
+
     /// Options that do not go with the method.
     fn check(&self, method: Method) -> Result<()> {
         let paced = matches!(method, Method::Simc | Method::Lambda | Method::Placement);
@@ -193,6 +209,18 @@ impl TuneOptions {
             return Err(TuneError::Option {
                 option: "closed-loop-time",
                 methods: "simc, lambda and placement",
+            });
+        }
+        let bound = [
+            ("td-per-ti", self.td_per_ti),
+            ("filter-ratio", self.filter_ratio),
+        ];
+        let bound = bound.into_iter().find(|it| it.1.is_some());
+        let searches = matches!(method, Method::Margins | Method::Optimise);
+        if let (Some((option, _)), false) = (bound, searches && self.crossover.is_none()) {
+            return Err(TuneError::Option {
+                option,
+                methods: "margins (without --crossover) and optimise",
             });
         }
         if self.crossover.is_some() && method != Method::Margins {
@@ -394,6 +422,7 @@ impl Tuning {
 /// What the methods work on.
 struct Task<'a> {
     options: &'a TuneOptions,
+    /// With the computing delay; zeros shorter than a sample are dead time.
     dynamics: Result<Dynamics>,
     sampling: Sampling,
     limits: Limits,
@@ -450,7 +479,10 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     let plants: Vec<Seen> = plants.into_iter().map(Seen::new).collect();
     let task = Task {
         options,
-        dynamics: model.dynamics(),
+        dynamics: model.dynamics().map(|it| Dynamics {
+            delay: it.delay + sampling.computing_delay,
+            ..it.with_short_zeros_as_delay(sampling.tick.max(model.sample_time))
+        }),
         sampling,
         limits: options.limits(),
         seen: &seen,
@@ -504,16 +536,18 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
 }
 
 impl Task<'_> {
+    /// The model by the half rule; it has the integrators and the gain of the sampled plant.
     fn reduced(&self, kind: Kind) -> std::result::Result<Reduced, String> {
-        match &self.dynamics {
-            Ok(dynamics) => {
-                let behind = Dynamics {
-                    delay: dynamics.delay + self.sampling.computing_delay,
-                    ..dynamics.clone()
-                };
-                half_rule(&behind, kind.order(), self.sampling.tick)
-            }
-            Err(error) => Err(error.to_string()),
+        let dynamics = self.dynamics.as_ref().map_err(ToString::to_string)?;
+        let reduced = half_rule(dynamics, kind.order(), self.sampling.tick)?;
+        let (gain, integrators) = (self.seen.plant.gain(), self.seen.plant.integrators());
+        let is_same = (reduced.gain / gain - 1.0).abs() < SAME_GAIN;
+        match is_same && reduced.integrators() == integrators {
+            true => Ok(reduced),
+            false => Err(format!(
+                "a gain of {gain:.4}, and its reduction one of {:.4}",
+                reduced.gain
+            )),
         }
     }
 
@@ -550,6 +584,13 @@ impl Task<'_> {
             ),
             (Err(unfit), _) => (Kind::Pid, format!("the model has {unfit}")),
         };
+        // Poles are placed of a model of the controller's own order.
+        let order = self.dynamics.as_ref().map_or(0, Dynamics::order);
+        let by_model = match (self.options.method, order) {
+            (Some(Method::Placement), 1) => (Kind::Pi, String::new()),
+            (Some(Method::Placement), 2) => (Kind::Pid, String::new()),
+            _ => by_model,
+        };
         let kind = self.options.controller.unwrap_or(by_model.0);
         if let Some(method) = self.options.method {
             return (method, kind, None);
@@ -582,7 +623,7 @@ impl Task<'_> {
         let Some(pole) = dynamics.unstable() else {
             return Ok(());
         };
-        let delay = dynamics.delay + self.sampling.computing_delay + 0.5 * self.sampling.tick;
+        let delay = dynamics.delay + 0.5 * self.sampling.tick;
         let least = libm::exp(pole * delay);
         match least < self.limits.sensitivity {
             true => Ok(()),
@@ -667,10 +708,8 @@ impl Task<'_> {
             Kind::Pid => 2,
         };
         if let Ok(dynamics) = &self.dynamics {
-            let order = dynamics.integrators + dynamics.poles.len();
-            if order == most && dynamics.zeros.is_empty() {
-                let delay =
-                    dynamics.delay + self.sampling.computing_delay + 0.5 * self.sampling.tick;
+            if dynamics.order() == most && dynamics.zeros.is_empty() {
+                let delay = dynamics.delay + 0.5 * self.sampling.tick;
                 return Ok((dynamics.gain, dynamics.denominator()?, delay, None));
             }
         }
@@ -790,9 +829,10 @@ impl Task<'_> {
 
     /// The best on the model itself within limits that are tightened until the drawn plants keep those asked for.
     fn searched(&self, method: Method, kind: Kind, objective: Objective) -> Result<Found> {
+        let bounds = self.options.bounds(objective);
         let at = |share: f64| {
             let limits = self.limits.tightened(share);
-            let controller = best(self.seen, kind == Kind::Pid, &limits, objective)?;
+            let controller = best(self.seen, kind == Kind::Pid, &limits, objective, bounds)?;
             Some((
                 Robustness::new(&controller, self.seen, self.draws),
                 controller,
@@ -870,6 +910,7 @@ impl Task<'_> {
             kind == Kind::Pid,
             &limits,
             Objective::IntegralGain,
+            self.options.bounds(Objective::IntegralGain),
         );
         let Some(controller) = alone else {
             let derivative = if kind == Kind::Pi {

@@ -9,20 +9,23 @@
 //! - a step of the depth setpoint of the size asked for that brings neither the pitch command nor the
 //!   planes beyond their limits at its first instant: `Kpz e <= theta_lim`, `Kpy Kpz e <= delta_lim`.
 //!
-//! Without the second a linear loop only gets better with more gain. The search is Hooke and Jeeves' pattern
-//! search (J. ACM 8, 1961) on the gains' logarithms: no derivatives, no chance.
+//! Without the second a linear loop only gets better with more gain. The search is global ([`lowest`]), on the gains' logarithms:
+//! limits that are missed count before the ITAE, and no gains to begin with enter the answer.
 
-use planesman_linear::Error;
+use planesman_linear::{Error, StepMetrics, lowest};
 
 use super::dive_loop::{DiveLoop, DivePlant, Judgement, Memory, Path};
 use crate::gains::LoopGains;
 
 /// The smallest gain and the largest: the search stays between.
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
-/// The first factor by which a gain is tried larger and smaller, as a logarithm, and the last.
-const STEPS: (f64, f64) = (0.5, 0.01);
-/// The largest number of rounds of the search.
-const MOST_ROUNDS: usize = 400;
+/// Gains that a step takes beyond a limit at its first instant miss by so much more than others.
+const FIRST: f64 = 100.0;
+/// The share by which the ITAE of all members differs at the end.
+const ALIKE: f64 = 1e-3;
+/// Members of the search, and its rounds at most.
+const MEMBERS: usize = 60;
+const MOST_ROUNDS: usize = 300;
 
 /// The requirements on the gains.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,30 +64,15 @@ pub struct Proposal {
 }
 
 impl Wishes {
-    /// The best gains found from `start`; `None` when none was found that does all that is asked.
+    /// The best gains; `None` when none were found that do all that is asked.
     ///
     /// # Errors
     /// Those of [`DiveLoop::judge`].
-    pub fn propose(&self, start: &LoopGains) -> Result<Option<Proposal>, Error> {
-        let mut at = logarithms(start);
-        let mut best = self.cost(&at)?;
-        let mut step = STEPS.0;
-        for _ in 0..MOST_ROUNDS {
-            let (tried, cost) = self.explore(at, best, step)?;
-            if cost < best {
-                // On in the same direction for as long as it pays.
-                let jump = std::array::from_fn(|i| bounded(2.0 * tried[i] - at[i]));
-                (at, best) = (tried, cost);
-                let (further, cost) = self.explore(jump, self.cost(&jump)?, step)?;
-                if cost < best {
-                    (at, best) = (further, cost);
-                }
-            } else if step > STEPS.1 {
-                step *= 0.5;
-            } else {
-                break;
-            }
-        }
+    pub fn propose(&self) -> Result<Option<Proposal>, Error> {
+        let (low, high) = BOUNDS;
+        let bounds = [(libm::log(low), libm::log(high)); 4];
+        let costs = |all: &[[f64; 4]]| all.iter().map(|at| self.cost(&gains(at))).collect();
+        let (at, best) = lowest(&bounds, MEMBERS, MOST_ROUNDS, Cost::is_like, costs)?;
         if best.missed > 0.0 {
             return Ok(None);
         }
@@ -96,21 +84,13 @@ impl Wishes {
         }))
     }
 
-    /// The best of a step up and a step down in each gain in turn.
-    fn explore(&self, from: [f64; 4], cost: Cost, step: f64) -> Result<([f64; 4], Cost), Error> {
-        let (mut at, mut best) = (from, cost);
-        for i in 0..at.len() {
-            for change in [step, -step] {
-                let mut tried = at;
-                tried[i] = bounded(at[i] + change);
-                let cost = self.cost(&tried)?;
-                if cost < best {
-                    (at, best) = (tried, cost);
-                    break;
-                }
-            }
-        }
-        Ok((at, best))
+    /// The largest `ITAE U^2` with other gains, m^2; `None` of gains that do not do all that is asked.
+    ///
+    /// # Errors
+    /// Those of [`DiveLoop::judge`].
+    pub fn worst(&self, gains: &LoopGains) -> Result<Option<f64>, Error> {
+        let cost = self.cost(gains)?;
+        Ok((cost.missed == 0.0).then_some(cost.itae))
     }
 
     fn loops<'a>(&'a self, gains: &'a LoopGains) -> impl Iterator<Item = DiveLoop> + 'a {
@@ -128,19 +108,25 @@ impl Wishes {
             .collect()
     }
 
-    fn cost(&self, at: &[f64; 4]) -> Result<Cost, Error> {
-        let gains = gains(at);
+    fn cost(&self, gains: &LoopGains) -> Result<Cost, Error> {
         let beyond = |value: f64, limit: f64| (value / limit - 1.0).max(0.0);
         let mut missed = beyond(gains.depth_p * self.step, self.pitch_limit)
             + beyond(gains.pitch_p * gains.depth_p * self.step, self.planes_limit);
-        for dive in self.loops(&gains) {
-            missed += self.missed(&dive.margins()?);
+        if missed > 0.0 {
+            // Before the loop is looked at, which takes longer.
+            missed += FIRST;
+            return Ok(Cost { missed, itae: 0.0 });
+        }
+        for dive in self.loops(gains) {
+            missed += self.missed(&dive)?;
         }
         // Among gains that miss their margins, how fast they are does not matter.
         let mut itae = 0.0_f64;
         if missed == 0.0 {
-            for (judged, (speed, _)) in self.judge(&gains)?.iter().zip(&self.plants) {
-                let Some(step) = judged.step else { continue };
+            for (dive, (speed, _)) in self.loops(gains).zip(&self.plants) {
+                let (times, depths): (Vec<f64>, Vec<f64>) =
+                    dive.step(self.duration)?.into_iter().unzip();
+                let step = StepMetrics::of(&times, &depths, 0.0, 1.0)?;
                 missed += beyond(step.overshoot, self.overshoot);
                 itae = itae.max(step.itae * speed * speed);
             }
@@ -149,9 +135,10 @@ impl Wishes {
     }
 
     /// By how much a loop misses its margins; an unstable one by more the faster it grows.
-    fn missed(&self, judged: &Judgement) -> f64 {
+    fn missed(&self, dive: &DiveLoop) -> Result<f64, Error> {
+        let judged = dive.margins()?;
         if !judged.is_stable() {
-            return 10.0 + judged.growth();
+            return Ok(10.0 + judged.growth());
         }
         let phase = judged
             .phase_margin()
@@ -161,7 +148,7 @@ impl Wishes {
         let down = below.map_or(0.0, |m| {
             (1.0 - 1.0 / (m.factor * self.gain_margin)).max(0.0)
         });
-        phase + up + down
+        Ok(phase + up + down)
     }
 }
 
@@ -172,18 +159,10 @@ struct Cost {
     itae: f64,
 }
 
-fn logarithms(gains: &LoopGains) -> [f64; 4] {
-    [
-        gains.depth_p,
-        gains.depth_d,
-        gains.pitch_p,
-        gains.pitch_rate,
-    ]
-    .map(|gain| bounded(libm::log(gain.max(BOUNDS.0))))
-}
-
-fn bounded(logarithm: f64) -> f64 {
-    logarithm.clamp(libm::log(BOUNDS.0), libm::log(BOUNDS.1))
+impl Cost {
+    fn is_like(self, other: Self) -> bool {
+        self.missed == other.missed && other.itae <= self.itae * (1.0 + ALIKE)
+    }
 }
 
 fn gains(logarithms: &[f64; 4]) -> LoopGains {
@@ -241,7 +220,7 @@ mod tests {
     #[test]
     fn what_is_proposed_keeps_its_margins_and_limits_and_is_faster_than_the_start() {
         let wishes = wishes(&[FOOT, 2.0 * FOOT]);
-        let proposed = wishes.propose(&START).unwrap().unwrap();
+        let proposed = wishes.propose().unwrap().unwrap();
         for judged in &proposed.judgements {
             assert!(judged.is_stable());
             assert!(judged.phase_margin().unwrap() >= wishes.phase_margin);
@@ -252,14 +231,15 @@ mod tests {
         let gains = proposed.gains;
         assert!(gains.depth_p * wishes.step <= wishes.pitch_limit);
         assert!(gains.pitch_p * gains.depth_p * wishes.step <= wishes.planes_limit);
-        let start = wishes.judge(&START).unwrap();
         let worst = |judged: &[Judgement]| {
             let speeds = wishes.plants.iter().map(|(speed, _)| speed * speed);
             let itae = judged.iter().map(|j| j.step.unwrap().itae);
             itae.zip(speeds).map(|(a, b)| a * b).fold(0.0, f64::max)
         };
-        assert!(proposed.worst < 0.9 * worst(&start), "{proposed:?}");
+        let start = worst(&wishes.judge(&START).unwrap());
+        assert!(proposed.worst < 0.9 * start, "{proposed:?}");
         assert!((proposed.worst / worst(&proposed.judgements) - 1.0).abs() < 1e-12);
+        assert_eq!(wishes.worst(&gains).unwrap(), Some(proposed.worst));
         let overshoots = proposed
             .judgements
             .iter()
@@ -270,7 +250,8 @@ mod tests {
     #[test]
     fn what_cannot_be_had_is_not_proposed() {
         let mut impossible = wishes(&[FOOT]);
-        impossible.phase_margin = 3.1;
-        assert_eq!(impossible.propose(&START).unwrap(), None);
+        // No margin is more than half a turn.
+        impossible.phase_margin = 3.2;
+        assert_eq!(impossible.propose().unwrap(), None);
     }
 }

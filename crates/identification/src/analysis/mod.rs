@@ -120,6 +120,9 @@ const MAX_DELAY: usize = 20;
 const METHOD_MAX_ORDER: usize = 4;
 const METHOD_MAX_DELAY: usize = 3;
 
+/// Times that another delay is taken because it fits better.
+const DELAYS: usize = 3;
+
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
 pub(crate) const UNINFORMATIVE_FIT: f64 = 10.0;
 
@@ -548,7 +551,7 @@ impl From<process::Chosen> for Chosen {
     }
 }
 
-/// The model that cross-validation chooses; of a step test a process model that tells it as well.
+/// The model that cross-validation chooses; of a step test, or where it may integrate, a process model that tells it as well.
 fn chosen(
     problem: &Problem<'_>,
     part: &Problem<'_>,
@@ -563,7 +566,7 @@ fn chosen(
         && !options.own_numerators;
     let other = chosen.as_ref().ok().map(|it| &it.estimate);
     match is_free
-        .then(|| process::of_step_test(problem, other, stood))
+        .then(|| process::instead_of(problem, other, stood))
         .flatten()
     {
         Some(process) => Ok(process.into()),
@@ -677,12 +680,15 @@ fn cross_validated(
     let mut of = with(&selected[0].structure);
     // The delays that were cross-validated are few.
     let mut lag = lag::lag(&estimate, &of);
-    if options.delay.is_none()
-        && let Some(Lag { best, interval, .. }) = lag
-        && !(interval.0..=interval.1).contains(&(of.structure.delay as i64))
-        && let Ok(best) = usize::try_from(best)
-        && best >= least
-    {
+    for _ in 0..DELAYS {
+        let another = lag.filter(|it| {
+            let interval = it.interval.0..=it.interval.1;
+            options.delay.is_none() && !interval.contains(&(of.structure.delay as i64))
+        });
+        let best = another.and_then(|it| usize::try_from(it.best).ok());
+        let Some(best) = best.filter(|best| *best >= least) else {
+            break;
+        };
         // At the right delay fewer poles may do.
         let orders = *orders.start()..=selected[0].structure.poles.max(*orders.start());
         let again = select(part, orders, best..=best, &structures);
@@ -692,16 +698,21 @@ fn cross_validated(
         let fitted =
             better.and_then(|it| Some((it, it.estimator().fit(&with(&it.structure)).ok()?)));
         if let Some((it, fitted)) = fitted {
-            (estimator, of, lag) = (it.estimator(), with(&it.structure), None);
+            (estimator, of) = (it.estimator(), with(&it.structure));
             estimate = fitted;
             selected.splice(0..0, again);
         } else {
             let before = std::mem::replace(&mut of.structure.delay, best);
             match estimator.fit(&of) {
-                Ok(better) => (estimate, lag) = (better, None),
-                Err(_) => of.structure.delay = before,
+                Ok(better) => estimate = better,
+                Err(_) => {
+                    of.structure.delay = before;
+                    break;
+                }
             }
         }
+        // With the other delay another may fit better still.
+        lag = lag::lag(&estimate, &of);
     }
     Ok(Chosen {
         structure: of.structure,
@@ -980,7 +991,7 @@ impl Analysis {
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let reasons = self.reasons.iter().map(Reason::to_string);
-        reasons.chain([self.verdict.to_string()]).collect()
+        reasons.chain([self.verdict_text()]).collect()
     }
 
     /// The kind that was chosen by cross-validation.

@@ -53,6 +53,8 @@ pub enum Reason {
     HeldOutFit(f64, FitRemark),
     /// The output stays within the noise there; the cross-validated fit, %, where the model is judged by that.
     HeldOutIsNoise(Option<f64>),
+    /// The error there is no larger than elsewhere, though the output moves less; the cross-validated fit, %, by which the model is judged.
+    ErrorAsElsewhere(Option<f64>),
     /// Not validated: the first part alone does not determine the model.
     FirstPartUndetermined,
     /// The first part alone does not excite the band: the simulated fit on all of the record, %.

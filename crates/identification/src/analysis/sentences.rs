@@ -245,6 +245,11 @@ impl fmt::Display for Reason {
                 f,
                 "in the last part the output stays within the noise: judged by the cross-validated fit, {fit:.1} %"
             ),
+            Self::ErrorAsElsewhere(fit) => write!(
+                f,
+                "in the last part the output moves less, and the error is no larger than elsewhere: judged by the cross-validated fit, {:.1} %",
+                fit.unwrap_or_default()
+            ),
             Self::FirstPartUndetermined => f.write_str(
                 "not validated: the first seven tenths alone do not determine the model",
             ),

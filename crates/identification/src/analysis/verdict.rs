@@ -11,6 +11,7 @@ use super::{
     UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
+use crate::selection::process::may_integrate;
 use crate::selection::{criteria, dead_time};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::identifiability::Doubt;
@@ -34,8 +35,9 @@ const AS_GOOD: f64 = 3.0;
 const OVERFITTED: f64 = 20.0;
 /// The share of the output's variation from which a straight line is called drift.
 pub(crate) const DRIFTS: f64 = 0.1;
-/// The share of the output that the input must account for.
+/// The share of the output that the input must account for, and in an unstable model, which moves by itself.
 const CAUSED: f64 = 0.1;
+const CAUSED_OF_UNSTABLE: f64 = 0.01;
 /// The F statistic from which a process model's response is beyond doubt. A random walk, which a step seems to explain in
 /// part however long the record, reaches 20.
 const BEYOND_DOUBT: f64 = 50.0;
@@ -212,7 +214,7 @@ impl Analysis {
         }
         let by_process = self.estimate.process.as_ref().and(self.cross_validated());
         let fit = match self.held_out_fit {
-            _ if by_process.is_some() => Reason::HeldOutIsNoise(by_process),
+            _ if by_process.is_some() => Reason::ErrorAsElsewhere(by_process),
             Some(held_out) => {
                 let remark = fit_remark(self.fit, held_out, self.attainable_fit);
                 Reason::HeldOutFit(held_out, remark)
@@ -331,10 +333,7 @@ impl Analysis {
             false => self.cross_validated().or(self.held_out_fit),
         };
         let tests = self.residuals.as_ref();
-        let missing = tests.is_some_and(|it| {
-            let earlier = it.of_earlier_inputs();
-            !earlier.passes() && earlier.largest() > MATTERS
-        });
+        let missing = tests.is_some_and(misses_dynamics);
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
@@ -361,20 +360,42 @@ impl Analysis {
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
-            Some(held) if limited && !unsteady && !gain => Verdict::NoiseLimited {
+            Some(held) if limited && !unsteady && !gain && !missing => Verdict::NoiseLimited {
                 good: held >= USABLE,
             },
             Some(held) if held < USABLE => Verdict::Unusable,
             Some(_) if unsteady => Verdict::Unsteady,
             Some(held) if self.is_early() && held < VERY_GOOD => Verdict::Early,
             Some(_) if gain && !self.is_unstable() => Verdict::GainUndetermined,
-            Some(_) if missing && self.options.method != Method::Automatic => {
-                Verdict::DynamicsMissing
-            }
+            Some(_) if missing => Verdict::DynamicsMissing,
             Some(held) if held < GOOD => Verdict::Usable,
             Some(_) if self.drifting_fit().is_some_and(|fit| fit < USABLE) => Verdict::Usable,
             Some(_) => Verdict::Good,
         }
+    }
+
+    /// The verdict, and what to do next.
+    #[must_use]
+    pub fn verdict_text(&self) -> String {
+        let (word, next) = self.verdict_words();
+        format!("verdict: {word}. Next: {next}")
+    }
+
+    /// The same apart.
+    #[must_use]
+    pub fn verdict_words(&self) -> (&'static str, &'static str) {
+        let (word, next) = self.verdict.words();
+        let is_chosen = self.options.method == Method::Automatic;
+        let next = match self.verdict {
+            Verdict::Drift { .. } if may_integrate(&self.estimate) => {
+                "keep the line, since an integrator drifts so by a constant at its input: compare --method process, or --integrators 1"
+            }
+            Verdict::DynamicsMissing if is_chosen => {
+                "look at the page for where it fails: --html model.html; then a higher --order, --curve, or another input that moves the output too"
+            }
+            _ => next,
+        };
+        (word, next)
     }
 
     fn undetermined_gain(&self) -> Option<Uncertain> {
@@ -384,9 +405,10 @@ impl Analysis {
     fn is_caused(&self) -> bool {
         let is_caused = |part: InputPart| match self.estimate.process {
             Some(_) => part.f >= BEYOND_DOUBT,
+            None if self.is_unstable() => part.share >= CAUSED_OF_UNSTABLE,
             None => part.share >= CAUSED,
         };
-        self.input_part.is_none_or(is_caused) || self.is_unstable()
+        self.input_part.is_none_or(is_caused)
     }
 
     /// Whether what one half of the record says does not hold in the other.
@@ -573,6 +595,12 @@ pub(crate) fn residual_finding(
         (false, _) if earlier.largest() < MATTERS => ResidualFinding::LittleCorrelation(earlier),
         (false, _) => ResidualFinding::Correlated(earlier),
     }
+}
+
+/// Whether earlier inputs are seen in the residual: dynamics are missing.
+pub(crate) fn misses_dynamics(tests: &ResidualTests) -> bool {
+    let earlier = tests.of_earlier_inputs();
+    !earlier.passes() && earlier.largest() >= MATTERS
 }
 
 /// Whether the residual is seen in later inputs.

@@ -8,13 +8,15 @@
 //! V the variance behind an autoregression of order k, p all that was sought: with offset, dead time and initial state. The
 //! fit is cross-validated over short parts of the record, left out a tenth at a time: a model of few parameters passes through.
 
+use planesman_linear::Complex;
+
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Begins, Estimate, Estimator, Form, Process, ProcessModel, whitened, whitening,
 };
 use crate::fit::{Spread, fit};
 use crate::structure::{InitialState, Problem, range};
-use crate::uncertainty::SIGMAS_95;
+use crate::uncertainty::{Reading, SIGMAS_95};
 use planesman_parallel::on_all_cores;
 use planesman_record::Run;
 
@@ -22,6 +24,8 @@ use planesman_record::Run;
 /// look alike; and for another model, which is the best of many (Kass and Raftery, *J. Amer. Statist. Assoc.* 90, 1995, call it
 /// very strong evidence).
 const BEYOND_DOUBT: f64 = 10.0;
+/// The distance of a pole from z = 1 times the samples of the record, up to which an integrator may be behind it.
+const MEMORY: f64 = 2.0;
 /// Parts left out one at a time.
 const PARTS: usize = 10;
 /// Changes of the input in a step test at most.
@@ -167,13 +171,25 @@ fn chosen(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Cho
     })
 }
 
-/// The best process model of a step test whose criterion is no worse than that of another model.
-pub(crate) fn of_step_test(
+/// Whether a real pole of a model is at z = 1, or as near to it as records of that length can tell: a memory of half the record or more.
+pub(crate) fn may_integrate(of: &Estimate) -> bool {
+    let samples = of.residuals.iter().map(Vec::len).max().unwrap_or_default();
+    let poles = Reading::new(of, 0).poles().unwrap_or_default();
+    let distance = |z: Complex<f64>| (1.0 - z.re).abs() * samples as f64;
+    let mut real = poles.iter().filter(|it| it.value.im == 0.0);
+    real.any(|it| distance(it.value) <= MEMORY)
+}
+
+/// The best process model of a step test, or of records in which another model may integrate, whose criterion is no worse than that of
+/// the other.
+pub(crate) fn instead_of(
     problem: &Problem<'_>,
     other: Option<&Estimate>,
     stood: bool,
 ) -> Option<Chosen> {
-    if !is_step_test(problem) {
+    let is_at_one = |of: &Estimate| of.layout.structure.known_denominator.len() > 1;
+    let is_doubtful = other.is_some_and(|it| may_integrate(it) && !is_at_one(it));
+    if !is_step_test(problem) && !is_doubtful {
         return None;
     }
     let chosen = choose(problem, None, stood).ok()?;

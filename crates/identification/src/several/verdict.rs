@@ -8,11 +8,13 @@ use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
 use crate::analysis::UNINFORMATIVE_FIT;
 use crate::analysis::verdict::{
     DRIFTS, GOOD, PRECISE, STEADY, USABLE, feeds_back, few_samples, fit_remark,
-    is_limited_by_noise, residual_finding, response_is_determined, undetermined_gain,
+    is_limited_by_noise, misses_dynamics, residual_finding, response_is_determined,
+    undetermined_gain,
 };
 use crate::analysis::{Reason, Verdict};
 use crate::uncertainty::{SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, excitation_order};
+use crate::validation::residuals::ResidualTests;
 
 /// The share of an input's variation that must be its own for the others' effect and its own to be told apart where the
 /// data says little of one of them.
@@ -52,6 +54,9 @@ impl Analysis {
             Verdict::Undetermined => {
                 "record again with every input moving by itself (PRBS, several steps), or ask for a lower order: --order 1"
             }
+            Verdict::DynamicsMissing => {
+                "try a higher --order, or name another input that moves the output too"
+            }
             Verdict::Usable => {
                 "record for longer, every input moving by itself; page: --html model.html"
             }
@@ -62,10 +67,11 @@ impl Analysis {
 
     fn judged(&self, undetermined: bool) -> Verdict {
         let held = self.held_out_fit;
-        let mut tests = self
-            .channels()
-            .filter_map(|(_, _, it)| it.residuals.as_ref());
-        let feedback = tests.any(feeds_back);
+        let any = |finds: fn(&ResidualTests) -> bool| {
+            let mut tests = self.channels().filter_map(|it| it.2.residuals.as_ref());
+            tests.any(finds)
+        };
+        let (feedback, missing) = (any(feeds_back), any(misses_dynamics));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = self
@@ -83,12 +89,13 @@ impl Analysis {
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
-            Some(held) if limited && !unsteady && !gain => Verdict::NoiseLimited {
+            Some(held) if limited && !unsteady && !gain && !missing => Verdict::NoiseLimited {
                 good: held >= USABLE,
             },
             Some(held) if held < USABLE => Verdict::Unusable,
             Some(_) if unsteady => Verdict::Unsteady,
             Some(_) if gain => Verdict::GainUndetermined,
+            Some(_) if missing => Verdict::DynamicsMissing,
             Some(held) if held < GOOD => Verdict::Usable,
             Some(_) => Verdict::Good,
         }

@@ -126,6 +126,16 @@ impl Vehicle {
             }
         }
         symmetric("added_mass", &parts.added_mass)?;
+        if let Some(i) = (0..6).find(|i| parts.added_mass[*i][*i] < 0.0) {
+            return refused(
+                "added_mass",
+                format!(
+                    "{} on place {} of its diagonal: a body in water has none below 0; published derivatives, as X_udot, have the other sign",
+                    parts.added_mass[i][i],
+                    i + 1
+                ),
+            );
+        }
         let rigid = parts.body.matrix();
         symmetric("inertia", &rigid)?;
         if inertia::inverse(&rigid).is_none() {

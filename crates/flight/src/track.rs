@@ -1,0 +1,107 @@
+//! How a flight kept to its way-points, or to the place that it was to hold.
+
+use planesman_control::ControllerParameters;
+use planesman_linear::Complex;
+
+use crate::flight::Points;
+
+/// Way-points reached, and distances from the legs between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Way-points that the vehicle came within `acceptance` of, in any order, and all of them; of a place that is held that one.
+    pub reached: (usize, usize),
+    /// The radius about a way-point within which it is reached, m.
+    pub acceptance: f64,
+    /// The distance from the nearest leg, as root mean square and at most, m.
+    pub off: (f64, f64),
+    /// The distance from the last way-point at the end, m.
+    pub at_end: f64,
+}
+
+impl Track {
+    /// Of a place along and to starboard of the initial heading; `None` without way-points of a vehicle that does not hover, or without places.
+    #[must_use]
+    pub fn of(
+        place: &[Points; 2],
+        controller: &ControllerParameters,
+        hovers: bool,
+    ) -> Option<Self> {
+        let points = &controller.waypoints;
+        let mut legs: Vec<Complex<f64>> = (points.x.iter().zip(&points.y))
+            .map(|(x, y)| Complex::new(*x, *y))
+            .collect();
+        if legs.is_empty() && hovers {
+            legs.push(Complex::new(controller.hover.x, controller.hover.y));
+        }
+        let flown = place[0].iter().zip(&place[1]);
+        let flown: Vec<Complex<f64>> = flown.map(|(x, y)| Complex::new(x.1, y.1)).collect();
+        let (first, last, goal) = (*flown.first()?, *flown.last()?, *legs.last()?);
+        let far = |p: Complex<f64>, q: Complex<f64>| (p - q).norm_sqr().sqrt();
+        let is_reached =
+            |goal: &&Complex<f64>| flown.iter().any(|p| far(*p, **goal) <= points.acceptance);
+        let reached = (legs.iter().filter(is_reached).count(), legs.len());
+        legs.insert(0, first);
+        let from_leg = |p: Complex<f64>, from: Complex<f64>, to: Complex<f64>| {
+            let along =
+                (p - from) * (to - from).conj() / (to - from).norm_sqr().max(f64::MIN_POSITIVE);
+            far(p, from + (to - from) * along.re.clamp(0.0, 1.0))
+        };
+        let off: Vec<f64> = flown
+            .iter()
+            .map(|p| {
+                let each = legs.windows(2).map(|leg| from_leg(*p, leg[0], leg[1]));
+                each.fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        let squares: f64 = off.iter().map(|it| it * it).sum();
+        Some(Self {
+            reached,
+            acceptance: points.acceptance,
+            off: (
+                (squares / off.len() as f64).sqrt(),
+                off.iter().copied().fold(0.0, f64::max),
+            ),
+            at_end: far(last, goal),
+        })
+    }
+
+    /// In a sentence.
+    #[must_use]
+    pub fn text(&self) -> String {
+        format!(
+            "{} of {} way-points reached within {} m; distance from the track {:.2} m rms, {:.2} m at most; {:.2} m from the last at the end.",
+            self.reached.0, self.reached.1, self.acceptance, self.off.0, self.off.1, self.at_end
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flight_beside_its_track_is_told_how_far() {
+        let mut controller = ControllerParameters::default();
+        controller.waypoints.x = vec![10.0, 10.0];
+        controller.waypoints.y = vec![0.0, 10.0];
+        controller.waypoints.acceptance = 0.5;
+        // Along the first leg 0.3 m beside it, then straight to 1 m before the last.
+        let flown = [(0.0, 0.0), (2.0, 0.3), (8.0, 0.3), (10.0, 0.0), (10.0, 9.0)];
+        let of = |axis: fn(&(f64, f64)) -> f64| {
+            (0..).map(f64::from).zip(flown.iter().map(axis)).collect()
+        };
+        let track = Track::of(&[of(|it| it.0), of(|it| it.1)], &controller, false).unwrap();
+        assert_eq!(
+            (track.reached, track.off.1, track.at_end),
+            ((1, 2), 0.3, 1.0)
+        );
+        assert!((track.off.0 - (2.0 * 0.09 / 5.0_f64).sqrt()).abs() < 1e-12);
+        controller.waypoints.x.clear();
+        assert_eq!(
+            Track::of(&[of(|it| it.0), of(|it| it.1)], &controller, false),
+            None
+        );
+        let held = Track::of(&[of(|it| it.0), of(|it| it.1)], &controller, true).unwrap();
+        assert_eq!(held.reached, (1, 1));
+    }
+}
