@@ -2,11 +2,9 @@
 
 use anyhow::Result;
 use ibm_1966::Surrogate;
-use ibm_1966::search::{assumptions, missiles, search};
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
 use planesman_studies::bench::{COLUMNS, Table, flown, heading};
-use planesman_studies::searched::found;
 
 use crate::arguments::{choice, format};
 
@@ -19,10 +17,6 @@ pub struct BenchArgs {
     /// The missile's surrogate
     #[arg(long, value_parser = choice(&[Surrogate::Ps2, Surrogate::Ps1], described), default_value = "ps-2")]
     plant: Surrogate,
-    /// Search for assumptions under which one loop gives Tables 3-2 and 4-2 and the limit cycles, and print what was tried, the
-    /// best and the verdict; takes minutes
-    #[arg(long, conflicts_with_all = ["table", "plant", "format"])]
-    search: bool,
     /// As one table in this format, a row per number [default: the report's tables]
     #[arg(long, value_parser = format())]
     format: Option<Format>,
@@ -46,13 +40,6 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     };
     let book = ibm_1966::book()?;
     end_with_reader();
-    if args.search {
-        let missiles = missiles();
-        let sought = |assumptions: &_| search(assumptions, &missiles, &book);
-        let points = on_all_cores("assumptions", &assumptions(), sought);
-        let points = points.into_iter().collect::<Result<Vec<_>, _>>()?;
-        return Ok(print_wrapped(found(&points))?);
-    }
     if args.format.is_none() {
         print_wrapped(heading(args.plant) + "\n")?;
     }

@@ -21,9 +21,7 @@ pub mod size;
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
-    #[command(
-        after_help = "Examples:\n  planesman dha bench --table 4-2\n  planesman dha bench --search"
-    )]
+    #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
     Bench(bench::BenchArgs),
     /// Print the sizes of an actuator, or size one for a load
     #[command(

@@ -7,7 +7,6 @@ pub(crate) mod arguments;
 pub mod compare;
 pub mod fit;
 mod history;
-mod montecarlo;
 pub mod replay;
 pub mod topics;
 
@@ -29,12 +28,6 @@ pub enum Command {
         after_help = "Example:\n  planesman sysid compare first.yaml second.yaml bag --html compare.html"
     )]
     Compare(Box<compare::CompareArgs>),
-    /// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs
-    #[command(
-        name = "montecarlo",
-        after_help = "Example:\n  planesman sysid montecarlo --seeds 20"
-    )]
-    MonteCarlo(montecarlo::MonteCarloArgs),
 }
 
 impl Command {
@@ -47,7 +40,6 @@ impl Command {
             Self::Topics(args) => topics::run(args),
             Self::Fit(args) => fit::run(args),
             Self::Compare(args) => compare::run(args),
-            Self::MonteCarlo(args) => montecarlo::run(args),
         }
     }
 }

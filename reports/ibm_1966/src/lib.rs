@@ -15,7 +15,6 @@ mod figures;
 pub mod flight_control;
 mod missile;
 pub mod procedure;
-pub mod search;
 pub mod tables;
 
 pub use analog_loop::AnalogLoop;

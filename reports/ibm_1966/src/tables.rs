@@ -6,7 +6,7 @@
 //! **Table 3-2 does not follow from the same loop**: its gain margins lie 1.5 to 3 below the simulated
 //! ones, its negative steps 2 to 5. [`Case::adjusted`] holds what explains most of it with the same missile: 10 ms of
 //! transport delay more (about one cycle; the hardware's interface had a "delay generation logic", and
-//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture; [`crate::search`] finds the missile and the
+//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture; docs/dha.md has the missile and the
 //! delay with which all of it comes out.
 
 use crate::case::Case;

@@ -5,7 +5,6 @@
 //! - [`depth_loop`], [`limit_cycles`]: the thesis' depth loop through the actuator, and its limit cycles.
 //! - [`orbit`]: periodic orbits by shooting; [`watched`]: what a loop's motion is; [`branches`]: orbits from other places of the ram,
 //!   and over a parameter; [`position_loop`], [`missile_loop`]: the actuator alone and in the 1966 missile.
-//! - [`searched`]: what the search for the 1966 report's assumptions found.
 
 pub mod bench;
 pub mod branches;
@@ -17,6 +16,5 @@ pub mod limit_cycles;
 pub mod missile_loop;
 pub mod orbit;
 pub mod position_loop;
-pub mod searched;
 pub mod sizes;
 pub mod watched;

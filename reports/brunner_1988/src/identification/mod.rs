@@ -4,11 +4,9 @@
 //! - [`procedure`]: the steps of p. 94 f., as printed; [`procedure_text`] goes through them run by run.
 //! - [`book`], [`recomputed`], [`table_9`]: the printed numbers of Table 9.
 //! - [`figures`]: Figures 45 to 56.
-//! - [`montecarlo`]: every estimator on those runs, over many noises.
 
 mod book;
 mod figures;
-pub mod montecarlo;
 pub mod procedure;
 mod procedure_text;
 pub mod synthetic;
