@@ -50,7 +50,8 @@ pub(crate) fn trials() -> Vec<Trial> {
             || {
                 let [before, during, after] = lives_through(damaged, Duration::from_secs(5));
                 let ticks = format!("{before}, {during}, {after} ticks a second");
-                assert!(during > before / 4.0 && after > before / 2.0, "{ticks}");
+                // A pair of endpoints that stands still leaves a tick a second, a thousandth.
+                assert!(during.min(after) > before / 20.0, "{ticks}");
             },
         ),
         trial("garbage/each_kind_of_submessage".to_owned(), false, || {
