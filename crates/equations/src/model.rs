@@ -282,7 +282,7 @@ const LARGEST: f64 = 1e100;
 
 /// Refuses a number that is too large, infinite or NaN.
 fn in_range(entry: &str, field: &str, value: Option<f64>) -> Result<(), EquationsError> {
-    let Some(value) = value.filter(|it| !(it.abs() <= LARGEST)) else {
+    let Some(value) = value.filter(|it| !(-LARGEST..=LARGEST).contains(it)) else {
         return Ok(());
     };
     let without = match field {

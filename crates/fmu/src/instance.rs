@@ -248,7 +248,8 @@ impl Instance {
         let time = self.state.time;
         let rounding = rounding(time, tick);
         // Written so that NaN is refused too.
-        if !((from - time).abs() <= rounding * tick) {
+        let is_here = (from - time).abs() <= rounding * tick;
+        if !is_here {
             return Err(misuse!("a step from {from} s: the FMU stands at {time} s"));
         }
         if !(step > 0.0 && step / tick <= MOST_TICKS) {
