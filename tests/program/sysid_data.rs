@@ -755,23 +755,14 @@ fn obeyed(folder: &Path, file: &str) -> Option<(String, String)> {
 #[test]
 fn what_is_proposed_gives_a_model_that_is_usable() {
     let folder = tempfile::tempdir().unwrap();
-    for (scenario, file) in [
-        ("dive", "dive.mcap"),
-        ("dive", "dive.csv"),
-        ("remus_100", "remus.mcap"),
-        ("way_depths", "depths.mcap"),
-        ("zigzag", "zigzag.mcap"),
-    ] {
+    for (scenario, file) in [("dive", "dive.mcap"), ("dive", "dive.csv")] {
         let flown = Command::new(env!("CARGO_BIN_EXE_planesman"))
             .args(["sim", scenario, "--out", file])
             .current_dir(folder.path())
             .output()
             .unwrap();
         assert!(flown.status.success(), "{flown:?}");
-        let Some((proposed, last)) = obeyed(folder.path(), file) else {
-            assert_ne!(scenario, "dive", "nothing is proposed");
-            continue;
-        };
+        let (proposed, last) = obeyed(folder.path(), file).unwrap();
         assert!(!proposed.contains("position.x"), "a ramp: {proposed}");
         let usable = ["- verdict: good", "- verdict: usable"];
         assert!(

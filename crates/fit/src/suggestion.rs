@@ -1,13 +1,13 @@
 //! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, and the share of an output's
 //! variation that goes with the input chooses between them.
 
+use planesman_identification::StraightLine;
 use planesman_identification::frequency::MeasuredResponse;
 use planesman_signals::Trend;
 use planesman_text::shell_word;
 
 use crate::data::{DataOptions, Sources};
-use crate::fit::FitData;
-use crate::options::{FitOptions, SignalOptions};
+use crate::options::SignalOptions;
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
@@ -38,10 +38,10 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
-/// So many inputs are tried, so many outputs of each by their names, and of these so many by a fit.
-const TRIED: (usize, usize, usize) = (3, 12, 3);
-/// Samples of a record at most for which a fit is tried.
-const FITTED: usize = 50_000;
+/// So many inputs are tried, and so many outputs of each, by their names.
+const TRIED: (usize, usize) = (3, 12);
+/// The share of an output's variation from which a straight line is all that it is: a ramp, a counter or a stamp.
+const RAMP: f64 = 0.98;
 /// The share of an output's variation from which it is proposed.
 const LEAST: f64 = 0.1;
 
@@ -80,11 +80,8 @@ pub(crate) fn suggestion<'s>(
     outputs.sort_by_key(|it| it.0);
     let each = (0..inputs.len()).take(TRIED.0);
     let (chosen, outputs) = { each }.find_map(|at| {
-        let mut going = going_with(&inputs[at].1, &outputs, data);
-        let mut tried = 0..going.len().min(TRIED.2);
-        let usable = tried.find(|it| is_usable(&inputs[at].1, &going[*it].1, data))?;
-        going[..=usable].rotate_right(1);
-        Some((at, going))
+        let going = going_with(&inputs[at].1, &outputs, data);
+        (!going.is_empty()).then_some((at, going))
     })?;
     inputs[..=chosen].rotate_right(1);
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
@@ -127,9 +124,19 @@ fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked
 }
 
 /// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence, where
-/// it is more than chance. So a ramp or a stamp has next to none. `None` where they make no record.
+/// it is more than chance. `None` of a ramp or a stamp, and where they make no record.
 fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
-    let mut signals = pair(input, output, data);
+    let mut signals = SignalOptions {
+        data: data.clone(),
+        input: input.to_owned(),
+        output: output.to_owned(),
+        ..SignalOptions::default()
+    };
+    let raw = signals.read(&()).ok()?.resampled.record;
+    let longest = raw.segments.iter().max_by_key(|it| it.len())?;
+    if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
+        return None;
+    }
     signals.preparation.detrend = Trend::Line;
     let record = signals.read(&()).ok()?.resampled.record;
     let (mut with, mut all) = (0.0, 0.0);
@@ -142,31 +149,6 @@ fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
         }
     }
     Some(with / all).filter(|share| share.is_finite())
-}
-
-fn pair(input: &str, output: &str, data: &DataOptions) -> SignalOptions {
-    SignalOptions {
-        data: data.clone(),
-        input: input.to_owned(),
-        output: output.to_owned(),
-        ..SignalOptions::default()
-    }
-}
-
-/// Whether the command that is proposed ends in a model that is usable, at least with care; of long records it is taken to.
-fn is_usable(input: &str, output: &str, data: &DataOptions) -> bool {
-    let options = FitOptions {
-        signals: pair(input, output, data),
-        ..FitOptions::default()
-    };
-    let Ok(read) = FitData::read(&options, &()) else {
-        return false;
-    };
-    read.prepared.resampled.record.samples() > FITTED
-        || read.fit(&options, &()).is_ok_and(|it| {
-            let (word, _) = it.analysis.verdict.words();
-            word.starts_with("good") || word.starts_with("usable")
-        })
 }
 
 /// The options of the time that the data needs.

@@ -95,7 +95,7 @@ pub fn best(
         let (time, damping) = (search.pace / libm::exp(zeros), libm::exp(damping));
         let td = 0.5 * time / damping;
         Controller {
-            filter: (root.max(0.0) * root * time).max(td / bounds.filter_ratio),
+            filter: (root.max(0.0).powi(2) * time).max(td / bounds.filter_ratio),
             ..Controller::ideal(search.sign, 2.0 * damping * time, td)
         }
     })
