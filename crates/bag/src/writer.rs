@@ -119,7 +119,7 @@ pub enum WriteError {
     },
     /// Writing failed (a full disk, say). The bag takes nothing more; what was flushed before is
     /// readable.
-    #[error("cannot write {path}: {reason}; it is readable up to what was flushed before")]
+    #[error("cannot write {path}: {reason}")]
     Failed {
         /// The file.
         path: PathBuf,
@@ -496,7 +496,7 @@ impl BagWriter {
         };
         let (ours, there) = (file.metadata()?, fs::metadata(&self.file));
         if !there.is_ok_and(|there| (there.dev(), there.ino()) == (ours.dev(), ours.ino())) {
-            return Err(io::Error::other("it was moved or removed meanwhile"));
+            return Err(io::Error::other(GONE));
         }
         if self.options.fsync {
             file.sync_data()?;
@@ -731,7 +731,11 @@ impl BagWriter {
     /// Remembers the first failure, and closes the file to all that would follow.
     fn fail(&mut self, error: McapError) -> WriteError {
         self.gate.closed.store(true, Ordering::Relaxed);
-        let reason = self.failure.get_or_insert_with(|| reason(error)).clone();
+        let told = |error| match reason(error) {
+            gone if gone == GONE => gone,
+            reason => format!("{reason}; it is readable up to what was flushed before"),
+        };
+        let reason = self.failure.get_or_insert_with(|| told(error)).clone();
         WriteError::Failed {
             path: self.file.clone(),
             reason,
@@ -760,6 +764,9 @@ impl Drop for BagWriter {
         self.gate.closed.store(true, Ordering::Relaxed);
     }
 }
+
+/// Why a file is not written any more whose path leads elsewhere.
+const GONE: &str = "the file was moved or removed meanwhile";
 
 /// A new file, and the same file again.
 fn create_new(path: &Path) -> io::Result<(File, File)> {

@@ -1,8 +1,10 @@
-//! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, and the share of an output's
-//! variation that goes with the input chooses between them.
+//! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
+//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable.
 
-use planesman_identification::StraightLine;
+use planesman_identification::analysis::{Options, analyse, may_integrate};
+use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
+use planesman_identification::{Record, StraightLine};
 use planesman_signals::Trend;
 use planesman_text::shell_word;
 
@@ -44,6 +46,10 @@ const TRIED: (usize, usize) = (3, 12);
 const RAMP: f64 = 0.98;
 /// The share of an output's variation from which it is proposed.
 const LEAST: f64 = 0.1;
+/// Outputs of an input that a model is sought of, by these orders, in records of so many samples at most.
+const MODELLED: usize = 4;
+const ORDERS: [usize; 2] = [2, 1];
+const MOST_SAMPLES: usize = 20_000;
 
 /// A signal by its name, with its rank among inputs or outputs.
 type Ranked = ([usize; 2], String);
@@ -80,8 +86,13 @@ pub(crate) fn suggestion<'s>(
     outputs.sort_by_key(|it| it.0);
     let each = (0..inputs.len()).take(TRIED.0);
     let (chosen, outputs) = { each }.find_map(|at| {
-        let going = going_with(&inputs[at].1, &outputs, data);
-        (!going.is_empty()).then_some((at, going))
+        let input = &inputs[at].1;
+        let mut going = going_with(input, &outputs, data);
+        let tried = going.iter().take(MODELLED).enumerate();
+        let models = tried.filter_map(|(at, it)| Some((integrates(input, &it.1, data)?, at)));
+        let (_, place) = models.min()?;
+        going[..=place].rotate_right(1);
+        Some((at, going))
     })?;
     inputs[..=chosen].rotate_right(1);
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
@@ -126,19 +137,12 @@ fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked
 /// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence, where
 /// it is more than chance. `None` of a ramp or a stamp, and where they make no record.
 fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
-    let mut signals = SignalOptions {
-        data: data.clone(),
-        input: input.to_owned(),
-        output: output.to_owned(),
-        ..SignalOptions::default()
-    };
-    let raw = signals.read(&()).ok()?.resampled.record;
+    let raw = record(input, output, data, Trend::None)?;
     let longest = raw.segments.iter().max_by_key(|it| it.len())?;
     if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
         return None;
     }
-    signals.preparation.detrend = Trend::Line;
-    let record = signals.read(&()).ok()?.resampled.record;
+    let record = record(input, output, data, Trend::Line)?;
     let (mut with, mut all) = (0.0, 0.0);
     for point in MeasuredResponse::new(&record).ok()?.points {
         let moved = point.values[0].norm_sqr() * point.inputs[0];
@@ -149,6 +153,36 @@ fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
         }
     }
     Some(with / all).filter(|share| share.is_finite())
+}
+
+/// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate; `None` where output error, the
+/// quickest method that noise of no colour misleads, finds none that is usable.
+fn integrates(input: &str, output: &str, data: &DataOptions) -> Option<bool> {
+    let record = record(input, output, data, Trend::None)?;
+    if record.samples() > MOST_SAMPLES {
+        return Some(false);
+    }
+    ORDERS.into_iter().find_map(|order| {
+        let options = Options {
+            method: Method::OutputError,
+            order: Some(order),
+            ..Options::default()
+        };
+        let analysis = analyse(&record, &options).ok()?;
+        let is_usable = analysis.verdict.is_usable();
+        is_usable.then(|| may_integrate(&analysis.estimate))
+    })
+}
+
+fn record(input: &str, output: &str, data: &DataOptions, detrend: Trend) -> Option<Record> {
+    let mut signals = SignalOptions {
+        data: data.clone(),
+        input: input.to_owned(),
+        output: output.to_owned(),
+        ..SignalOptions::default()
+    };
+    signals.preparation.detrend = detrend;
+    Some(signals.read(&()).ok()?.resampled.record)
 }
 
 /// The options of the time that the data needs.

@@ -223,7 +223,11 @@ impl<'de> Visitor<'de> for Written {
     }
 
     fn visit_f64<E: de::Error>(self, number: f64) -> Result<Quantity, E> {
-        Ok(Quantity(number.to_string()))
+        // A message repeats it: 1e308 in three hundred digits would hide the rest.
+        Ok(Quantity(match number.abs() {
+            0.0 | 1e-6..1e15 => number.to_string(),
+            _ => format!("{number:e}"),
+        }))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quantity, A::Error> {

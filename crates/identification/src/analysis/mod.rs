@@ -23,6 +23,7 @@ pub(crate) mod text;
 pub(crate) mod verdict;
 
 pub use crate::prediction::AHEAD;
+pub use crate::selection::process::may_integrate;
 pub use bootstrap::{Bootstrap, Interval};
 pub use checks::InputPart;
 pub use curve::{CurveChoice, Curved};

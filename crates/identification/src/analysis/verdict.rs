@@ -43,8 +43,9 @@ const CAUSED_OF_UNSTABLE: f64 = 0.01;
 const BEYOND_DOUBT: f64 = 50.0;
 /// How many times larger the errors on held-out data may be than those where the model is fitted.
 const AS_THE_NOISE: f64 = 1.5;
-/// Correlations that matter, however surely they are there.
+/// Correlations that matter, however surely they are there; and the least share of the output's variation that they must stand for.
 const MATTERS: f64 = 0.05;
+const MATTERS_IN_OUTPUT: f64 = 1e-3;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
 /// Samples for each parameter, below which a fit is partly memory.
@@ -115,6 +116,24 @@ pub enum Verdict {
     Usable,
     /// It simulates well.
     Good,
+}
+
+impl Verdict {
+    /// Whether the model may be used, if with care.
+    #[must_use]
+    pub const fn is_usable(self) -> bool {
+        match self {
+            Self::NoEffect
+            | Self::Undetermined
+            | Self::Inseparable
+            | Self::NotValidated
+            | Self::Unusable => false,
+            Self::Drift { usable } | Self::ClosedLoop { usable } | Self::NotLinear { usable } => {
+                usable
+            }
+            _ => true,
+        }
+    }
 }
 
 impl Analysis {
@@ -333,7 +352,7 @@ impl Analysis {
             false => self.cross_validated().or(self.held_out_fit),
         };
         let tests = self.residuals.as_ref();
-        let missing = tests.is_some_and(misses_dynamics);
+        let missing = tests.is_some_and(|it| misses_dynamics(it, self.fit));
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
@@ -519,7 +538,7 @@ impl Analysis {
         }
         let fit = self.held_out_fit.or(self.fit);
         let explains = self.is_caused() && fit.is_some_and(|fit| fit >= USABLE);
-        let finding = residual_finding(tests, explains, self.allows_for_colour());
+        let finding = residual_finding(tests, self.fit, explains, self.allows_for_colour());
         let feedback = self.has_feedback(tests).then(|| tests.of_later_inputs());
         std::iter::once(Reason::Residuals(finding, self.reference.is_some()))
             .chain(feedback.map(Reason::Feedback))
@@ -585,6 +604,7 @@ fn largest_response(reading: &Reading<'_>, sample_time: f64) -> f64 {
 /// What the residual tests say, of a model that `explains` the data, and whose intervals allow for colour.
 pub(crate) fn residual_finding(
     tests: &ResidualTests,
+    fit: Option<f64>,
     explains: bool,
     allows_for_colour: bool,
 ) -> ResidualFinding {
@@ -592,15 +612,17 @@ pub(crate) fn residual_finding(
     match (earlier.passes(), tests.whiteness.passes()) {
         (true, true) => ResidualFinding::White(explains),
         (true, false) => ResidualFinding::Coloured(tests.whiteness.clone(), allows_for_colour),
-        (false, _) if earlier.largest() < MATTERS => ResidualFinding::LittleCorrelation(earlier),
-        (false, _) => ResidualFinding::Correlated(earlier),
+        (false, _) if misses_dynamics(tests, fit) => ResidualFinding::Correlated(earlier),
+        (false, _) => ResidualFinding::LittleCorrelation(earlier),
     }
 }
 
-/// Whether earlier inputs are seen in the residual: dynamics are missing.
-pub(crate) fn misses_dynamics(tests: &ResidualTests) -> bool {
+/// Whether earlier inputs are seen in the residual: dynamics are missing. `fit` is the simulated fit, %, so that the residual is
+/// `1 - fit/100` of the output's variation.
+pub(crate) fn misses_dynamics(tests: &ResidualTests, fit: Option<f64>) -> bool {
     let earlier = tests.of_earlier_inputs();
-    !earlier.passes() && earlier.largest() >= MATTERS
+    let of_output = fit.map_or(1.0, |fit| 1.0 - 0.01 * fit) * earlier.largest();
+    !earlier.passes() && earlier.largest() >= MATTERS && of_output >= MATTERS_IN_OUTPUT
 }
 
 /// Whether the residual is seen in later inputs.

@@ -172,7 +172,8 @@ fn chosen(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Cho
 }
 
 /// Whether a real pole of a model is at z = 1, or as near to it as records of that length can tell: a memory of half the record or more.
-pub(crate) fn may_integrate(of: &Estimate) -> bool {
+#[must_use]
+pub fn may_integrate(of: &Estimate) -> bool {
     let samples = of.residuals.iter().map(Vec::len).max().unwrap_or_default();
     let poles = Reading::new(of, 0).poles().unwrap_or_default();
     let distance = |z: Complex<f64>| (1.0 - z.re).abs() * samples as f64;

@@ -67,11 +67,11 @@ impl Analysis {
 
     fn judged(&self, undetermined: bool) -> Verdict {
         let held = self.held_out_fit;
-        let any = |finds: fn(&ResidualTests) -> bool| {
+        let any = |finds: &dyn Fn(&ResidualTests) -> bool| {
             let mut tests = self.channels().filter_map(|it| it.2.residuals.as_ref());
             tests.any(finds)
         };
-        let (feedback, missing) = (any(feeds_back), any(misses_dynamics));
+        let (feedback, missing) = (any(&feeds_back), any(&|it| misses_dynamics(it, self.fit)));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = self
@@ -233,7 +233,7 @@ impl Analysis {
         if let Some(tests) = &model.residuals {
             let fit = self.held_out_fit.or(self.fit);
             let explains = fit.is_some_and(|fit| fit >= USABLE);
-            let finding = residual_finding(tests, explains, true);
+            let finding = residual_finding(tests, self.fit, explains, true);
             found.push(Reason::Residuals(finding, false));
             if feeds_back(tests) {
                 found.push(Reason::Feedback(tests.of_later_inputs()));
