@@ -373,11 +373,14 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
-                let first = std::env::args_os().nth(1).unwrap_or_default();
-                let first = first.to_string_lossy();
-                let is_command = Cli::command().find_subcommand(&*first).is_some();
-                if !is_command && !first.starts_with('-') && !Scenario::is_there(&first) {
-                    return unknown(&first);
+                let first = std::env::args_os().nth(1);
+                let is_unknown = |word: &String| {
+                    let is_command = Cli::command().find_subcommand(word).is_some();
+                    !is_command && !word.starts_with('-') && !Scenario::is_there(word)
+                };
+                let word = first.and_then(|it| it.into_string().ok());
+                if let Some(word) = word.filter(is_unknown) {
+                    return unknown(&word);
                 }
                 let (name, command) = command_of(std::env::args_os().skip(1));
                 let reason = refusal(&error, &command);

@@ -396,6 +396,7 @@ mod tests {
             "equations",
             "json",
             "model",
+            "most_unpacked",
             "response",
             "html",
             "quiet",

@@ -69,8 +69,7 @@ fn of_all_to_all() {
     evidence::each_tick_is_there(&flight);
 }
 
-/// What the controller publishes meanwhile does not reach the recorder, for which no tick waits: the dive ends with
-/// status 3 and the numbers.
+/// What the controller publishes meanwhile reaches the recorder, for which no tick waits, once it is matched again; what does not is told.
 fn of_the_recorder_to_the_controller() {
     let stage = Stage::new();
     let announced = Announcements::listen(stage.domain());
@@ -103,10 +102,6 @@ fn of_the_recorder_to_the_controller() {
 
     launcher.signal(Signal::TERM);
     let outcome = launcher.finish();
-    assert_eq!(outcome.status.code(), Some(3), "{outcome:#?}");
-    let complaints = outcome.complaints();
-    let last = complaints.last().copied().unwrap_or_default();
-    assert!(last.contains("/auv/control_state"), "{outcome:#?}");
     evidence::ends_and_says_what_it_lost(&outcome, Path::new(&out));
     evidence::nobody_is_left(&nodes);
     let flight = evidence::whole_flight(&Path::new(&out).join("bag"));

@@ -106,7 +106,10 @@ fn a_vehicle_too_deep_climbs_and_obeys_again_only_after_a_reset() {
 fn an_actuator_that_is_cut_off_is_an_error_of_the_vehicle_until_it_answers_again() {
     for (time, silence) in [
         ("time:=real", "no answer of the actuator, planes held for"),
-        ("time:=lockstep", "waiting for the actuator for"),
+        (
+            "time:=lockstep",
+            "waiting for the controller: nobody publishes plane_command for",
+        ),
     ] {
         let stage = Stage::new();
         let operator = stage.operator();

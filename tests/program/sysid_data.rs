@@ -719,9 +719,12 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     let shown = on_a_terminal("");
-    assert!(shown.contains("B/s") && shown.contains("/imu"), "{shown}");
+    assert!(shown.contains("MiB, ") && shown.contains("/imu"), "{shown}");
     let quiet = on_a_terminal("--quiet");
-    assert!(!quiet.contains("B/s") && quiet.contains("/imu"), "{quiet}");
+    assert!(
+        !quiet.contains("MiB, ") && quiet.contains("/imu"),
+        "{quiet}"
+    );
     let piped = Command::new(program)
         .args(["sysid", "topics", path])
         .output()

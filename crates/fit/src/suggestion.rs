@@ -84,12 +84,17 @@ pub(crate) fn suggestion<'s>(
     }
     inputs.sort_by_key(|it| it.0);
     outputs.sort_by_key(|it| it.0);
+    let mut tried = data.clone();
+    if !has_time {
+        // Which model there is does not depend on the unit of time.
+        tried.time.sample_time = tried.time.sample_time.or(Some(1.0));
+    }
     let each = (0..inputs.len()).take(TRIED.0);
     let (chosen, outputs) = { each }.find_map(|at| {
         let input = &inputs[at].1;
-        let mut going = going_with(input, &outputs, data);
-        let tried = going.iter().take(MODELLED).enumerate();
-        let models = tried.filter_map(|(at, it)| Some((integrates(input, &it.1, data)?, at)));
+        let mut going = going_with(input, &outputs, &tried);
+        let first = going.iter().take(MODELLED).enumerate();
+        let models = first.filter_map(|(at, it)| Some((integrates(input, &it.1, &tried)?, at)));
         let (_, place) = models.min()?;
         going[..=place].rotate_right(1);
         Some((at, going))
@@ -121,13 +126,15 @@ pub(crate) fn suggestion<'s>(
     ))
 }
 
-/// The outputs that go with an input, those first of which it accounts for most, to a tenth.
+/// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
+/// everything that moves the vehicle.
 fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked> {
     let tried = outputs.iter().take(TRIED.1);
-    let mut going: Vec<(u8, Ranked)> = tried
+    let mut going: Vec<((bool, u8), Ranked)> = tried
         .filter_map(|it| {
             let share = linear_share(input, &it.1, data).filter(|share| *share >= LEAST)?;
-            Some(((10.0 * (1.0 - share)) as u8, it.clone()))
+            let is_place = it.1.contains(".position.") || it.1.contains(".translation.");
+            Some(((is_place, (10.0 * (1.0 - share)) as u8), it.clone()))
         })
         .collect();
     going.sort_by_key(|it| it.0);

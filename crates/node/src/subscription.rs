@@ -40,6 +40,8 @@ pub(crate) async fn pump<M>(
     };
     let mut followed = Followed::default();
     let owner = owner_of(&shared.names.namespace, &endpoint.topic);
+    // The one followed and the other that were last compared, and when: a rival speaks hundreds of times a second.
+    let mut compared: Option<([ParticipantId; 2], Instant)> = None;
     // Of nodes that may have come in place of one that has died.
     let mut waiting: VecDeque<(M, MessageInfo)> = VecDeque::new();
     let mut passage_of = |writer: Gid| -> Passage {
@@ -55,7 +57,10 @@ pub(crate) async fn pump<M>(
         // The node whose topic it is goes before whoever came first.
         if let (Some((first, _)), Some(owner), Some(it)) = (followed.first, &owner, participant)
             && first != sender
+            && compared
+                .is_none_or(|(pair, at)| pair != [first, sender] || at.elapsed() > Followed::BRIEF)
         {
+            compared = Some(([first, sender], Instant::now()));
             let homes = homes_of(it, owner);
             if homes.contains(&sender) && !homes.contains(&first) {
                 followed.first = Some((sender, Instant::now()));

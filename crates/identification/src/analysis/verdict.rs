@@ -405,8 +405,10 @@ impl Analysis {
     pub fn verdict_words(&self) -> (&'static str, &'static str) {
         let (word, next) = self.verdict.words();
         let is_chosen = self.options.method == Method::Automatic;
+        let is_cancelled = |it: &Reason| matches!(it, Reason::CancelledPole(_));
+        let integrates = may_integrate(&self.estimate) && !self.reasons.iter().any(is_cancelled);
         let next = match self.verdict {
-            Verdict::Drift { .. } if may_integrate(&self.estimate) => {
+            Verdict::Drift { .. } if integrates => {
                 "keep the line, since an integrator drifts so by a constant at its input: compare --method process, or --integrators 1"
             }
             Verdict::DynamicsMissing if is_chosen => {
