@@ -90,9 +90,10 @@ const HOLD_ONE_METRE: &str = "  plant_sim: {initial_depth: 1.0}
 
 /// Topics that are published on request only: the estimate with feedback from the instruments, commands of thrusters, the further rams' states
 /// where each group of planes has a ram.
-const UNSAID: [&str; 5] = [
+const UNSAID: [&str; 6] = [
     "estimate",
     "thruster_command",
+    "thruster_setpoints",
     "dha_state_stern",
     "dha_state_roll",
     "dha_state_rudder",

@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(
             unused(&values, &opened.into()),
             [
-                "parameter 'qos_overrides./auv/state.publisher.reliability' has no effect: the node has no publisher on '/auv/state'"
+                "parameter 'qos_overrides./auv/state.publisher.reliability' has no effect: the node has no publisher on '/auv/state'; did you mean '/auv/state.subscription'?"
             ]
         );
         let bad = [(

@@ -40,8 +40,10 @@ pub(crate) async fn pump<M>(
     };
     let mut followed = Followed::default();
     let owner = owner_of(&shared.names.namespace, &endpoint.topic);
-    // The one followed and the other that were last compared, and when: a rival speaks hundreds of times a second.
-    let mut compared: Option<([ParticipantId; 2], Instant)> = None;
+    // Participants that had that node: one that has ended its flight is not a stranger. And when they were last looked for, since a rival
+    // speaks hundreds of times a second.
+    let mut homes: BTreeSet<ParticipantId> = BTreeSet::new();
+    let mut looked: Option<Instant> = None;
     // Of nodes that may have come in place of one that has died.
     let mut waiting: VecDeque<(M, MessageInfo)> = VecDeque::new();
     let mut passage_of = |writer: Gid| -> Passage {
@@ -55,16 +57,19 @@ pub(crate) async fn pump<M>(
         let participant = shared.participant();
         let participant = participant.as_ref();
         // The node whose topic it is goes before whoever came first.
-        if let (Some((first, _)), Some(owner), Some(it)) = (followed.first, &owner, participant)
-            && first != sender
-            && compared
-                .is_none_or(|(pair, at)| pair != [first, sender] || at.elapsed() > Followed::BRIEF)
+        if let (Some(owner), Some(it)) = (&owner, participant)
+            && !homes.contains(&sender)
+            && homes.len() < Followed::MAX_RIVALS
+            && looked.is_none_or(|at| at.elapsed() > LOOK)
         {
-            compared = Some(([first, sender], Instant::now()));
-            let homes = homes_of(it, owner);
-            if homes.contains(&sender) && !homes.contains(&first) {
-                followed.first = Some((sender, Instant::now()));
-            }
+            looked = Some(Instant::now());
+            homes.extend(homes_of(it, owner));
+        }
+        if let Some((first, _)) = followed.first
+            && homes.contains(&sender)
+            && !homes.contains(&first)
+        {
+            followed.first = Some((sender, Instant::now()));
         }
         let publishes = |id| participant.is_some_and(|it| writes(it, &endpoint.dds_topic(), id));
         let doubles = |id| {
@@ -126,6 +131,9 @@ fn owner_of(namespace: &str, topic: &str) -> Option<String> {
     };
     Some(format!("{}/{node}", namespace.trim_end_matches('/')))
 }
+
+/// Time between two looks for the participants of a node.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Messages that wait for a decision.
 const MAX_WAITING: usize = 100;

@@ -360,7 +360,7 @@ mod tests {
             let found = half_rule(&of, Order::First, 0.0).unwrap();
             let [k, tau, theta] = first;
             // The paper changes the gain where a zero cancels a lag; here it is the model's, and the lag is as much longer.
-            assert_eq!(found.gain, gain, "{name}");
+            assert!((found.gain - gain).abs() < 1e-12 * gain.abs(), "{name}");
             let tau = tau * gain / k;
             assert!(
                 near(found.first(), tau) && near(found.delay, theta),
@@ -405,7 +405,8 @@ mod tests {
         // Longer ones are no dead time.
         let lead = dynamics(&[0.6], &[5.0, 1.0], 1.0, 0.2).with_short_zeros_as_delay(0.05);
         assert_eq!(lead.zeros.len(), 1);
-        assert_eq!(half_rule(&lead, Order::First, 0.0).unwrap().gain, 1.0);
+        let gain = half_rule(&lead, Order::First, 0.0).unwrap().gain;
+        assert!((gain - 1.0).abs() < 1e-12, "{gain}");
         // An integrator has no lag to grow.
         let refusal = half_rule(
             &dynamics(&[2.0], &[f64::INFINITY, 5.0], 1.0, 0.1),

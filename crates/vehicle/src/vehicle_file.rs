@@ -601,13 +601,17 @@ mod tests {
         for (from, to, parts) in [
             ("0.1 in", "-0.1 in", ["restoring_arm", "turn over"]),
             ("z_w: -1.295", "z_w: 1.295", ["coefficients.z_w:", "1.295"]),
-            ("m_w: 0.088", "m_w: .nan", ["coefficients.m_w:", "finite"]),
+            (
+                "m_w: 0.088",
+                "m_w: .nan",
+                ["coefficients.m_w:", "must be from"],
+            ),
             (
                 "28.0 in",
                 "28.0 kg",
                 ["reference.length", "m, cm, mm, in, ft"],
             ),
-            ("19.6 lbf", "inf lbf", ["particulars.weight", "finite"]),
+            ("19.6 lbf", "inf lbf", ["particulars.weight", "must be"]),
             (
                 "forward: 0.5 in",
                 "forward: 40 in",

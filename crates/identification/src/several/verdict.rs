@@ -89,7 +89,7 @@ impl Analysis {
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
-            Some(held) if limited && !unsteady && !gain && !missing => Verdict::NoiseLimited {
+            Some(held) if limited && !unsteady && !gain => Verdict::NoiseLimited {
                 good: held >= USABLE,
             },
             Some(held) if held < USABLE => Verdict::Unusable,
