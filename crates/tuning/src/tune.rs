@@ -707,11 +707,12 @@ impl Task<'_> {
             Kind::Pi => 1,
             Kind::Pid => 2,
         };
-        if let Ok(dynamics) = &self.dynamics {
-            if dynamics.order() == most && dynamics.zeros.is_empty() {
-                let delay = dynamics.delay + 0.5 * self.sampling.tick;
-                return Ok((dynamics.gain, dynamics.denominator()?, delay, None));
-            }
+        if let Ok(dynamics) = &self.dynamics
+            && dynamics.order() == most
+            && dynamics.zeros.is_empty()
+        {
+            let delay = dynamics.delay + 0.5 * self.sampling.tick;
+            return Ok((dynamics.gain, dynamics.denominator()?, delay, None));
         }
         let reduced = self.fit_for(Method::Placement, kind, "a model of first order (pi) or second order (pid), or one that the half rule reduces to such")?;
         let factor = |tau: f64| {
