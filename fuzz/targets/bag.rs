@@ -11,6 +11,7 @@ use planesman_fuzz::InMemory;
 const LIMITS: Limits = Limits {
     chunk: 1 << 20,
     definitions: 1 << 16,
+    unpacked: 1 << 24,
 };
 
 fuzz_target!(|data: &[u8]| {
