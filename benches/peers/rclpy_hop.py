@@ -1,4 +1,4 @@
-"""The commands of crates/node/benches/hop.rs with rclpy: ping SECONDS, pong, pub RATE, sub. By the Python of tests/ros/install.sh."""
+"""The commands of crates/ros/node/benches/hop.rs with rclpy: ping SECONDS, pong, pub RATE, sub. By the Python of tests/ros/install.sh."""
 
 import json
 import sys

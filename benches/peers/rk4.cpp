@@ -1,4 +1,4 @@
-// The dive of program T2, 60 s, by the equations of crates/vehicle/src/dynamics.rs in the vertical plane and Runge-Kutta of fourth order.
+// The dive of program T2, 60 s, by the equations of crates/vehicle/vehicle/src/dynamics.rs in the vertical plane and Runge-Kutta of fourth order.
 //
 // rk4 STEPS HEAVE_INERTIA PITCH_INERTIA Z_W Z_Q Z_DELTA M_W M_Q M_DELTA RESTORING SPEED PLANES, all in SI units; prints a line of JSON: the best
 // time [s] of 50 dives of so many steps with every state kept, pitch [rad] and depth [m] after 10 s, and depth [m] at the end.

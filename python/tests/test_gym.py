@@ -180,7 +180,7 @@ def test_laws_of_a_control_engineer_do_the_tasks() -> None:
 
 
 def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path) -> None:
-    text = (ROOT / "crates/vehicle/vehicles/six_dof/lauv.yaml").read_text()
+    text = (ROOT / "crates/vehicle/vehicle/vehicles/six_dof/lauv.yaml").read_text()
     file = tmp_path / "own.yaml"
     file.write_text(text.replace("name: lauv", "name: own"))
     own = AuvEnv("depth", file, actions={"stern_planes": 0.3}, held={"thrust": 9.0}, speed=1.5)

@@ -20,7 +20,7 @@ use super::trial;
 
 /// By how much the process may grow, MiB, whatever clients do.
 const GROWTH: u64 = 48;
-/// Connections of one address, and its streams (`crates/watch/src/visitors.rs`).
+/// Connections of one address, and its streams (`crates/show/watch/src/visitors.rs`).
 const CONNECTIONS: usize = 64;
 const STREAMS: usize = 16;
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The gain of `crates/flight/examples/own_law.rs`, by scipy.
+"""The gain of `crates/vehicle/flight/examples/own_law.rs`, by scipy.
 
 The vehicle is `brunner` at 1 ft/s from the thesis' numbers (`sampled_margins.py`), held over ticks of 0.05 s; the states are heave, pitch rate, pitch and
 depth in m, rad and s. Minimised is `sum (z/0.05)^2 + (theta/0.3)^2 + (delta/0.2)^2`. Prints the gain as a JSON list.

@@ -3,7 +3,7 @@
 
     sampled_margins.py FEET_PER_SECOND [--lag OMEGA] [--motion '[[time, share], ...]']
 
-The vehicle's equations are those of `crates/vehicle/vehicles/brunner.yaml`, in slugs and feet; the gains are program T6's. The plane command holds over a tick of
+The vehicle's equations are those of `crates/vehicle/vehicle/vehicles/brunner.yaml`, in slugs and feet; the gains are program T6's. The plane command holds over a tick of
 0.05 s. `--motion` is the planes' way after a unit step of the command at a tick, straight between its points, by default at once; `--lag` puts them behind a
 lag of that bandwidth, rad/s. Prints one JSON object: the gain margin by the eigenvalues of the closed loop and its frequency, the phase margin,
 the sensitivity peak.

@@ -252,7 +252,7 @@ class LaunchFile(unittest.TestCase):
         analyzers = YAML(typ="safe").load(SCRIPTS / "params" / "analyzers.yaml")["/**"]["ros__parameters"]
         groups = [group["contains"] for group in analyzers.values() if isinstance(group, dict)]
         for node in EVERYBODY:
-            # As `crates/node` names a status: the node's full name, a colon, what it is of.
+            # As `crates/ros/node` names a status: the node's full name, a colon, what it is of.
             for status in (f"/auv/{node}: connections", f"/auv2/{node}: vehicle"):
                 taken = [group for group in groups if any(text in status for text in group)]
                 self.assertEqual(len(taken), 1, status)

@@ -11,7 +11,7 @@ use planesman_node::STRICT_PARAMETERS;
 use stage::{Signal, Stage, eventually, scenario};
 
 /// The vehicle of the report, for a copy with a fault.
-const VEHICLE: &str = include_str!("../../crates/vehicle/vehicles/brunner.yaml");
+const VEHICLE: &str = include_str!("../../crates/vehicle/vehicle/vehicles/brunner.yaml");
 
 /// The first bytes of a photograph.
 const JPEG: &[u8] = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x01\x00H\x00H\x00\x00\xff\xdb\x00C";

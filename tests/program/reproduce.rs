@@ -209,7 +209,7 @@ fn coefficients_are_shown_beside_the_file_s_in_both_systems() {
 
 #[test]
 fn a_vehicle_without_geometry_and_one_that_is_none_are_refused_in_one_line() {
-    let whole = include_str!("../../crates/vehicle/vehicles/brunner.yaml");
+    let whole = include_str!("../../crates/vehicle/vehicle/vehicles/brunner.yaml");
     let at = whole.find("\ngeometry:").expect("there");
     let folder = tempfile::tempdir().expect("a folder");
     let refusal = |name: &str, text: &str| {

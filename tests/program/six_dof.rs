@@ -1,4 +1,4 @@
-//! `planesman six-dof`: flights and steady turns, against values of an independent integration (crates/vehicle/tests/six_dof/values.json).
+//! `planesman six-dof`: flights and steady turns, against values of an independent integration (crates/vehicle/vehicle/tests/six_dof/values.json).
 
 use std::process::{Command, Output};
 
@@ -200,7 +200,7 @@ fn a_vehicle_is_found_in_a_recording_with_intervals_that_hold_it_and_its_file_fl
     let noisy = recorded(folder.path());
     // The vehicle to begin with is another.
     let other = folder.path().join("other.yaml");
-    let text = include_str!("../../crates/vehicle/vehicles/six_dof/lauv.yaml");
+    let text = include_str!("../../crates/vehicle/vehicle/vehicles/six_dof/lauv.yaml");
     let text = text.replace("N_uv: 10.98880392257711", "N_uv: 8");
     std::fs::write(&other, text.replace("N_uudr: -7.68", "N_uudr: -9")).unwrap();
     let mine = folder.path().join("mine.yaml");

@@ -1,4 +1,4 @@
-//! The linear-quadratic regulator of `crates/flight/examples/own_law.rs`, against scipy.
+//! The linear-quadratic regulator of `crates/vehicle/flight/examples/own_law.rs`, against scipy.
 //!
 //! Where `.venv` is absent the test passes, saying what it skipped (tests/README.md).
 

@@ -24,7 +24,7 @@ def ours(order: int) -> dict[str, float]:
 
 @cache
 def rows(order: int):
-    """The rows and outputs of crates/identification/benches/recursive.rs."""
+    """The rows and outputs of crates/identification/identification/benches/recursive.rs."""
     register, u, y = 1, [0.0] * order, [0.0] * order
     table, outputs = [], []
     for _ in range(ROWS):

@@ -1,6 +1,6 @@
 """Vehicles of six degrees of freedom beside scipy, numpy over all vehicles at once, and a C++ program.
 
-The manoeuvre is that of crates/vehicle/benches/six_dof.rs: 60 s in a steady current, inputs that jump every 10 s. The equations are written here anew, as matrices:
+The manoeuvre is that of crates/vehicle/vehicle/benches/six_dof.rs: 60 s in a steady current, inputs that jump every 10 s. The equations are written here anew, as matrices:
 `M nu' = tau + u L nu + u^2 f - C_RB(nu) nu - C_A(nu_r) nu_r - (D + Q |nu_r|) nu_r - g + M_A nu_c'`, where lift and thrust of a segment, f and tau, are computed once.
 """
 

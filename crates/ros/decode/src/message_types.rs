@@ -165,7 +165,7 @@ mod tests {
 
     /// The project's own definitions, laid out as an installation.
     fn lay_out(folder: &Path) {
-        let standard = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../msgs/standard");
+        let standard = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../msgs/standard");
         for package in [
             "sensor_msgs",
             "std_msgs",

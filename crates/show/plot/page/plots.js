@@ -1,5 +1,5 @@
 "use strict";
-// Draws the plots of a page. A plot is <figure class="plot"> with its data as JSON beside the heading (crates/plot/src/plot.rs
+// Draws the plots of a page. A plot is <figure class="plot"> with its data as JSON beside the heading (crates/show/plot/src/plot.rs
 // and heat_map.rs say what it holds). uPlot draws axes and grid and has cursor, zoom and scales; the series are painted here, each
 // over its own x values. Plots over the same quantity have one cursor; linked ones one zoom too. Text of others goes in by textContent only.
 (() => {

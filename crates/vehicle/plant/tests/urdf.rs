@@ -11,19 +11,19 @@ fn the_committed_files_are_what_is_published() {
     for (name, committed) in [
         (
             "brunner",
-            include_str!("../../../launch-scripts/urdf/brunner.urdf"),
+            include_str!("../../../../launch-scripts/urdf/brunner.urdf"),
         ),
         (
             "remus_100",
-            include_str!("../../../launch-scripts/urdf/remus_100.urdf"),
+            include_str!("../../../../launch-scripts/urdf/remus_100.urdf"),
         ),
         (
             "lauv",
-            include_str!("../../../launch-scripts/urdf/lauv.urdf"),
+            include_str!("../../../../launch-scripts/urdf/lauv.urdf"),
         ),
         (
             "bluerov2_heavy",
-            include_str!("../../../launch-scripts/urdf/bluerov2_heavy.urdf"),
+            include_str!("../../../../launch-scripts/urdf/bluerov2_heavy.urdf"),
         ),
     ] {
         let parameters = PlantParameters {
@@ -54,7 +54,7 @@ fn mesh(text: &str) -> (Vec<[f64; 3]>, Vec<Vec<usize>>) {
 
 #[test]
 fn the_mesh_of_the_hull_is_closed_and_displaces_what_a_cylinder_of_radius_1_does() {
-    let (vertices, faces) = mesh(include_str!("../../../launch-scripts/meshes/hull.obj"));
+    let (vertices, faces) = mesh(include_str!("../../../../launch-scripts/meshes/hull.obj"));
     let along = vertices.iter().map(|it| it[0]);
     assert_eq!(along.clone().fold(f64::MIN, f64::max), 0.5);
     assert_eq!(along.fold(f64::MAX, f64::min), -0.5);

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs RustDDS' own tests, with those that the patches add, on the patched sources:
 #
-#     crates/rustdds/upstream_tests.sh [ARGUMENT OF cargo test ...]
+#     crates/ros/rustdds/upstream_tests.sh [ARGUMENT OF cargo test ...]
 #
 # The published crate is taken from where building this crate has put it. Loopback only.
 set -euo pipefail

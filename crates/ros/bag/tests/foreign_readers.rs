@@ -3,7 +3,7 @@
 //! They are looked for in `.venv` in the repository's root. Without them the tests pass, saying what they
 //! skipped; with `PLANESMAN_PEERS=required` in the environment they fail.
 
-#[path = "../../../tests/foreign/peers.rs"]
+#[path = "../../../../tests/foreign/peers.rs"]
 mod peers;
 
 use std::{

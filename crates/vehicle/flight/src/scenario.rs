@@ -21,35 +21,35 @@ use crate::nodes::{self, NODES};
 pub const BUILTIN: &[(&str, &str)] = &[
     (
         "bluerov2",
-        include_str!("../../../launch-scripts/scenarios/bluerov2.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/bluerov2.yaml"),
     ),
     (
         "dive",
-        include_str!("../../../launch-scripts/scenarios/dive.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/dive.yaml"),
     ),
     (
         "lauv",
-        include_str!("../../../launch-scripts/scenarios/lauv.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/lauv.yaml"),
     ),
     (
         "open_loop",
-        include_str!("../../../launch-scripts/scenarios/open_loop.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/open_loop.yaml"),
     ),
     (
         "remus_100",
-        include_str!("../../../launch-scripts/scenarios/remus_100.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/remus_100.yaml"),
     ),
     (
         "turning_circle",
-        include_str!("../../../launch-scripts/scenarios/turning_circle.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/turning_circle.yaml"),
     ),
     (
         "way_depths",
-        include_str!("../../../launch-scripts/scenarios/way_depths.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/way_depths.yaml"),
     ),
     (
         "zigzag",
-        include_str!("../../../launch-scripts/scenarios/zigzag.yaml"),
+        include_str!("../../../../launch-scripts/scenarios/zigzag.yaml"),
     ),
 ];
 
