@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use crate::TimeHistory;
+use planesman_linear::TimeHistory;
 use crate::error::{LARGEST, PlotError};
 use crate::json::{list, places, script};
 

@@ -18,7 +18,7 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
 };
 use planesman_msgs::{Message, cdr};
-use planesman_plot::TimeHistory;
+use planesman_linear::TimeHistory;
 
 use crate::in_order::{InOrder, Next, ReorderStatistics};
 use crate::model_summary::identified;
