@@ -289,7 +289,9 @@ impl Keywords {
         let speed = self.quantity("speed", Dimension::Speed, rules::SPEED)?;
         let known = self.text("vehicle").map(|name| {
             let heave = speed.map(|speed| heave_of(&name, speed));
-            Ok::<_, HeaveError>(KnownVehicle { heave: heave.transpose()? })
+            Ok::<_, HeaveError>(KnownVehicle {
+                heave: heave.transpose()?,
+            })
         });
         let size = |it: &mut Self, option| it.number(option, rules::NOT_NEGATIVE);
         Ok(VehicleOptions {

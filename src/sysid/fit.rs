@@ -8,8 +8,8 @@ use planesman_console::print_wrapped;
 use planesman_equations::EquationsFile;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
-    FitError, FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation,
-    KnownVehicle, VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
+    FitError, FitOptions, KnownVehicle, MethodChoice, RecursionOptions, StructureOptions,
+    Validation, VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
 };
 use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};

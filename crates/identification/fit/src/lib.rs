@@ -66,8 +66,8 @@ pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
 pub use fit::{FitData, FitResult, fit};
 pub use options::{
-    FitOptions, GridOptions, KnownVehicle, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
-    StructureOptions, Validation, VehicleOptions, options,
+    FitOptions, GridOptions, KnownVehicle, MethodChoice, PreparationOptions, RecursionOptions,
+    SignalOptions, StructureOptions, Validation, VehicleOptions, options,
 };
 pub use planesman_equations::EquationsFile;
 pub use samples::{SamplesOptions, samples};
