@@ -394,6 +394,7 @@ fn main() -> ExitCode {
         None if Scenario::is_there(&cli.dive.scenario) => Command::Dive(cli.dive),
         None => return unknown(&cli.dive.scenario),
     };
+    planesman_text::use_wording(planesman_text::Wording::CommandLine);
     planesman_node::file_size::limit_is_an_error();
     let outcome = match command {
         Command::Dive(args) => match dive(&args) {

@@ -100,7 +100,7 @@ def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Tab
     """
     survey = json.loads(_native.fields(paths(data), None if topic is None else text(topic)))
     for note in survey["notes"]:
-        warnings.warn(_native.in_python(note), stacklevel=2)
+        warnings.warn(note, stacklevel=2)
     rows = Table()
     for found in survey["topics"]:
         for field in found["fields"]:

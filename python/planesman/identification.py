@@ -287,7 +287,7 @@ class Model:
     @property
     def verdict(self) -> list[str]:
         """What fit, residuals and uncertainty say of the model, a sentence each; the last is what to do next."""
-        return [_native.in_python(sentence) for sentence in self._model["verdict"]]
+        return list(self._model["verdict"])
 
     @property
     def uncertainty(self) -> Uncertainty:

@@ -9,7 +9,6 @@ use pyo3::prelude::*;
 use crate::array::array;
 use crate::error::{raised, released};
 use crate::options::{Keyword, Keywords};
-use crate::words::in_python;
 
 /// Stamps, ns, and numbers.
 type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
@@ -37,7 +36,6 @@ pub(crate) fn samples(
         let notes = reading?.notes;
         Ok((read, notes))
     })?;
-    let notes = notes.iter().map(|note| in_python(note)).collect();
     let arrays = read
         .into_iter()
         .map(|(stamps, values)| Ok((array(py, stamps)?, array(py, values)?)));

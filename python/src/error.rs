@@ -10,8 +10,6 @@ use planesman_text::in_one_line;
 use pyo3::exceptions::PyValueError;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, create_exception};
 
-use crate::words::in_python;
-
 /// Time between two looks for Ctrl-C.
 const SIGNAL_POLL_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -26,7 +24,7 @@ create_exception!(
 pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
     match error.into().downcast::<PyErr>() {
         Ok(exception) => exception,
-        Err(error) => PlanesmanError::new_err(in_python(&in_one_line(error.as_ref()))),
+        Err(error) => PlanesmanError::new_err(in_one_line(error.as_ref())),
     }
 }
 

@@ -12,7 +12,6 @@
 //! - `listing`: parameters of the nodes, numbers of the reports.
 //! - `array`: numbers as numpy arrays.
 //! - `error`: errors as Python's exceptions; work that Ctrl-C ends.
-//! - `words`: messages in Python's words.
 //!
 //! The interpreter is released during all work, and asked for Ctrl-C meanwhile. Arrays that go out are moved; those that
 //! come in are copied, since others may change them meanwhile.
@@ -26,11 +25,17 @@ mod listing;
 mod model;
 mod options;
 mod sweep;
-mod words;
 
 /// The native half of planesman.
 #[pyo3::pymodule]
 mod _native {
+    /// Messages name options as Python's keywords.
+    #[pymodule_init]
+    fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
+        planesman_text::use_wording(planesman_text::Wording::Python);
+        Ok(())
+    }
+
     #[pymodule_export]
     use crate::data::{fields, samples};
     #[pymodule_export]
@@ -48,6 +53,4 @@ mod _native {
     };
     #[pymodule_export]
     use crate::sweep::Sweep;
-    #[pymodule_export]
-    use crate::words::in_python;
 }

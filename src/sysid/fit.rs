@@ -240,18 +240,12 @@ impl TryFrom<&FitArgs> for FitOptions {
 }
 
 impl FitArgs {
-    /// The text of a fit, whose last words say what is next; that is not `--model` where the model is written already.
-    fn after_writing(&self, text: String) -> String {
-        const NEXT: &str = ". Next: ";
-        match (&self.model, text.rsplit_once(NEXT)) {
-            (Some(path), Some((before, next))) if next.contains("--model") => {
-                let path = path.display();
-                format!(
-                    "{before}{NEXT}judge it on other data: planesman sysid compare {path} DATA\n"
-                )
-            }
-            _ => text,
-        }
+    /// What is next once the model is written, if it is.
+    fn once_written(&self) -> Option<String> {
+        let path = self.model.as_ref()?.display();
+        Some(format!(
+            "judge it on other data: planesman sysid compare {path} DATA"
+        ))
     }
 }
 
@@ -289,7 +283,11 @@ pub fn run(args: &FitArgs) -> Result<()> {
             planesman_console::print(format!("\n{}", tried(&found.tried)))?;
             print_wrapped(notes(&found.tried))?;
         }
-        print_wrapped(format!("\n{}", args.after_writing(found.analysis.text())))?;
+        let text = match args.once_written() {
+            Some(next) => found.analysis.text_once_written(&next),
+            None => found.analysis.text(),
+        };
+        print_wrapped(format!("\n{text}"))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
@@ -376,7 +374,11 @@ fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
         if let Some(validation) = &found.validation {
             print_wrapped(format!("validation data\n{}", validation.description()))?;
         }
-        print_wrapped(format!("\n{}", args.after_writing(found.text())))?;
+        let text = match args.once_written() {
+            Some(next) => found.text_once_written(&next),
+            None => found.text(),
+        };
+        print_wrapped(format!("\n{text}"))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;

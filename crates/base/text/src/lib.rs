@@ -7,6 +7,7 @@
 //! - [`in_one_line`]: an error with its causes.
 //! - [`number()`]: a number for a reader.
 //! - [`shell_word`]: a word as a shell takes it.
+//! - [`option`], [`setting`]: options as the user of each front end writes them ([`use_wording`]).
 //! - [`did_you_mean`]: the name that was probably meant.
 //! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!
@@ -19,6 +20,7 @@ mod read;
 mod shell_word;
 mod shown;
 mod suggestion;
+mod wording;
 pub mod yaml;
 
 pub use draft::{Draft, write_text, write_whole};
@@ -28,3 +30,4 @@ pub use read::{LARGEST, decoded, read, unmarked};
 pub use shell_word::shell_word;
 pub use shown::{Shown, shown};
 pub use suggestion::did_you_mean;
+pub use wording::{Setting, Wording, option, setting, use_wording};

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
 use planesman_identification::estimators::coloured_covariance;
 use planesman_identification::{Spread, fit as fit_percent};
+use planesman_text::setting;
 
 use crate::determined::{Undetermined, null_directions, undetermined};
 use crate::error::EquationsError;
@@ -446,14 +447,12 @@ fn judged(
 }
 
 /// A verdict, and what to do next: with a model that is good, or with one that is not.
-pub(crate) fn verdict_text(verdict: Verdict, good: &str, bad: &str) -> String {
-    let (word, next) = verdict.words();
-    let next = match verdict {
+pub(crate) fn verdict_text(verdict: Verdict, good: String, bad: String) -> String {
+    verdict.text(match verdict {
         Verdict::Good | Verdict::Usable => good,
         Verdict::Unusable => bad,
-        _ => next,
-    };
-    format!("verdict: {word}. Next: {next}")
+        _ => verdict.next(),
+    })
 }
 
 impl EquationsFit {
@@ -462,9 +461,16 @@ impl EquationsFit {
     pub fn verdict_text(&self) -> String {
         verdict_text(
             self.verdict,
-            "keep the parameters: --model fitted.yaml; look at it: --html fit.html",
-            "look at the page for where it fails: --html fit.html; an equation lacks something, or the search ended elsewhere: give parameters \
-             min and max, between which several searches begin",
+            format!(
+                "keep the parameters: {}; look at it: {}",
+                setting("model", "fitted.yaml"),
+                setting("html", "fit.html")
+            ),
+            format!(
+                "look at the page for where it fails: {}; an equation lacks something, or the search ended elsewhere: give parameters min and max, \
+                 between which several searches begin",
+                setting("html", "fit.html")
+            ),
         )
     }
 

@@ -15,6 +15,7 @@ use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Ve
 use planesman_identification::estimators::{Search, Total, coloured_covariance, least};
 use planesman_identification::{IdentificationError, Uncertain, least_squares, stop_point};
 use planesman_linear::{ComplexFunctions as _, polynomial};
+use planesman_text::{option, setting};
 
 use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
@@ -118,15 +119,25 @@ impl TransferFit {
     #[must_use]
     pub fn verdict_text(&self) -> String {
         if self.verdict == Verdict::ParametersUndetermined {
-            let (word, _) = self.verdict.words();
-            return format!(
-                "verdict: {word}. Next: dead time and zeros stand in for each other: fewer coefficients, --numerator 1, or none: --delay 0"
-            );
+            return self.verdict.text(format!(
+                "dead time and zeros stand in for each other: fewer coefficients, {}, or none: {}",
+                setting("numerator", 1),
+                setting("delay", 0)
+            ));
         }
         verdict_text(
             self.verdict,
-            "look at it: --html model.html; a sampled model for the simulator and the controller: without --continuous",
-            "look at the page for where it fails: --html model.html; then another --order, or equations of your own: --equations FILE",
+            format!(
+                "look at it: {}; a sampled model for the simulator and the controller: without {}",
+                setting("html", "model.html"),
+                option("continuous")
+            ),
+            format!(
+                "look at the page for where it fails: {}; then another {}, or equations of your own: {}",
+                setting("html", "model.html"),
+                option("order"),
+                setting("equations", "FILE")
+            ),
         )
     }
 

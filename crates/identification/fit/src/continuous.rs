@@ -36,7 +36,10 @@ pub fn fit_continuous(
         return Err(FitError::DelayInSamples);
     }
     if structure.order == Some(0) {
-        return Err(FitError::NotOf("order 0", "--continuous, which has poles"));
+        return Err(FitError::NotOf(
+            "order 0",
+            "a transfer function in s, which has poles",
+        ));
     }
     let data = options.stamped(
         &options.signals.inputs(),

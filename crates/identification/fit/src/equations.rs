@@ -273,7 +273,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         assert_eq!(json["continuous"]["den"].as_array().unwrap().len(), 2);
         options.structure.delay = Some(3);
         let refusal = fit_continuous(&options, &()).unwrap_err().to_string();
-        assert!(refusal.contains("--delay counts samples"), "{refusal}");
+        assert!(refusal.contains("delay counts samples"), "{refusal}");
     }
 
     #[test]
@@ -288,11 +288,11 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         for (change, said) in [
             (
                 (&|it: &mut FitOptions| it.structure.order = Some(2)) as &dyn Fn(&mut FitOptions),
-                "--order says nothing of equations",
+                "order says nothing of equations",
             ),
             (
                 &|it| it.signals.grid.rate = Some(10.0),
-                "--rate says nothing of a fit at the stamps",
+                "rate says nothing of a fit at the stamps",
             ),
             (
                 &|it| it.signals.other_inputs = vec!["v=x".to_owned()],
@@ -318,7 +318,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         let refusal = refusal.unwrap_err().to_string();
         assert!(
             refusal.contains(
-                "--input volts: the equations have the inputs u, v; write --input NAME=SIGNAL"
+                "input volts: the equations have the inputs u, v; write input NAME=SIGNAL"
             ),
             "{refusal}"
         );

@@ -1,7 +1,6 @@
 //! Why there is no model, or no comparison.
 //!
-//! A sentence names an option as the command line does, `--order`; each is a field of the options, `order`. So there is one
-//! sentence for the command line and for the verdicts, and who shows it elsewhere translates all of them alike.
+//! A sentence names an option by its field, which each front end writes as its user does ([`planesman_text::Wording`]).
 
 use std::error::Error;
 use std::fmt::Display;
@@ -12,12 +11,16 @@ use planesman_equations::EquationsError;
 use planesman_identification::IdentificationError;
 use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::Refusal;
+use planesman_text::{option, setting};
 
 /// Why there is no model, or no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
     /// A value that an option does not take.
-    #[error("invalid value '{value}' for '--{}': {rule}", dashed(option))]
+    #[error(
+        "invalid value '{value}' for '{}': {rule}",
+        planesman_text::option(option)
+    )]
     Value {
         /// The option.
         option: &'static str,
@@ -27,47 +30,66 @@ pub enum FitError {
         rule: RuleError,
     },
     /// An option without another that it needs.
-    #[error("--{} needs --{}", dashed(.0), dashed(.1))]
+    #[error("{} needs {}", option(.0), option(.1))]
     Needs(&'static str, &'static str),
     /// Two options that exclude each other.
-    #[error("--{} excludes --{}", dashed(.0), dashed(.1))]
+    #[error("{} excludes {}", option(.0), option(.1))]
     Excludes(&'static str, &'static str),
     /// A structure for a method whose structure is the vehicle's.
-    #[error("--method {}: order, delay and zeros are given by the vehicle's equations", .0.name())]
+    #[error("{}: order, delay and zeros are given by the vehicle's equations", setting("method", .0.name()))]
     StructureOfVehicle(Method),
     /// A structure for a method whose structure is its form's.
     #[error(
-        "--method process: order, delay and integrators are those of its form, --process {}",
-        forms()
+        "{}: order, delay and integrators are those of its form, {}",
+        setting("method", "process"),
+        setting("process", forms())
     )]
     StructureOfProcess,
     /// A form of process model for another method.
-    #[error("--process is for --method process; {} takes --order and --delay", .0.name())]
+    #[error("{} is for {}; {} takes {} and {}", option("process"), setting("method", "process"), .0.name(), option("order"), option("delay"))]
     NotProcess(Method),
     /// A coherence for another method.
-    #[error("--coherence is for --method frf; {} takes all frequencies", .0.name())]
+    #[error("{} is for {}; {} takes all frequencies", option("coherence"), setting("method", "frf"), .0.name())]
     NotFrequency(Method),
     /// Numerators of their own for the method that has one response.
     #[error(
-        "--own-numerators: --method frf has one response of all segments; fit them one by one with --window"
+        "{}: {} has one response of all segments; fit them one by one with {}",
+        option("own_numerators"),
+        setting("method", "frf"),
+        option("window")
     )]
     OneResponse,
     /// Coefficients of a vehicle for a method that has no use for them.
-    #[error("--heave and --vehicle are for --method vehicle and kalman")]
+    #[error(
+        "{} and {} are for {} and kalman",
+        option("heave"),
+        option("vehicle"),
+        setting("method", "vehicle")
+    )]
     NoVehicle,
     /// A numerator of a model without a denominator.
-    #[error("--method fir has no denominator: --order is the number of its coefficients")]
+    #[error(
+        "{} has no denominator: {} is the number of its coefficients",
+        setting("method", "fir"),
+        option("order")
+    )]
     NumeratorOfFir,
     /// An order above the largest of a model with poles, which only a finite impulse response has.
-    #[error("--order: {0} at most, but for --method fir")]
+    #[error(
+        "{}: {} at most, but for {}",
+        option("order"), .0,
+        setting("method", "fir")
+    )]
     Order(usize),
     /// A static gain by a method that has none.
-    #[error("--order 0, a static gain, is none of --method {}: name --order 1 or more, or another method", .0.name())]
+    #[error("{}, a static gain, is none of {}: name {} or more, or another method", setting("order", 0), setting("method", .0.name()), setting("order", 1))]
     NoStatic(Method),
     /// A static curve beside a method that has none.
     #[error(
-        "--curve is for one input of a linear model without --reference: --method automatic, output_error, box_jenkins, armax, \
-         least_squares or n4sid"
+        "{} is for one input of a linear model without {}: {}, output_error, box_jenkins, armax, least_squares or n4sid",
+        option("curve"),
+        option("reference"),
+        setting("method", "automatic")
     )]
     NoCurve,
     /// A model file with a static curve that is none.
@@ -83,12 +105,12 @@ pub enum FitError {
     Twice(String),
     /// A method of one input and one output.
     #[error(
-        "--method {0} is for one input and one output; several take automatic, output_error and box_jenkins, which choose order \
-         and delay of each channel"
+        "{} is for one input and one output; several take automatic, output_error and box_jenkins, which choose order and delay \
+         of each channel", setting("method", .0)
     )]
     MethodOfSeveral(&'static str),
     /// An option of one input and one output.
-    #[error("--{} is for one input and one output; leave it out, or name one --input and one --output", dashed(.0))]
+    #[error("{} is for one input and one output; leave it out, or name one {} and one {}", option(.0), option("input"), option("output"))]
     OfOne(&'static str),
     /// Several signals for a fit of one input and one output.
     #[error("several inputs or outputs are named: fit_several takes them")]
@@ -97,22 +119,28 @@ pub enum FitError {
     #[error(transparent)]
     Equations(#[from] EquationsError),
     /// An option that says nothing of equations.
-    #[error("--{} says nothing of {}; leave it out", dashed(.0), .1)]
+    #[error("{} says nothing of {}; leave it out", option(.0), .1)]
     NotOf(&'static str, &'static str),
     /// A model file of a model that has no sampling interval.
     #[error(
-        "--model writes models of a sampling interval, and --continuous has none: --json has its numbers, and without --continuous a model is written"
+        "{} writes models of a sampling interval, and {} has none: {} has its numbers, and without {} a model is written",
+        option("model"),
+        option("continuous"),
+        option("json"),
+        option("continuous")
     )]
     NoSampledModel,
     /// A delay in samples for a model that has none.
     #[error(
-        "--delay counts samples, of which --continuous has no interval: --delay 0 is no dead time, without it one is sought"
+        "{} counts samples, of which a transfer function in s has no interval: {} is no dead time, without it one is sought",
+        option("delay"),
+        setting("delay", 0)
     )]
     DelayInSamples,
     /// A signal for an input or output that is none of the equations.
     #[error(
-        "--{option} {given}: the equations have the {option}s {}; write --{option} NAME=SIGNAL, NAME one of them",
-        names.join(", ")
+        "{}: the equations have the {option}s {}; write {}, NAME one of them",
+        setting(option, given), names.join(", "), setting(option, "NAME=SIGNAL")
     )]
     Binding {
         /// input or output.
@@ -124,18 +152,19 @@ pub enum FitError {
     },
     /// No stretch of data has all outputs and inputs.
     #[error(
-        "{0}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is;          a longer --max-gap joins stretches"
-    )]
+        "{}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is; \
+         a longer {} joins stretches", .0, option("max_gap"))]
     NoStretch(String),
     /// Options of the recursive methods for another.
     #[error(
-        "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \
-         all samples at once", .0.name()
+        "{} and {} are for the recursive methods, as {}; {} uses all samples at once",
+        option("forgetting"), option("initial_covariance"), setting("method", "recursive_least_squares"), .0.name()
     )]
     NotRecursive(Method),
     /// A window to fit with samples of the one to validate.
-    #[error("--window {}..{} overlaps --validation {}..{}: samples that were fitted validate nothing",
-        window.0, window.1, validation.0, validation.1)]
+    #[error("{} overlaps {}: samples that were fitted validate nothing",
+        setting("window", format!("{}..{}", window.0, window.1)),
+        setting("validation", format!("{}..{}", validation.0, validation.1)))]
     Overlap {
         /// To fit, s.
         window: (f64, f64),
@@ -164,14 +193,18 @@ pub enum FitError {
     #[error("no method finds a model")]
     NoMethod,
     /// A frequency response of a model that was fitted otherwise.
-    #[error("--response writes what --method frf measures: ask for that")]
+    #[error(
+        "{} writes what {} measures: ask for that",
+        option("response"),
+        setting("method", "frf")
+    )]
     NoResponse,
     /// Nothing to compare.
-    #[error("a model file is needed, *.json or *.yaml, as sysid fit --model writes it")]
+    #[error("a model file is needed, *.json or *.yaml, as sysid fit writes it")]
     NoModel,
     /// Models of different signals.
-    #[error("{} is of '{}', {} of '{}': --{option} SIGNAL says which of the data's signals they are judged on",
-        first.0.display(), first.1, other.0.display(), other.1)]
+    #[error("{} is of '{}', {} of '{}': {} says which of the data's signals they are judged on",
+        first.0.display(), first.1, other.0.display(), other.1, setting(option, "SIGNAL"))]
     Signals {
         /// The option that says which.
         option: &'static str,
@@ -191,7 +224,7 @@ pub enum FitError {
         source: Box<Self>,
     },
     /// A model that cannot be judged on the data.
-    #[error("{} (--rate {rate} makes a grid for it)", model.display())]
+    #[error("{} ({} makes a grid for it)", model.display(), setting("rate", rate))]
     Judgement {
         /// The model.
         model: PathBuf,
@@ -219,11 +252,6 @@ impl FitError {
 /// The forms of a process model.
 fn forms() -> String {
     Form::ALL.map(Form::name).join(", ")
-}
-
-/// A field as an option is written.
-fn dashed(field: &str) -> String {
-    field.replace('_', "-")
 }
 
 /// Why an option does not take a value.

@@ -1,5 +1,6 @@
 //! A model from data, with uncertainty, tests and a verdict.
 
+use planesman_text::setting;
 use std::time::Instant;
 
 use planesman_identification::IdentificationError;
@@ -130,7 +131,8 @@ impl FitData {
             && let Some(means) = options.signals.means_of_motion()?
         {
             let told = format!(
-                "{means} has the mean over each interval, which needs no guess: --input {means}"
+                "{means} has the mean over each interval, which needs no guess: {}",
+                setting("input", &means)
             );
             result.analysis.reasons.insert(0, Reason::Data(told));
         }
@@ -494,7 +496,7 @@ mod tests {
         assert!(text.contains("the coherence is 0.6 or more from"), "{text}");
         let alone = (0..u.len()).map(hum).collect();
         let refusal = of(alone).unwrap_err().to_string();
-        assert!(refusal.contains("--coherence 0.4"), "{refusal}");
+        assert!(refusal.contains("coherence 0.4"), "{refusal}");
         let other = fit(&options(DataOptions::columns(columns())), &()).unwrap();
         assert!(matches!(other.response(), Err(FitError::NoResponse)));
     }

@@ -6,8 +6,9 @@ use planesman_identification::selection::Kind;
 use planesman_identification::static_curve::{Side, StaticCurve};
 use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
 use planesman_model_file::{
-    ChannelModel, Continuous, Format, Heave, ModelFile, Parameter, Physical as PhysicalFile, Place,
-    Process, Refusal, Side as FileSide, StaticCurve as StaticCurveFile,
+    ChannelModel, Continuous, Format, Heave, Judgement, ModelFile, Parameter,
+    Physical as PhysicalFile, Place, Process, Refusal, Side as FileSide,
+    StaticCurve as StaticCurveFile,
 };
 
 /// The model file: what other programs load.
@@ -21,7 +22,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
     let in_s = continuous(&analysis.estimate.model_of_means(analysis.longest)).ok();
     let covariance = analysis.estimate.coefficient_covariance(analysis.longest);
     Ok(ModelFile {
-        format: Format::One,
+        format: Format::Two,
         input: analysis.input.clone(),
         output: analysis.output.clone(),
         method: analysis.method_name().to_owned(),
@@ -68,6 +69,15 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
         fit: analysis.fit,
         held_out_fit: analysis.held_out_fit,
         preparation: Vec::new(),
+        judgement: Some(Judgement {
+            standing: analysis.verdict.standing().name().to_owned(),
+            code: analysis.verdict.code().to_owned(),
+            findings: analysis
+                .reasons
+                .iter()
+                .map(|it| it.code().to_owned())
+                .collect(),
+        }),
         verdict: analysis.sentences(),
     })
 }

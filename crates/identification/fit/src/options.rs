@@ -641,15 +641,12 @@ mod tests {
         let cases: [Case<'_>; 12] = [
             (
                 &|it| it.structure.numerator = Some(2),
-                "--numerator needs --order",
+                "numerator needs order",
             ),
-            (
-                &|it| it.structure.prewindow = true,
-                "--prewindow needs --order",
-            ),
+            (&|it| it.structure.prewindow = true, "prewindow needs order"),
             (
                 &|it| it.vehicle.vehicle = Some(KnownVehicle::default()),
-                "--vehicle needs --speed",
+                "vehicle needs speed",
             ),
             (
                 &|it| {
@@ -657,11 +654,11 @@ mod tests {
                     it.vehicle.speed = Some(0.3);
                     it.vehicle.heave = Some([1.0; 4]);
                 },
-                "--vehicle excludes --heave",
+                "vehicle excludes heave",
             ),
             (
                 &|it| it.vehicle.heave = Some([1.0; 4]),
-                "--method vehicle and kalman",
+                "method vehicle and kalman",
             ),
             (
                 &|it| it.vehicle.heave = Some([f64::NAN; 4]),
@@ -669,9 +666,9 @@ mod tests {
             ),
             (
                 &|it| it.structure.order = Some(65),
-                "'65' for '--order': 65 is not in 0..=64",
+                "'65' for 'order': 65 is not in 0..=64",
             ),
-            (&|it| it.structure.order = Some(21), "--order: 20 at most"),
+            (&|it| it.structure.order = Some(21), "order: 20 at most"),
             (
                 &|it| it.recursion.forgetting = Some(0.9),
                 "for the recursive methods",
@@ -689,7 +686,7 @@ mod tests {
                     it.signals.grid.window = vec![(0.0, 20.0)];
                     it.validation = Some(Validation::Window(10.0, 30.0));
                 },
-                "--window 0..20 overlaps --validation 10..30",
+                "window 0..20 overlaps validation 10..30",
             ),
         ];
         for (change, said) in cases {

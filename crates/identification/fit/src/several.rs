@@ -7,8 +7,8 @@ use planesman_identification::several::{
 };
 use planesman_identification::{GivenModel, continuous};
 use planesman_model_file::{
-    ChannelModel as ChannelFile, Continuous, LeftOut, OutputModel, SeveralFormat, SeveralModelFile,
-    StateSpace,
+    ChannelModel as ChannelFile, Continuous, Judgement, LeftOut, OutputModel, SeveralFormat,
+    SeveralModelFile, StateSpace,
 };
 use planesman_parallel::{Progress, stop_point};
 use planesman_signals::PreparedRecord;
@@ -81,6 +81,13 @@ impl SeveralResult {
     pub fn text(&self) -> String {
         let outputs: Vec<String> = self.outputs.iter().map(Analysis::text).collect();
         outputs.join("\n")
+    }
+
+    /// The same of models that are written already: what is next where writing them would be.
+    #[must_use]
+    pub fn text_once_written(&self, next: &str) -> String {
+        let outputs = self.outputs.iter().map(|it| it.text_once_written(next));
+        outputs.collect::<Vec<_>>().join("\n")
     }
 
     /// Everything but the record's numbers, as `--json` prints it.
@@ -203,6 +210,15 @@ fn output_model(found: &Analysis) -> Result<OutputModel, FitError> {
         noise_denominator: found.noise_denominator.clone(),
         fit: found.fit,
         held_out_fit: found.held_out_fit,
+        judgement: Some(Judgement {
+            standing: found.verdict.standing().name().to_owned(),
+            code: found.verdict.code().to_owned(),
+            findings: found
+                .reasons
+                .iter()
+                .map(|it| it.reason.code().to_owned())
+                .collect(),
+        }),
         verdict: found.sentences(),
     })
 }
@@ -545,16 +561,13 @@ mod tests {
                     it.method =
                         MethodChoice::One(planesman_identification::estimators::Method::Armax)
                 },
-                "--method armax is for one input",
+                "method armax is for one input",
             ),
             (
                 &|it| it.signals.reference = Some("r".to_owned()),
-                "--reference is for one input",
+                "reference is for one input",
             ),
-            (
-                &|it| it.bootstrap = Some(200),
-                "--bootstrap is for one input",
-            ),
+            (&|it| it.bootstrap = Some(200), "bootstrap is for one input"),
         ];
         for (change, said) in cases {
             let refusal = refusal(change);

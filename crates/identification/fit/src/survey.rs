@@ -1,5 +1,6 @@
 //! Every numeric field of a bag, table or log: rate, gaps, range and time history.
 
+use planesman_text::setting;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -584,7 +585,8 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     }
     if omitted > 0 {
         survey.notes.push(format!(
-            "{omitted} further topics are not listed; --topic TEXT lists those whose name contains it"
+            "{omitted} further topics are not listed; {} lists those whose name contains it",
+            setting("topic", "TEXT")
         ));
     }
     if bag.omitted() > 0 {

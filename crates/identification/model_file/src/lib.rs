@@ -9,15 +9,17 @@
 //! finite, `den` beginning with 1, lists of the sizes that belong together.
 
 mod covariance;
+mod judgement;
 mod several;
 
+pub use judgement::Judgement;
 pub use several::{
     ChannelModel, LeftOut, OutputModel, SeveralFormat, SeveralModelFile, StateSpace,
 };
 
 use std::path::Path;
 
-use planesman_text::{write_text, yaml};
+use planesman_text::{option, setting, write_text, yaml};
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
@@ -57,8 +59,9 @@ pub enum Refusal {
     Name,
     /// The text would be too long to be read again.
     #[error(
-        "it would have {length} bytes, and {} at most are read: a lower --rate leaves a delay fewer samples",
-        planesman_text::LARGEST
+        "it would have {length} bytes, and {} at most are read: a lower {} leaves a delay fewer samples",
+        planesman_text::LARGEST,
+        option("rate")
     )]
     Size {
         /// Bytes.
@@ -74,7 +77,10 @@ pub enum Refusal {
     #[error("speed refused: it must be above 0")]
     Speed,
     /// The speed is needed and not given.
-    #[error("it does not say at what speed it holds: add 'speed', in m/s (sysid fit --speed)")]
+    #[error(
+        "it does not say at what speed it holds: add 'speed', in m/s, which a fit takes as {}",
+        option("speed")
+    )]
     NoSpeed,
     /// The denominator does not begin with 1.
     #[error("den must begin with 1")]
@@ -101,7 +107,8 @@ pub enum Refusal {
     StateSpace,
     /// The file has a static curve where a linear model is asked for.
     #[error(
-        "it has a static curve beside its linear dynamics: identify a linear model, sysid fit --curve none, about one level of the input"
+        "it has a static curve beside its linear dynamics: identify a linear model, {}, about one level of the input",
+        setting("curve", "none")
     )]
     Curve,
     /// A static curve whose parameters are not those of its kind.
@@ -121,10 +128,13 @@ pub enum Refusal {
 /// The name and the version of the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// The only one so far.
-    #[default]
+    /// The first, without a judgement.
     #[serde(rename = "planesman model 1")]
     One,
+    /// With a judgement.
+    #[default]
+    #[serde(rename = "planesman model 2")]
+    Two,
 }
 
 /// A root with its standard deviations.
@@ -311,7 +321,10 @@ pub struct ModelFile {
     /// How the data was prepared, a sentence for each step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub preparation: Vec<String>,
-    /// The verdict.
+    /// What the model is good for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judgement: Option<Judgement>,
+    /// The same for people: what was found, and the verdict.
     pub verdict: Vec<String>,
 }
 
@@ -327,7 +340,7 @@ impl ModelFile {
     ) -> Self {
         let count = num.len() + den.len().saturating_sub(1);
         Self {
-            format: Format::One,
+            format: Format::Two,
             input: input.to_owned(),
             output: output.to_owned(),
             method: "exact".to_owned(),
@@ -352,6 +365,7 @@ impl ModelFile {
             fit: None,
             held_out_fit: None,
             preparation: Vec::new(),
+            judgement: None,
             verdict: Vec::new(),
         }
     }
@@ -409,6 +423,12 @@ impl ModelFile {
         self.check()
             .and_then(|()| write_checked(self, path))
             .map_err(|reason| Error::of(path, reason))
+    }
+
+    /// What the model is good for, of a file of the first format by its sentences; `None` where nothing says so.
+    #[must_use]
+    pub fn judgement(&self) -> Option<Judgement> {
+        (self.judgement.clone()).or_else(|| Judgement::of_sentences(&self.verdict))
     }
 
     /// `n`.

@@ -1,5 +1,6 @@
 //! A model of several inputs and outputs: a transfer function of each input to each output, and a state space of them all.
 
+use crate::judgement::Judgement;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -79,7 +80,10 @@ pub struct OutputModel {
     pub fit: Option<f64>,
     /// Simulated fit on held-out data, %.
     pub held_out_fit: Option<f64>,
-    /// The verdict.
+    /// What the model is good for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judgement: Option<Judgement>,
+    /// The same for people: what was found, and the verdict.
     pub verdict: Vec<String>,
 }
 

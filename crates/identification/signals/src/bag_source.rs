@@ -9,7 +9,7 @@ use planesman_bag::{BagReader, Limits, Message, Order, Topic};
 use planesman_decode::path::Step;
 use planesman_decode::{Decoder, FieldPath, Types, Values, is_called};
 use planesman_record::Input;
-use planesman_text::did_you_mean;
+use planesman_text::{did_you_mean, setting};
 
 use crate::bag_types::types;
 use crate::error::{Result, SourceError, listed};
@@ -150,7 +150,8 @@ impl BagSource {
                 .push(format!("{reason}; so the recorder's time is taken for all")),
             (Some(reason), None) if clock == Clock::Header => {
                 return Err(SourceError::Data(format!(
-                    "{reason}; --stamp log takes the recorder's time for all"
+                    "{reason}; {} takes the recorder's time for all",
+                    setting("stamp", "log")
                 )));
             }
             (_, None) => {
@@ -186,8 +187,10 @@ impl BagSource {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
-                "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
-                wanted.topic, wanted.type_name
+                "{}: messages of type {} carry no stamp; {} takes the recorder's for all",
+                wanted.topic,
+                wanted.type_name,
+                setting("stamp", "log")
             ))),
             (Some(Clock::Log), _) => Ok((Clock::Log, None, Vec::new())),
             (Some(Clock::Header), None) => Ok((Clock::Header, None, self.first_stamps(wanted)?)),

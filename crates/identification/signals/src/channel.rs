@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use planesman_text::number;
+use planesman_text::{number, option, setting};
 use serde::Serialize;
 
 use crate::mixture::Mixture;
@@ -104,8 +104,9 @@ impl fmt::Display for Change {
             ),
             Self::Unwrapped { period, wraps } => write!(
                 f,
-                "wraps {wraps} times: unwrapped by {} (--unwrap no takes it as it is)",
-                Unwrap::Period(period)
+                "wraps {wraps} times: unwrapped by {} ({} takes it as it is)",
+                Unwrap::Period(period),
+                setting("unwrap", "no")
             ),
         }
     }
@@ -219,16 +220,20 @@ impl Timing {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
             return Some(format!(
                 "{name}: {} of {all} samples have the stamp of another, so their times are not known: name the interval between \
-                 the rows of a table (--sample-time SECONDS) or another column (--time), and of a bag the recorder's time \
-                 (--stamp log)",
-                self.duplicates
+                 the rows of a table ({}) or another column ({}), and of a bag the recorder's time ({})",
+                self.duplicates,
+                setting("sample_time", "SECONDS"),
+                option("time"),
+                setting("stamp", "log")
             ));
         }
         (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
             format!(
                 "{name}: {} of {all} samples are stamped before those in front of them: sort them by time, or name another \
-                 time: --time COLUMN of a table, --stamp log of a bag",
-                self.late
+                 time: {} of a table, {} of a bag",
+                self.late,
+                setting("time", "COLUMN"),
+                setting("stamp", "log")
             )
         })
     }

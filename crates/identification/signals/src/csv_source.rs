@@ -11,7 +11,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use csv::{ByteRecord, Reader};
-use planesman_text::{did_you_mean, shown, unmarked};
+use planesman_text::{did_you_mean, option, setting, shown, unmarked};
 
 use crate::csv_cell::{decimal, is_missing, number};
 use crate::csv_form::{Form, Lines};
@@ -582,23 +582,31 @@ impl CsvSource {
             Time::Unknown => {
                 return Err(SourceError::Request(format!(
                     "{path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
-                     with --time COLUMN (--time SECONDS+NANOSECONDS or DATE+TIME where it is in two), or give the interval between rows \
-                     with --sample-time, as in --sample-time 0.1s",
-                    time_unit::NAMES[..4].join(", ")
+                     with {} ({} or DATE+TIME where it is in two), or give the interval between rows with {}, as in {}",
+                    time_unit::NAMES[..4].join(", "),
+                    setting("time", "COLUMN"),
+                    setting("time", "SECONDS+NANOSECONDS"),
+                    option("sample_time"),
+                    setting("sample_time", "0.1s")
                 )));
             }
             Time::Counted => {
                 return Err(SourceError::Request(format!(
-                    "{path}: no column is the time: '{}', the first, counts the rows; give the interval between them with \
-                     --sample-time, as in --sample-time 0.1s, or name the time with --time COLUMN",
-                    columns[0]
+                    "{path}: no column is the time: '{}', the first, counts the rows; give the interval between them with {}, as \
+                     in {}, or name the time with {}",
+                    columns[0],
+                    option("sample_time"),
+                    setting("sample_time", "0.1s"),
+                    setting("time", "COLUMN")
                 )));
             }
             Time::Rising if signals.iter().any(|it| it.1 == 0) => {
                 return Err(SourceError::Request(format!(
                     "{path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
-                     name the time with --time COLUMN or give --sample-time",
-                    columns[0]
+                     name the time with {} or give {}",
+                    columns[0],
+                    setting("time", "COLUMN"),
+                    option("sample_time")
                 )));
             }
             _ => {}
@@ -805,7 +813,8 @@ impl Rows<'_> {
             );
             if timeless == self.count {
                 return Err(SourceError::Data(format!(
-                    "{note}; a time is read as {FORMS}"
+                    "{note}; a time is read as a number ({}), {FORMS}",
+                    option("time_unit")
                 )));
             }
             reading.notes.push(note);

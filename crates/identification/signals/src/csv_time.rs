@@ -7,7 +7,7 @@ use crate::csv_cell::{decimal, number};
 use crate::time_unit::TimeUnit;
 
 /// What is read, for those whose time is not.
-pub(crate) const FORMS: &str = "a number (--time-unit), 2026-11-24 12:00:00.050, 2026-11-24T12:00:00.050Z, 2026/11/24 12:00:00.050, 24.11.2026 12:00:00,050, \
+pub(crate) const FORMS: &str = "2026-11-24 12:00:00.050, 2026-11-24T12:00:00.050Z, 2026/11/24 12:00:00.050, 24.11.2026 12:00:00,050, \
      11/24/2026 12:00:00.050 PM, 24-Nov-2026 12:00:00.050, 12:00:00.050, 0.05 sec";
 
 const HOUR: i64 = 3_600_000_000_000;

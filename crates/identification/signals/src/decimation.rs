@@ -5,6 +5,7 @@
 //! over the interval it acts over, an output's over as many samples about its instant, so that neither is delayed.
 
 use planesman_record::{Record, Segment};
+use planesman_text::setting;
 
 /// The share of the autocovariance that marks how long an output stays as it is.
 const AUTOCOVARIANCE_SHARE: f64 = 0.9;
@@ -29,9 +30,10 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     record.sample_time *= factor as f64;
     Some(format!(
         "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are used, {:.6} samples \
-             per second (--rate {before:.6} keeps all)",
+             per second ({} keeps all)",
         record.outputs.join(", "),
-        1.0 / record.sample_time
+        1.0 / record.sample_time,
+        setting("rate", format!("{before:.6}"))
     ))
 }
 

@@ -11,6 +11,7 @@
 //!   (Brunner 1988, ch. V.F).
 
 use planesman_record::{Record, Segment, StraightLine};
+use planesman_text::{option, setting};
 use serde::Serialize;
 
 use crate::decimation::decimate;
@@ -249,12 +250,14 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
         let is_step = at_rest && is_input && first != 0.0;
         if samples > 1 && !is_step && all(signal).all(|it| *it == first) {
             let help = match (is_input, first == 0.0) {
-                (false, _) => "",
-                (true, false) => {
-                    "; where the output was at rest before the first sample, --at-rest takes it for a step there"
-                }
+                (false, _) => String::new(),
+                (true, false) => format!(
+                    "; where the output was at rest before the first sample, {} takes it for a step there",
+                    option("at_rest")
+                ),
                 (true, true) => {
                     "; a free motion alone has no gain: record the input that begins it, or one that moves"
+                        .to_owned()
                 }
             };
             return Some(format!(
@@ -273,10 +276,10 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     let (input, output) = (record.inputs.first()?, record.outputs.first()?);
     is_proportional.then(|| {
         format!(
-            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; --order 0 takes it for a \
-             static gain",
+            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; {} takes it for a static gain",
             Short(gain),
-            Short(y0 - gain * u0)
+            Short(y0 - gain * u0),
+            setting("order", 0)
         )
     })
 }
@@ -314,8 +317,11 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
             _ => format!(" of segment {}", segment + 1),
         };
         let done = match drop {
-            true => "replaced by the straight line between their neighbours",
-            false => "used as they are (--outliers drop replaces them)",
+            true => "replaced by the straight line between their neighbours".to_owned(),
+            false => format!(
+                "used as they are ({} replaces them)",
+                setting("outliers", "drop")
+            ),
         };
         steps.push(Step {
             name: StepName::Outliers,

@@ -1,5 +1,6 @@
 //! A record from data: named signals of one source, resampled to one grid.
 
+use planesman_text::{option, setting};
 use std::cell::Cell;
 
 use crate::channel::{Channel, Method, hertz};
@@ -199,12 +200,12 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
     let step = |output: &Channel| {
         let how = match output.method {
             Method::Centred | Method::Mean | Method::Foh => {
-                "those between two instants are averaged"
+                "those between two instants are averaged".to_owned()
             }
-            Method::Linear | Method::Hold => {
-                "those between two instants are left out, so faster motion folds into slower (--output-method centred \
-                 averages them)"
-            }
+            Method::Linear | Method::Hold => format!(
+                "those between two instants are left out, so faster motion folds into slower ({} averages them)",
+                setting("output_method", "centred")
+            ),
         };
         Step {
             name: StepName::Decimation,
@@ -227,8 +228,9 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
         if is_asked && own > 0.0 && rate > MAX_RATE_FACTOR * own {
             return Err(SourceError::Request(format!(
                 "{} has {own:.6} samples per second, the grid is to have {rate:.6}: what lies between would be invented; \
-                 --rate takes at most {own:.6}",
-                output.name
+                 {} takes at most {own:.6}",
+                output.name,
+                option("rate")
             )));
         }
         for input in &resampled.inputs {
@@ -241,9 +243,10 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                 let seconds = |(first, last): (i64, i64)| {
                     format!("{:.3} to {:.3} s", first as f64 * 1e-9, last as f64 * 1e-9)
                 };
+                let clock = setting("stamp", "log");
                 return Err(SourceError::Request(format!(
                     "{} is known from {}, {} from {}: {:.3} s lie between them, so no input goes with any output; if their \
-                     stamps are of different clocks, --stamp log takes the recorder's for both signals of a bag",
+                     stamps are of different clocks, {clock} takes the recorder's for both signals of a bag",
                     input.name,
                     seconds(ours),
                     output.name,
@@ -295,8 +298,9 @@ fn channel_description(channel: &Channel) -> String {
     }
     if channel.held > 0.0 {
         text += &format!(
-            "; a sample held for up to {:.3} s (--max-gap SECONDS limits it)",
-            channel.held
+            "; a sample held for up to {:.3} s ({} limits it)",
+            channel.held,
+            setting("max_gap", "SECONDS")
         );
     }
     for change in &channel.changes {

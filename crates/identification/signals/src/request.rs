@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use crate::error::{Result, SourceError};
 use crate::time_unit::{JudgedUnit, Known};
-use planesman_text::number;
+use planesman_text::{number, option};
 use serde::Serialize;
 
 /// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
@@ -110,9 +110,10 @@ impl Reading {
             how => format!(", {how},"),
         };
         let told = format!(
-            "nobody names the unit of the times: in {}{how} the rate is {} Hz (--time-unit names it)",
+            "nobody names the unit of the times: in {}{how} the rate is {} Hz ({} names it)",
             self.unit.unit.described().0,
-            number(rate)
+            number(rate),
+            option("time_unit")
         );
         match is_doubtful {
             true => self.clock.push(told),

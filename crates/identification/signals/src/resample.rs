@@ -15,6 +15,7 @@
 //!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is in
 //!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
 
+use planesman_text::option;
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
@@ -58,7 +59,9 @@ pub enum GridError {
     NoWindow,
     /// The record would be too long.
     #[error(
-        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a lower --rate or a --window makes it shorter"
+        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a lower {} or a {} makes it shorter",
+        option("rate"),
+        option("window")
     )]
     TooLong {
         /// The interval between instants, s.

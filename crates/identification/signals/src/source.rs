@@ -3,6 +3,7 @@
 //! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
 
+use planesman_text::option;
 use std::path::{Path, PathBuf};
 
 use crate::bag_source::BagSource;
@@ -162,9 +163,11 @@ impl Source {
         match &data.paths[..] {
             paths @ [first, others @ ..] if paths.iter().all(is_csv) => {
                 if data.stamp.is_some() {
-                    return Err(SourceError::Request(
-                        "--stamp is for bags; a table's time is its column's (--time)".to_owned(),
-                    ));
+                    return Err(SourceError::Request(format!(
+                        "{} is for bags; a table's time is its column's ({})",
+                        option("stamp"),
+                        option("time")
+                    )));
                 }
                 Ok(match others {
                     [] => Self::Csv(CsvSource::open(first, &data.time)?),
@@ -173,7 +176,13 @@ impl Source {
             }
             [path] if is_log(path) => {
                 if data.stamp.is_some() || data.time != TableTime::default() {
-                    return Err(SourceError::Request("a log has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
+                    return Err(SourceError::Request(format!(
+                        "a log has its own stamps: neither {} nor {}, {} and {} apply",
+                        option("stamp"),
+                        option("time"),
+                        option("time_unit"),
+                        option("sample_time")
+                    )));
                 }
                 Ok(match LogKind::of(path) {
                     Some(kind) => Self::Log(LogSource::open(path, kind)?),
@@ -183,11 +192,13 @@ impl Source {
             paths if paths.iter().any(|it| is_csv(it) || is_log(it)) => Err(SourceError::Request(
                 "tables are joined with tables only, and a log stands alone: no bag or log is taken beside them".to_owned(),
             )),
-            _ if data.time != TableTime::default() => Err(SourceError::Request(
-                "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps \
-                 (--stamp)"
-                    .to_owned(),
-            )),
+            _ if data.time != TableTime::default() => Err(SourceError::Request(format!(
+                "{} is for .csv files, as {} and {} are; a bag has stamps ({})",
+                option("time"),
+                option("time_unit"),
+                option("sample_time"),
+                option("stamp")
+            ))),
             paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp, data.most_unpacked)?))),
         }
     }

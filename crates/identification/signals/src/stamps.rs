@@ -1,6 +1,7 @@
 //! The clocks of a bag: whether the stamps of its messages are of use, and what separates them from the recorder's.
 
 use crate::request::Clock;
+use planesman_text::setting;
 
 /// Messages of a topic of which the delay from stamp to reception is looked at.
 const DELAYS: usize = 10_000;
@@ -121,8 +122,9 @@ impl Stamps {
         }
         (clock == Clock::Header && self.unfilled > 0).then(|| {
             format!(
-                "{topic}: {} of {messages} messages have no stamp (0) and are left out; --stamp log takes the recorder's",
-                self.unfilled
+                "{topic}: {} of {messages} messages have no stamp (0) and are left out; {} takes the recorder's",
+                self.unfilled,
+                setting("stamp", "log")
             )
         })
     }
@@ -196,20 +198,21 @@ pub(crate) fn lag(latencies: &[(String, f64)], clock: Clock) -> Option<String> {
         return None;
     }
     let each = listed(latencies);
+    let log = setting("stamp", "log");
     if difference > OTHER_CLOCK || (least < -LAG && clock == Clock::Log) {
         let remedy = match clock {
-            Clock::Header => "; --stamp log takes the recorder's for all",
-            Clock::Log => "",
+            Clock::Header => format!("; {log} takes the recorder's for all"),
+            Clock::Log => String::new(),
         };
         return Some(format!(
             "received after their own stamps (median): {each}: the clocks differ, so that no delay can be told from that{remedy}"
         ));
     }
     let ahead = match least < -LAG {
-        true => {
-            "; stamps later than their reception are of a clock that is ahead (--stamp log takes the recorder's for all)"
-        }
-        false => "",
+        true => format!(
+            "; stamps later than their reception are of a clock that is ahead ({log} takes the recorder's for all)"
+        ),
+        false => String::new(),
     };
     Some(format!(
         "received after their own stamps (median): {each}; {:.1} ms {meaning}{ahead}",

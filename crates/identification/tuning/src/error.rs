@@ -1,6 +1,8 @@
 //! Why there are no gains.
 
 use planesman_identification::IdentificationError;
+use planesman_identification::analysis::Verdict;
+use planesman_text::{option, setting};
 
 /// A result of this crate.
 pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
@@ -10,13 +12,23 @@ pub(crate) type Result<T, E = TuneError> = std::result::Result<T, E>;
 pub enum TuneError {
     /// The verdict says that it is no model to rely on.
     #[error(
-        "{0}: gains for such a model are a guess. Identify it anew, or take it as it is: --anyway"
+        "the model's verdict is '{}': gains for such a model are a guess. Identify it anew, or take it as it is: {}",
+        .0.words(), option("anyway")
     )]
-    Verdict(String),
+    Verdict(Verdict),
+    /// A judgement that no fit of this version writes.
+    #[error("the model file's judgement '{standing}', '{code}' is not known")]
+    Judgement {
+        /// What may be done with it.
+        standing: String,
+        /// What decided.
+        code: String,
+    },
     /// A model without a covariance, which is not known exactly.
     #[error(
-        "the model file has no covariance: nothing says how far the plant may be from it. Identify it by planesman sysid fit --model, or tune it \
-         as if it were exact: --anyway"
+        "the model file has no covariance: nothing says how far the plant may be from it. Identify it by planesman sysid fit, or tune it as if \
+         it were exact: {}",
+        option("anyway")
     )]
     NoCovariance,
     /// The 95 % interval of the gain contains 0.
@@ -33,13 +45,14 @@ pub enum TuneError {
     /// The input acts on the output of the same sample.
     #[error(
         "the input acts on the output of the same sample, which a controller that reads the output first cannot use: give the time from the sample \
-         to its command, --computing-delay {0}"
+         to its command, {}", setting("computing_delay", .0)
     )]
     Feedthrough(f64),
     /// Another tick than the model's, and no continuous counterpart.
     #[error(
-        "the model has no continuous counterpart ({source}): keep its own sample time, --period {sample_time}, and whole samples of \
-         --computing-delay"
+        "the model has no continuous counterpart ({source}): keep its own sample time, {}, and whole samples of {}",
+        setting("period", sample_time),
+        option("computing_delay")
     )]
     NoContinuous {
         /// The model's, s.
@@ -50,7 +63,8 @@ pub enum TuneError {
     /// An unstable pole and a dead time that no controller gets along with.
     #[error(
         "the plant has an unstable pole of time constant {time_constant:.4} s behind {delay:.4} s of dead time: no controller has a sensitivity peak \
-         below {least:.2}, and --ms is {limit}. Shorten the dead time (--period, --computing-delay, the actuator), or allow more: --ms {allowed:.1}"
+         below {least:.2}, and {} is {limit}. Shorten the dead time ({}, {}, the actuator), or allow more: {}",
+        option("ms"), option("period"), option("computing_delay"), setting("ms", format!("{allowed:.1}"))
     )]
     TooLate {
         /// Of the pole, s.
@@ -65,7 +79,11 @@ pub enum TuneError {
         allowed: f64,
     },
     /// A rule for another kind of model.
-    #[error("--method {method} is for {needs}, and the model has {found}. Use --method optimise")]
+    #[error(
+        "{} is for {needs}, and the model has {found}. Use {}",
+        setting("method", method),
+        setting("method", "optimise")
+    )]
     NotFor {
         /// The method.
         method: &'static str,
@@ -89,7 +107,11 @@ pub enum TuneError {
         advice: String,
     },
     /// An option for another method.
-    #[error("--{option} is for --method {methods}")]
+    #[error(
+        "{} is for {}",
+        planesman_text::option(option),
+        setting("method", methods)
+    )]
     Option {
         /// The option.
         option: &'static str,
@@ -98,7 +120,9 @@ pub enum TuneError {
     },
     /// A phase that no controller of the kind has.
     #[error(
-        "--crossover {crossover}: {reason}. Choose a {direction} crossover, or --controller pid"
+        "{}: {reason}. Choose a {direction} crossover, or {}",
+        setting("crossover", crossover),
+        setting("controller", "pid")
     )]
     Crossover {
         /// rad/s

@@ -1,6 +1,7 @@
 //! A model with its uncertainty, and the plants that it allows.
 
 use nalgebra::{Complex, DMatrix, DVector};
+use planesman_identification::analysis::{Standing, Verdict};
 use planesman_identification::estimators::{Form, ProcessModel};
 use planesman_identification::{Model, SIGMAS_95, continuous, noise};
 use planesman_linear::digits::with_interval;
@@ -93,20 +94,14 @@ impl UncertainModel {
     /// Unless `anyway`: a verdict that it is not to be relied on, a file without covariance.
     pub fn new(file: &ModelFile, anyway: bool) -> Result<Self> {
         let mut notes = Vec::new();
-        let verdict = file
-            .verdict
-            .iter()
-            .find_map(|it| it.strip_prefix("verdict: "));
-        if let Some(verdict) = verdict {
-            let words = verdict.split(". Next:").next().unwrap_or(verdict);
-            let refused = ["not usable", "no model", "the record does not"];
-            match refused.iter().any(|it| words.starts_with(it)) {
-                true if !anyway => {
-                    return Err(TuneError::Verdict(format!(
-                        "the model's verdict is '{words}'"
-                    )));
+        if let Some(judgement) = file.judgement() {
+            let (standing, code) = (judgement.standing, judgement.code);
+            let verdict = Standing::of_name(&standing).and_then(|it| Verdict::of(&code, it));
+            match verdict.ok_or(TuneError::Judgement { standing, code })? {
+                it if it.standing() == Standing::NotUsable && !anyway => {
+                    return Err(TuneError::Verdict(it));
                 }
-                _ => notes.push(format!("the model's verdict: {words}")),
+                it => notes.push(format!("the model's verdict: {}", it.words())),
             }
         }
         let (kind, centre, covariance) = match process(file) {

@@ -3,6 +3,7 @@
 use planesman_identification::on_all_cores;
 use planesman_linear::StepMetrics;
 use planesman_model_file::ModelFile;
+use planesman_text::{option, setting};
 
 use crate::causes::{Cause, causes};
 use crate::closed_loop::{Limits, Margins, Seen};
@@ -74,7 +75,7 @@ impl Method {
             ),
             Self::Margins => (
                 "margins",
-                "The largest integral gain within the margins; with --crossover the phase margin there",
+                "The largest integral gain within the margins; with a crossover the phase margin there",
             ),
             Self::Optimise => (
                 "optimise",
@@ -220,7 +221,7 @@ impl TuneOptions {
         if let (Some((option, _)), false) = (bound, searches && self.crossover.is_none()) {
             return Err(TuneError::Option {
                 option,
-                methods: "margins (without --crossover) and optimise",
+                methods: "margins (without a crossover) and optimise",
             });
         }
         if self.crossover.is_some() && method != Method::Margins {
@@ -470,9 +471,11 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
         plants.retain(Plant::decays);
         if plants.len() < all {
             notes.push(format!(
-                "{} of {all} drawn models are unstable, which the model is not, and are left out: the data hardly determines some of its modes; try a \
-                 lower --order, or --method process, in planesman sysid fit",
-                all - plants.len()
+                "{} of {all} drawn models are unstable, which the model is not, and are left out: the data hardly determines some of its modes; fit it with \
+                 a lower {}, or {}",
+                all - plants.len(),
+                option("order"),
+                setting("method", "process")
             ));
         }
     }
@@ -906,6 +909,7 @@ impl Task<'_> {
     /// What to do where no gains keep the limits: whether the model or its uncertainty is in the way.
     fn advice(&self, model: &UncertainModel, kind: Kind) -> String {
         let limits = self.limits;
+        let looser = setting("ms", format!("{:.1}", 1.25 * limits.sensitivity));
         let alone = best(
             self.seen,
             kind == Kind::Pid,
@@ -914,28 +918,24 @@ impl Task<'_> {
             self.options.bounds(Objective::IntegralGain),
         );
         let Some(controller) = alone else {
-            let derivative = if kind == Kind::Pi {
-                "--controller pid, or "
-            } else {
-                ""
+            let derivative = match kind {
+                Kind::Pi => format!("{}, or ", setting("controller", "pid")),
+                _ => String::new(),
             };
             return format!(
-                "The model itself keeps them with no gains of this kind: {derivative}looser limits, as --ms {:.1}",
-                1.25 * limits.sensitivity
+                "The model itself keeps them with no gains of this kind: {derivative}looser limits, as {looser}"
             );
         };
         let own = self.seen.margins(&controller);
         let causes = causes(model, &self.sampling, &controller, &own).unwrap_or_default();
         match causes.first() {
             Some(cause) => format!(
-                "The model is too uncertain, most in {}: {}. Or looser limits, as --ms {:.1}",
-                cause.name,
-                cause.experiment,
-                1.25 * limits.sensitivity
+                "The model is too uncertain, most in {}: {}. Or looser limits, as {looser}",
+                cause.name, cause.experiment
             ),
             None => format!(
-                "Try --method optimise, or looser limits, as --ms {:.1}",
-                1.25 * limits.sensitivity
+                "Try {}, or looser limits, as {looser}",
+                setting("method", "optimise")
             ),
         }
     }

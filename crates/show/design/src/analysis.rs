@@ -446,6 +446,6 @@ mod tests {
         let mut args = analysis(Body::vehicle("brunner"), 0.6, 1.0);
         (args.subject.rate, args.subject.computing_delay) = (1e4, 10.0);
         let refusal = args.text().expect_err("100,000 ticks").to_string();
-        assert!(refusal.contains("choose a lower --rate"), "{refusal}");
+        assert!(refusal.contains("choose a lower rate"), "{refusal}");
     }
 }

@@ -1,6 +1,7 @@
 //! Why there is no analysis.
 
 use planesman_hydraulics::actuator_file::ActuatorFileError;
+use planesman_text::{option, setting};
 use planesman_vehicle::vehicle_file::VehicleError;
 
 /// A result of this crate.
@@ -20,8 +21,9 @@ pub enum Error {
     NoStep(String),
     /// A command that moves the planes over more ticks than are analysed.
     #[error(
-        "the planes follow a command within {needed:.0} ticks, and at most {most} are analysed: choose a lower --rate or \
-         --computing-delay"
+        "the planes follow a command within {needed:.0} ticks, and at most {most} are analysed: choose a lower {} or {}",
+        option("rate"),
+        option("computing_delay")
     )]
     Ticks {
         /// Over so many.
@@ -35,8 +37,8 @@ pub enum Error {
     /// Limits that no gains keep over a model's uncertainty.
     #[error(
         "no gains of the dive loops keep a phase margin of {phase_margin:.0} deg, a gain margin of {gain_margin:.1} dB and a sensitivity peak of \
-         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more, or allow more: --ms {:.1}, --phase-margin {:.0}",
-        1.25 * sensitivity, 0.8 * phase_margin
+         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more, or allow more: {}, {}",
+        setting("ms", format!("{:.1}", 1.25 * sensitivity)), setting("phase_margin", format!("{:.0}", 0.8 * phase_margin))
     )]
     OutOfReach {
         /// Degrees.

@@ -368,6 +368,6 @@ mod tests {
         task.duration = 20.0;
         task.draws.truncate(1);
         let refusal = task.gains().unwrap_err().to_string();
-        assert!(refusal.contains("--ms"), "{refusal}");
+        assert!(refusal.contains("allow more: ms "), "{refusal}");
     }
 }

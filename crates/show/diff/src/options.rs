@@ -1,6 +1,7 @@
 //! What counts as a difference, and why recordings cannot be compared.
 
 use planesman_signals::SourceError;
+use planesman_text::setting;
 
 use crate::rules::{Rule, RuleError, Tolerance};
 
@@ -48,8 +49,8 @@ pub enum DiffError {
     Nothing,
     /// Messages of one topic lie too far apart in the two files.
     #[error(
-        "the recordings hold their messages in so different an order that {} MiB wait for their partner; leave large topics out (--ignore TOPIC)",
-        WAITING >> 20
+        "the recordings hold their messages in so different an order that {} MiB wait for their partner; leave large topics out ({})",
+        WAITING >> 20, setting("ignore", "TOPIC")
     )]
     Apart,
 }

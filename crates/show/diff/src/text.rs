@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use planesman_console::Table;
-use planesman_text::{number, shown};
+use planesman_text::{number, option, shown};
 
 use crate::comparison::{Comparison, First, TopicResult, What};
 
@@ -33,7 +33,8 @@ impl Comparison {
         let wall = of(|it| it.left_out == "wall time");
         if !wall.is_empty() {
             remarks.push(format!(
-                "not compared, since they hold wall time: {wall} (--all compares them)"
+                "not compared, since they hold wall time: {wall} ({} compares them)",
+                option("all")
             ));
         }
         let repeated: u64 = self.topics.iter().map(|it| it.repeated).sum();
@@ -62,8 +63,9 @@ impl Comparison {
             let [only_a, only_b] = topic.alone;
             if only_a > 0 && only_b > 0 && topic.equal + topic.different == 0 {
                 remarks.push(format!(
-                    "{}: no message of A has a stamp of B: recordings by another clock are compared with --by-index",
-                    topic.name
+                    "{}: no message of A has a stamp of B: recordings by another clock are compared with {}",
+                    topic.name,
+                    option("by_index")
                 ));
             }
         }

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use planesman_console::Table;
 use planesman_fit::{FitData, FitResult};
 use planesman_flight::titles;
-use planesman_identification::analysis::Analysis;
+use planesman_identification::analysis::{Analysis, Standing, Verdict};
 use planesman_identification::frequency::{COHERENCE, MeasuredResponse};
 use planesman_linear::digits::significant;
 use planesman_plot::Plot;
@@ -182,8 +182,9 @@ impl Review<'_> {
     /// The conclusion in sentences, each with what it rests on.
     fn conclusion(&self) -> Vec<(String, Entry)> {
         let mut told = Vec::new();
-        let words = self.analysis().map(Analysis::verdict_words);
-        let (verdict, next) = words.unwrap_or_default();
+        let verdict = self.analysis().map(|it| it.verdict);
+        let words = verdict.map_or("", Verdict::words);
+        let next = self.analysis().map(Analysis::next).unwrap_or_default();
         told.push(match (&self.model, &self.gains) {
             (Err(reason), _) => (format!("NOT USABLE, because {reason}"), Entry::Model),
             (Ok(_), Err(reason)) => (
@@ -191,24 +192,17 @@ impl Review<'_> {
                 Entry::Margins,
             ),
             (Ok(_), Ok(gains)) => (
-                match (gains.keeps_limits, verdict) {
+                match (gains.keeps_limits, verdict.map(Verdict::standing)) {
                     (false, _) => {
-                        format!("NOT AS ASKED: the limits are not kept; the model is {verdict}")
+                        format!("NOT AS ASKED: the limits are not kept; the model is {words}")
                     }
-                    (_, it)
-                        if it.starts_with("good")
-                            || it.starts_with("usable:")
-                            || it == "usable" =>
-                    {
-                        format!("USABLE: the model is {verdict}")
+                    (_, Some(Standing::Good | Standing::Usable)) => {
+                        format!("USABLE: the model is {words}")
                     }
-                    (_, it) if it.starts_with("usable") => {
-                        format!(
-                            "USABLE WITH CARE. The model: {}. Next: {next}",
-                            it.trim_start_matches("usable with care: ")
-                        )
+                    (_, Some(Standing::UsableWithCare)) => {
+                        format!("USABLE, though the model is {words}. Next: {next}")
                     }
-                    _ => format!("DOUBTFUL: the model is {verdict}. Next: {next}"),
+                    _ => format!("DOUBTFUL: the model is {words}. Next: {next}"),
                 },
                 Entry::Validation,
             ),

@@ -8,7 +8,7 @@ use planesman_identification::validation::residuals::{Correlation, ResidualTests
 use planesman_identification::{SIGMAS_95, Uncertain};
 use planesman_linear::ComplexFunctions as _;
 use planesman_linear::digits::value_and_interval;
-use planesman_text::in_one_line;
+use planesman_text::{in_one_line, option};
 
 /// Frequencies in the table, of a frequency response.
 const FREQUENCIES: usize = 6;
@@ -55,7 +55,8 @@ pub fn notes(tried: &[Trial]) -> String {
         }
     }
     if !tried.iter().any(|it| it.method.is_of_the_vehicle()) {
-        text += "vehicle and kalman are tried with --heave or --vehicle.\n";
+        let (heave, vehicle) = (option("heave"), option("vehicle"));
+        text += &format!("vehicle and kalman are tried with {heave} or {vehicle}.\n");
     }
     text + "The best of many on the same held-out data does less well on new data than its figure says.\n"
 }

@@ -6,6 +6,7 @@ use planesman_console::{Format, Table};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
 use planesman_plot::{Plot, Series, Style};
+use planesman_text::option;
 use planesman_tuning::{Band, MISSED, Seen, Spread, Tuning};
 
 use crate::fit::{FREQUENCY, MAGNITUDE, PHASE, SINCE_STEP};
@@ -262,7 +263,9 @@ pub(crate) fn verdict(of: &Tuning) -> String {
     match of.keeps_limits() {
         true => format!("limits kept by {over}{stable}"),
         false => format!(
-            "LIMITS NOT KEPT by {over}{stable}. Next: leave the pace to the method, without --closed-loop-time and --crossover"
+            "LIMITS NOT KEPT by {over}{stable}. Next: leave the pace to the method, without {} and {}",
+            option("closed_loop_time"),
+            option("crossover")
         ),
     }
 }

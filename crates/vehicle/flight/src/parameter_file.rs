@@ -15,7 +15,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
     let nodes = chosen(node)?;
     let mut text = match scenario {
         None => "# Every parameter of every node at its default: a ROS 2 parameter file, as\n\
-                 # `planesman params --yaml` writes it.\n"
+                 # `planesman params` writes it.\n"
             .to_owned(),
         Some(scenario) => format!(
             "# {}: a ROS 2 parameter file.\n",

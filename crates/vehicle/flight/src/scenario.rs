@@ -11,7 +11,7 @@ use crate::error::{During, Error, Result, refuse, refused};
 use planesman_control::ControllerParameters;
 use planesman_parameters::{Declaration, Parameters, Value, Values, file, probably_meant};
 use planesman_plant::{Craft, PlantParameters};
-use planesman_text::{did_you_mean, shown, yaml};
+use planesman_text::{did_you_mean, setting, shown, yaml};
 use planesman_units::{Dimension, Quantity};
 use serde::Deserialize;
 
@@ -247,7 +247,9 @@ impl Scenario {
         let mut scenario = Self::parse(text).during(|| name.to_owned())?;
         scenario.find_files(folder)?;
         for change in changes {
-            scenario.set(change).during(|| format!("--set {change}"))?;
+            scenario
+                .set(change)
+                .during(|| setting("set", change).to_string())?;
         }
         scenario.find_files(Path::new(""))?;
         scenario.hover_what_flies()?;
@@ -503,7 +505,7 @@ impl Scenario {
             self.seed
         );
         if !self.changed.is_empty() {
-            text += "changed: # by --set, after the file was written\n";
+            text += "changed: # after the file was written\n";
         }
         for parameter in &self.changed {
             text += &format!("  - {parameter}\n");

@@ -1,6 +1,7 @@
 //! What is refused: on the command line when an FMU is written, and to the importer when it runs.
 
 use planesman_parameters::Refusal;
+use planesman_text::{option, setting};
 
 /// Why an FMU is not written, or does not run on.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +19,11 @@ pub enum Error {
     #[error("{0}")]
     Value(#[from] Refusal),
     /// A model file has a sampling interval of its own.
-    #[error("--step {step} s refused: the model is sampled every {tick} s; leave --step out")]
+    #[error(
+        "{} s refused: the model is sampled every {tick} s; leave {} out",
+        setting("step", step),
+        option("step")
+    )]
     Sampled {
         /// What was asked for, s.
         step: f64,
@@ -49,7 +54,7 @@ pub enum Error {
     },
     /// The file is neither a vehicle's nor a model's, and no actuator's either.
     #[error(
-        "'{file}' is taken for an actuator file, as it has neither 'particulars' nor 'inputs' (a vehicle) nor 'format: planesman model' (sysid fit --model): {reason}"
+        "'{file}' is taken for an actuator file, as it has neither 'particulars' nor 'inputs' (a vehicle) nor 'format: planesman model' (of sysid fit): {reason}"
     )]
     Unknown {
         /// Its path.
@@ -59,7 +64,8 @@ pub enum Error {
     },
     /// The library that runs FMUs is not where the program looks.
     #[error(
-        "{library} is not beside the program, in deps/ or in ../lib/: build it with 'cargo build --release' in the repository, or name it with --library"
+        "{library} is not beside the program, in deps/ or in ../lib/: build it with 'cargo build --release' in the repository, or name it with {}",
+        option("library")
     )]
     NoLibrary {
         /// Its name.

@@ -1,6 +1,7 @@
 //! Why there is no vehicle.
 
 use planesman_fit::FitError;
+use planesman_text::{option, setting};
 use planesman_vehicle::six_dof::FileError;
 
 /// Why there is no vehicle.
@@ -13,7 +14,7 @@ pub enum SixDofError {
     #[error(transparent)]
     Data(#[from] FitError),
     /// A word that names nothing of a vehicle.
-    #[error("--{option} {word}: it names none of {names}")]
+    #[error("{}: it names none of {names}", setting(option, word))]
     NoNumber {
         /// The option.
         option: &'static str,
@@ -23,24 +24,27 @@ pub enum SixDofError {
         names: String,
     },
     /// Every number stays.
-    #[error("no number is sought: --fixed takes all of them, or --free names numbers that are 0")]
+    #[error(
+        "no number is sought: {} takes all of them, or {} names numbers that are 0",
+        option("fixed"),
+        option("free")
+    )]
     NothingSought,
     /// A recording without motion.
     #[error(
-        "no signal of the motion is found ({0}): name them, --signal u=SIGNAL; planesman sysid topics lists the signals"
-    )]
+        "no signal of the motion is found ({}): name them, {}; planesman sysid topics lists the signals", .0, setting("signal", "u=SIGNAL"))]
     NoMotion(String),
     /// Several topics of odometry, none of which is called odom.
     #[error(
-        "several topics have odometry ({0}): name the signals, --signal u=TOPIC:twist.twist.linear.x"
-    )]
+        "several topics have odometry ({}): name the signals, {}", .0, setting("signal", "u=TOPIC:twist.twist.linear.x"))]
     Odometry(String),
     /// Angles that are none in rad.
     #[error("{0}: beyond a whole turn; angles are in rad, convert degrees first")]
     Degrees(&'static str),
     /// Hardly more samples than unknowns.
     #[error(
-        "{samples} samples for {unknown} unknowns, initial states among them: record longer, or seek fewer numbers, --free NAME,..."
+        "{samples} samples for {unknown} unknowns, initial states among them: record longer, or seek fewer numbers, {}",
+        setting("free", "NAME,...")
     )]
     FewSamples {
         /// Samples of all signals.
@@ -50,8 +54,7 @@ pub enum SixDofError {
     },
     /// A search without a finite start.
     #[error(
-        "the motion of '{0}' does not stay finite over a window of the recording: look at its signals and their signs, or make --horizon shorter"
-    )]
+        "the motion of '{}' does not stay finite over a window of the recording: look at its signals and their signs, or make {} shorter", .0, option("horizon"))]
     Diverges(String),
 }
 

@@ -10,6 +10,7 @@ use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion}
 use crate::static_curve::{Side, StaticCurve};
 use crate::structure::Structure;
 use planesman_record::{Record, Run};
+use planesman_text::setting;
 
 /// What a curve must leave at most of the error of the held-out simulation by the linear model.
 const BETTER: f64 = 0.8;
@@ -72,8 +73,8 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
             });
             if starts.is_empty() {
                 return Err(IdentificationError::Option(format!(
-                    "--curve {}: the signal has too few levels for it",
-                    choice.described().0
+                    "{}: the signal has too few levels for it",
+                    setting("curve", choice.described().0)
                 )));
             }
             beside(record, options, validation, &linear, choice.side(), &starts)

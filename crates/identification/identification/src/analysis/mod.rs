@@ -30,7 +30,7 @@ pub use curve::{CurveChoice, Curved};
 pub use curved::{analyse, analyse_validated};
 pub use lag::Lag;
 pub use reason::{FitRemark, Reason, ResidualFinding};
-pub use verdict::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
+pub use verdict::{GOOD, SAMPLES_PER_PARAMETER, Standing, USABLE, Verdict};
 
 use std::borrow::Cow;
 

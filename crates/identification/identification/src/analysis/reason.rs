@@ -119,6 +119,55 @@ pub enum Reason {
     FewSamples(usize, usize),
 }
 
+impl Reason {
+    /// What it says, as files and JSON have it.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Validated(..) => "validated",
+            Self::Data(_) => "data",
+            Self::AtRest => "at_rest",
+            Self::Doubt(_) => "doubt",
+            Self::SegmentsLeftOut(..) => "segments_left_out",
+            Self::SearchedInPart(..) => "searched_in_part",
+            Self::Selected(..) => "selected",
+            Self::Order(..) => "order",
+            Self::Process(..) => "process",
+            Self::LargestOrder(_) => "largest_order",
+            Self::LongestDelay(_) => "longest_delay",
+            Self::TwoStages { .. } => "two_stages",
+            Self::PredictedFit(_) => "predicted_fit",
+            Self::HeldOutFit(..) => "held_out_fit",
+            Self::HeldOutIsNoise(_) => "held_out_is_noise",
+            Self::ErrorAsElsewhere(_) => "error_as_elsewhere",
+            Self::FirstPartUndetermined => "first_part_undetermined",
+            Self::WholeRecord(_) => "whole_record",
+            Self::Band { .. } => "band",
+            Self::NotLinear { .. } => "not_linear",
+            Self::Carried(_) => "carried",
+            Self::Unsteady => "unsteady",
+            Self::InputShare(..) => "input_share",
+            Self::InputEffect(..) => "input_effect",
+            Self::Inseparable(..) => "inseparable",
+            Self::ProcessF(..) => "process_f",
+            Self::GainUndetermined(_) => "gain_undetermined",
+            Self::Early(_) => "early",
+            Self::OtherDelay(..) => "other_delay",
+            Self::DirectFeedthrough => "direct_feedthrough",
+            Self::Curve(_) => "curve",
+            Self::Lines(_) => "lines",
+            Self::NoNoise => "no_noise",
+            Self::Residuals(..) => "residuals",
+            Self::Feedback(_) => "feedback",
+            Self::NegativePole(_) => "negative_pole",
+            Self::UnstablePole(_) => "unstable_pole",
+            Self::CancelledPole(_) => "cancelled_pole",
+            Self::OtherOrder(_) => "other_order",
+            Self::FewSamples(..) => "few_samples",
+        }
+    }
+}
+
 /// What there is to a fit on held-out data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitRemark {

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use planesman_linear::digits::{significant, with_interval};
+use planesman_text::{option, setting};
 
 use super::Lines;
 use super::reason::{FitRemark, Reason, ResidualFinding};
@@ -21,106 +22,125 @@ use crate::validation::residuals::Correlation;
 const ACCEPTED: f64 = 100.0;
 
 impl Verdict {
-    /// In a word, and what to do next.
+    /// In a word.
     #[must_use]
-    pub const fn words(self) -> (&'static str, &'static str) {
+    pub const fn words(self) -> &'static str {
         match self {
-            Self::NoEffect => (
-                "no model of what the input does",
-                "excite the system more: a PRBS or steps that move the output well beyond its noise",
-            ),
-            Self::Undetermined => (
-                "the record does not determine a model",
-                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
-            ),
-            Self::Inseparable => (
-                "the inputs cannot be told apart",
-                "record again with each input moving by itself: one after the other, or by a PRBS of its own",
-            ),
-            Self::NotValidated => (
-                "not validated",
-                "record for longer, with the input moving to the end",
-            ),
-            Self::FewSamples => (
-                "usable with care: few samples for so many parameters",
-                "record for longer",
-            ),
-            Self::Drift { usable } => (
-                match usable {
-                    false => "not usable for simulation: the output drifts",
-                    true => "usable with care: the output drifts",
-                },
-                "subtract the drift: --detrend line",
-            ),
-            Self::ClosedLoop { usable } => (
-                match usable {
-                    false => "not usable for simulation: the data seems closed-loop",
-                    true => "usable with care: the data seems closed-loop",
-                },
-                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
-            ),
-            Self::NotLinear { usable } => (
-                match usable {
-                    false => "not usable for simulation: not linear, or varying",
-                    true => "usable with care: not linear, or varying",
-                },
-                "fit levels or times apart, --window FROM..TO, or fit a curve that is named above with the dynamics: --curve",
-            ),
-            Self::NoiseLimited { good } => (
-                match good {
-                    false => "usable: the noise limits its fit",
-                    true => "good: the noise limits its fit",
-                },
-                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
-            ),
-            Self::Unusable => (
-                "not usable for simulation",
-                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
-            ),
-            Self::Unsteady => (
-                "usable with care: it does not hold all along the record",
-                "fit segments apart: --window FROM..TO, once for each",
-            ),
-            Self::TimeDoubtful => (
-                "usable with care: the times are in doubt",
-                "name their unit or column: --time-unit, --time; of a bag the clock: --stamp log",
-            ),
-            Self::Mixed => (
-                "usable with care: a signal seems to be of two publishers in turns",
-                "record each under a name of its own, or name one: --input, --output",
-            ),
-            Self::Early => (
-                "usable with care: the output seems to come before its input",
-                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
-            ),
-            Self::GainUndetermined => (
-                "usable with care: the steady-state gain is not determined",
-                "record steps that are held until the output settles",
-            ),
-            Self::ParametersUndetermined => (
-                "usable with care: the data does not determine every parameter",
-                "fix one of those that are named above (fixed: VALUE), or record what tells them apart",
-            ),
-            Self::DynamicsMissing => (
-                "usable with care: dynamics are missing",
-                "let order, delay and method be chosen: --method automatic",
-            ),
-            Self::Usable => (
-                "usable",
-                "compare with another method: --method armax; page: --html model.html",
-            ),
-            Self::Good => (
-                "good",
-                "write it for the simulator and the controller: --model model.yaml",
-            ),
+            Self::NoEffect => "no model of what the input does",
+            Self::Undetermined => "the record does not determine a model",
+            Self::Inseparable => "the inputs cannot be told apart",
+            Self::NotValidated => "not validated",
+            Self::FewSamples => "usable with care: few samples for so many parameters",
+            Self::Drift { usable: false } => "not usable for simulation: the output drifts",
+            Self::Drift { usable: true } => "usable with care: the output drifts",
+            Self::ClosedLoop { usable: false } => {
+                "not usable for simulation: the data seems closed-loop"
+            }
+            Self::ClosedLoop { usable: true } => "usable with care: the data seems closed-loop",
+            Self::NotLinear { usable: false } => {
+                "not usable for simulation: not linear, or varying"
+            }
+            Self::NotLinear { usable: true } => "usable with care: not linear, or varying",
+            Self::NoiseLimited { good: false } => "usable: the noise limits its fit",
+            Self::NoiseLimited { good: true } => "good: the noise limits its fit",
+            Self::Unusable => "not usable for simulation",
+            Self::Unsteady => "usable with care: it does not hold all along the record",
+            Self::TimeDoubtful => "usable with care: the times are in doubt",
+            Self::Mixed => "usable with care: a signal seems to be of two publishers in turns",
+            Self::Early => "usable with care: the output seems to come before its input",
+            Self::GainUndetermined => "usable with care: the steady-state gain is not determined",
+            Self::ParametersUndetermined => {
+                "usable with care: the data does not determine every parameter"
+            }
+            Self::DynamicsMissing => "usable with care: dynamics are missing",
+            Self::Usable => "usable",
+            Self::Good => "good",
         }
+    }
+
+    /// What to do next.
+    #[must_use]
+    pub fn next(self) -> String {
+        let page = setting("html", "model.html");
+        let reference = setting("reference", "TOPIC:FIELD");
+        let window = setting("window", "FROM..TO");
+        let write = setting("model", "model.yaml");
+        match self {
+            Self::NoEffect => {
+                "excite the system more: a PRBS or steps that move the output well beyond its noise"
+                    .to_owned()
+            }
+            Self::Undetermined => format!(
+                "record again with a richer input (PRBS, several steps), or ask for a lower order: {}",
+                setting("order", 1)
+            ),
+            Self::Inseparable => {
+                "record again with each input moving by itself: one after the other, or by a PRBS of its own"
+                    .to_owned()
+            }
+            Self::NotValidated => "record for longer, with the input moving to the end".to_owned(),
+            Self::FewSamples => "record for longer".to_owned(),
+            Self::Drift { .. } => format!("subtract the drift: {}", setting("detrend", "line")),
+            Self::ClosedLoop { .. } => format!(
+                "give the reference of the loop: {reference}, or compare {}",
+                setting("method", "armax")
+            ),
+            Self::NotLinear { .. } => format!(
+                "fit levels or times apart, {window}, or fit a curve that is named above with the dynamics: {}",
+                option("curve")
+            ),
+            Self::NoiseLimited { .. } => format!(
+                "record for longer or excite more, for narrower intervals; or write it: {write}"
+            ),
+            Self::Unusable => format!(
+                "look at the page for where it fails: {page}; then choose a segment: {window}"
+            ),
+            Self::Unsteady => format!("fit segments apart: {window}, once for each"),
+            Self::TimeDoubtful => format!(
+                "name their unit or column: {}, {}; of a bag the clock: {}",
+                option("time_unit"),
+                option("time"),
+                setting("stamp", "log")
+            ),
+            Self::Mixed => format!(
+                "record each under a name of its own, or name one: {}, {}",
+                option("input"),
+                option("output")
+            ),
+            Self::Early => format!(
+                "look at the stamps ({}, {}), or give the reference of the loop: {reference}",
+                option("stamp"),
+                option("time")
+            ),
+            Self::GainUndetermined => {
+                "record steps that are held until the output settles".to_owned()
+            }
+            Self::ParametersUndetermined => {
+                "fix one of those that are named above (fixed: VALUE), or record what tells them apart"
+                    .to_owned()
+            }
+            Self::DynamicsMissing => format!(
+                "let order, delay and method be chosen: {}",
+                setting("method", "automatic")
+            ),
+            Self::Usable => format!(
+                "compare with another method: {}; page: {page}",
+                setting("method", "armax")
+            ),
+            Self::Good => format!("write it for the simulator and the controller: {write}"),
+        }
+    }
+
+    /// The sentence of a verdict with what to do next.
+    #[must_use]
+    pub fn text(self, next: impl fmt::Display) -> String {
+        format!("verdict: {}. Next: {next}", self.words())
     }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (word, next) = self.words();
-        write!(f, "verdict: {word}. Next: {next}")
+        f.write_str(&self.text(self.next()))
     }
 }
 
@@ -180,13 +200,13 @@ impl fmt::Display for Reason {
             }
             Self::LargestOrder(order) => write!(
                 f,
-                "order {order} is the largest searched: a higher one may fit better (--order {})",
-                order + 2
+                "order {order} is the largest searched: a higher one may fit better ({})",
+                setting("order", order + 2)
             ),
             Self::LongestDelay(delay) => write!(
                 f,
-                "delay {delay} is the longest searched: a longer one may fit better (--delay {})",
-                delay + 5
+                "delay {delay} is the longest searched: a longer one may fit better ({})",
+                setting("delay", delay + 5)
             ),
             Self::TwoStages {
                 frequency,
@@ -235,8 +255,10 @@ impl fmt::Display for Reason {
                     ),
                 }
             }
-            Self::AtRest => f.write_str(
-                "the output stands still until the input steps: it is taken to have been at rest before, as by --at-rest",
+            Self::AtRest => write!(
+                f,
+                "the output stands still until the input steps: it is taken to have been at rest before, as by {}",
+                option("at_rest")
             ),
             Self::HeldOutIsNoise(None) => f.write_str(
                 "not validated: in the held-out data the output stays within the noise",
@@ -258,7 +280,8 @@ impl fmt::Display for Reason {
                 write!(
                     f,
                     "the first seven tenths alone do not excite the band: judged by the simulated fit on all of the record, {fit}; \
-                     --validation judges it on other data"
+                     {} judges it on other data",
+                    option("validation")
                 )
             }
             Self::Band {
@@ -366,12 +389,13 @@ impl fmt::Display for Reason {
             Self::Early(samples) => write!(
                 f,
                 "the model fits better with the output {samples} sample{} before the input: the output is stamped too \
-                 early, the input moves between its samples (--input-method foh), the data is closed-loop, or the system \
-                 is not linear",
-                if *samples == 1 { "" } else { "s" }
+                 early, the input moves between its samples ({}), the data is closed-loop, or the system is not linear",
+                if *samples == 1 { "" } else { "s" },
+                setting("input_method", "foh")
             ),
             Self::OtherDelay(better, delay) => {
-                write!(f, "delay {better} fits better than {delay} (--delay {better})")
+                let option = setting("delay", better);
+                write!(f, "delay {better} fits better than {delay} ({option})")
             }
             Self::DirectFeedthrough => f.write_str(
                 "the output answers its input within one sample: direct feedthrough, or the input moves between its samples, or the output's stamps are too early",
@@ -395,8 +419,10 @@ impl fmt::Display for Reason {
             Self::Feedback(later) => write!(
                 f,
                 "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased, or the \
-                 output is stamped too early; give the loop's reference (--reference) or use --method armax",
-                evidence(later)
+                 output is stamped too early; give the loop's reference ({}) or use {}",
+                evidence(later),
+                option("reference"),
+                setting("method", "armax")
             ),
             Self::NegativePole(pole) => {
                 let kind = match pole.value.im {

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT};
+use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT, Verdict};
 use planesman_linear::digits::{significant, with_interval};
+use planesman_text::option;
 
 use crate::estimators::Method;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
@@ -15,11 +16,24 @@ impl Analysis {
     /// Results, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = self.numbers();
-        for sentence in self.sentences() {
-            let _ = writeln!(text, "- {sentence}");
+        self.told(&self.verdict_text())
+    }
+
+    /// The same of a model that is written already: what is next where writing it would be.
+    #[must_use]
+    pub fn text_once_written(&self, next: &str) -> String {
+        match self.verdict {
+            Verdict::Good | Verdict::NoiseLimited { .. } => self.told(&self.verdict.text(next)),
+            _ => self.text(),
         }
-        text
+    }
+
+    fn told(&self, verdict: &str) -> String {
+        let mut text = self.numbers();
+        for reason in &self.reasons {
+            let _ = writeln!(text, "- {reason}");
+        }
+        text + &format!("- {verdict}\n")
     }
 
     /// The results in numbers.
@@ -277,10 +291,11 @@ impl Analysis {
         rows.retain(|it| it.is_used);
         let step = rows.len().div_ceil(SHOWN).max(1);
         let mut text = format!(
-            "{:<12} at {} frequencies, by windows of {} s; --response writes it\n\nrad/s     Hz        dB, 95 %           deg, 95 %          coherence\n",
+            "{:<12} at {} frequencies, by windows of {} s; {} writes it\n\nrad/s     Hz        dB, 95 %           deg, 95 %          coherence\n",
             "response",
             fit.points.len(),
-            windows.join(", ")
+            windows.join(", "),
+            option("response")
         );
         for it in rows.iter().step_by(step) {
             let _ = writeln!(

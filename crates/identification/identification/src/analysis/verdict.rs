@@ -17,6 +17,7 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::identifiability::Doubt;
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
+use planesman_text::{option, setting};
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
 /// different systems.
@@ -62,6 +63,50 @@ const ALL_BUT_ROUNDING: f64 = 99.9999;
 const DETERMINED: f64 = 0.25;
 /// The 95 % interval of a pole in z that is precisely known.
 pub(crate) const PRECISE: f64 = 0.1;
+
+/// What may be done with a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// It simulates well.
+    Good,
+    /// It simulates.
+    Usable,
+    /// It may be used by who knows what speaks against it.
+    UsableWithCare,
+    /// There is nothing to judge it on.
+    NotValidated,
+    /// It is not to be used.
+    NotUsable,
+}
+
+impl Standing {
+    /// All.
+    pub const ALL: [Self; 5] = [
+        Self::Good,
+        Self::Usable,
+        Self::UsableWithCare,
+        Self::NotValidated,
+        Self::NotUsable,
+    ];
+
+    /// As files and JSON have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Usable => "usable",
+            Self::UsableWithCare => "usable_with_care",
+            Self::NotValidated => "not_validated",
+            Self::NotUsable => "not_usable",
+        }
+    }
+
+    /// The one of that name.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|it| it.name() == name)
+    }
+}
 
 /// What a model is good for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,20 +164,90 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Whether the model may be used, if with care.
+    /// All verdicts.
+    pub const ALL: [Self; 23] = [
+        Self::NoEffect,
+        Self::Undetermined,
+        Self::Inseparable,
+        Self::NotValidated,
+        Self::FewSamples,
+        Self::Drift { usable: false },
+        Self::Drift { usable: true },
+        Self::ClosedLoop { usable: false },
+        Self::ClosedLoop { usable: true },
+        Self::NotLinear { usable: false },
+        Self::NotLinear { usable: true },
+        Self::NoiseLimited { good: false },
+        Self::NoiseLimited { good: true },
+        Self::Unusable,
+        Self::Unsteady,
+        Self::TimeDoubtful,
+        Self::Mixed,
+        Self::Early,
+        Self::GainUndetermined,
+        Self::ParametersUndetermined,
+        Self::DynamicsMissing,
+        Self::Usable,
+        Self::Good,
+    ];
+
+    /// What may be done with the model.
     #[must_use]
-    pub const fn is_usable(self) -> bool {
+    pub const fn standing(self) -> Standing {
         match self {
+            Self::Good | Self::NoiseLimited { good: true } => Standing::Good,
+            Self::Usable | Self::NoiseLimited { good: false } => Standing::Usable,
+            Self::NotValidated => Standing::NotValidated,
             Self::NoEffect
             | Self::Undetermined
             | Self::Inseparable
-            | Self::NotValidated
-            | Self::Unusable => false,
-            Self::Drift { usable } | Self::ClosedLoop { usable } | Self::NotLinear { usable } => {
-                usable
-            }
-            _ => true,
+            | Self::Unusable
+            | Self::Drift { usable: false }
+            | Self::ClosedLoop { usable: false }
+            | Self::NotLinear { usable: false } => Standing::NotUsable,
+            _ => Standing::UsableWithCare,
         }
+    }
+
+    /// What the verdict names, as files and JSON have it; with [`standing`](Self::standing) it tells verdicts apart.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::NoEffect => "no_effect",
+            Self::Undetermined => "undetermined",
+            Self::Inseparable => "inseparable",
+            Self::NotValidated => "not_validated",
+            Self::FewSamples => "few_samples",
+            Self::Drift { .. } => "drift",
+            Self::ClosedLoop { .. } => "closed_loop",
+            Self::NotLinear { .. } => "not_linear",
+            Self::NoiseLimited { .. } => "noise_limited",
+            Self::Unusable => "does_not_simulate",
+            Self::Unsteady => "unsteady",
+            Self::TimeDoubtful => "time_doubtful",
+            Self::Mixed => "mixed",
+            Self::Early => "early",
+            Self::GainUndetermined => "gain_undetermined",
+            Self::ParametersUndetermined => "parameters_undetermined",
+            Self::DynamicsMissing => "dynamics_missing",
+            Self::Usable | Self::Good => "simulates",
+        }
+    }
+
+    /// The verdict of that code and standing.
+    #[must_use]
+    pub fn of(code: &str, standing: Standing) -> Option<Self> {
+        let is_it = |it: &Self| it.code() == code && it.standing() == standing;
+        Self::ALL.into_iter().find(is_it)
+    }
+
+    /// Whether the model may be used, if with care.
+    #[must_use]
+    pub const fn is_usable(self) -> bool {
+        !matches!(
+            self.standing(),
+            Standing::NotUsable | Standing::NotValidated
+        )
     }
 }
 
@@ -396,27 +511,29 @@ impl Analysis {
     /// The verdict, and what to do next.
     #[must_use]
     pub fn verdict_text(&self) -> String {
-        let (word, next) = self.verdict_words();
-        format!("verdict: {word}. Next: {next}")
+        self.verdict.text(self.next())
     }
 
-    /// The same apart.
+    /// What to do next.
     #[must_use]
-    pub fn verdict_words(&self) -> (&'static str, &'static str) {
-        let (word, next) = self.verdict.words();
+    pub fn next(&self) -> String {
         let is_chosen = self.options.method == Method::Automatic;
         let is_cancelled = |it: &Reason| matches!(it, Reason::CancelledPole(_));
         let integrates = may_integrate(&self.estimate) && !self.reasons.iter().any(is_cancelled);
-        let next = match self.verdict {
-            Verdict::Drift { .. } if integrates => {
-                "keep the line, since an integrator drifts so by a constant at its input: compare --method process, or --integrators 1"
-            }
-            Verdict::DynamicsMissing if is_chosen => {
-                "look at the page for where it fails: --html model.html; then a higher --order, --curve, or another input that moves the output too"
-            }
-            _ => next,
-        };
-        (word, next)
+        match self.verdict {
+            Verdict::Drift { .. } if integrates => format!(
+                "keep the line, since an integrator drifts so by a constant at its input: compare {}, or {}",
+                setting("method", "process"),
+                setting("integrators", 1)
+            ),
+            Verdict::DynamicsMissing if is_chosen => format!(
+                "look at the page for where it fails: {}; then a higher {}, {}, or another input that moves the output too",
+                setting("html", "model.html"),
+                option("order"),
+                option("curve")
+            ),
+            verdict => verdict.next(),
+        }
     }
 
     fn undetermined_gain(&self) -> Option<Uncertain> {

@@ -18,6 +18,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop, polar, unwrapped_phases};
+use planesman_text::option;
 
 use super::coloured::{whitened, whitening};
 use super::delayed_transfer::{Held, Orders, slopes};
@@ -396,10 +397,11 @@ impl Estimator for FrequencyDomain {
             None => self.given.choices(),
         };
         if choices.is_empty() {
-            return Err(IdentificationError::Option(
-                "the frequency domain takes transfer functions with more poles than zeros: --numerator at most as large as --order"
-                    .to_owned(),
-            ));
+            return Err(IdentificationError::Option(format!(
+                "the frequency domain takes transfer functions with more poles than zeros: {} at most as large as {}",
+                option("numerator"),
+                option("order")
+            )));
         }
         let spectra = self.spectra(problem)?;
         let coherence = self.coherence.unwrap_or(COHERENCE);

@@ -1,6 +1,7 @@
 //! The response that a record has by itself: the band in which its coherence holds, and its rows beside those of a model.
 
 use planesman_linear::{Complex, ComplexFunctions as _};
+use planesman_text::setting;
 
 use super::response::{Columns, DECIBEL, Point, Settings, Spectra};
 use crate::error::{IdentificationError, Result};
@@ -153,7 +154,8 @@ pub(crate) fn band(points: &[Point], least: f64) -> Result<Vec<bool>> {
         return Err(IdentificationError::NoBand(format!(
             "the coherence holds in no band: {least} or more, and more than chance, is needed over an octave; the most is {most:.2}, at \
              {at:.3} rad/s. Next: excite a band of frequencies (a chirp or a PRBS) beyond the noise, record for longer, or ask for \
-             less: --coherence 0.4"
+             less: {}",
+            setting("coherence", 0.4)
         )));
     }
     Ok((0..points.len()).map(|at| best.contains(&at)).collect())

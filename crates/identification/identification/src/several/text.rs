@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use planesman_linear::digits::significant;
 
 use super::analysis::{Analysis, ChannelModel};
+use crate::analysis::Verdict;
 use crate::analysis::text::{
     denominator, interval, interval_of_delay, noise, numerator, percent, to_a_nanosecond,
     what_the_noise_leaves,
@@ -17,11 +18,24 @@ impl Analysis {
     /// Results, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        let mut text = self.numbers();
-        for sentence in self.sentences() {
-            let _ = writeln!(text, "- {sentence}");
+        self.told(&self.verdict_text())
+    }
+
+    /// The same of a model that is written already: what is next where writing it would be.
+    #[must_use]
+    pub fn text_once_written(&self, next: &str) -> String {
+        match self.verdict {
+            Verdict::Good | Verdict::NoiseLimited { .. } => self.told(&self.verdict.text(next)),
+            _ => self.text(),
         }
-        text
+    }
+
+    fn told(&self, verdict: &str) -> String {
+        let mut text = self.numbers();
+        for reason in &self.reasons {
+            let _ = writeln!(text, "- {reason}");
+        }
+        text + &format!("- {verdict}\n")
     }
 
     /// The results in numbers: a table of the channels, then each.

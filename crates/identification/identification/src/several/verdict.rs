@@ -6,6 +6,8 @@ use super::analysis::{Analysis, ChannelModel, InputFindings};
 use super::finding::Finding;
 use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
 use crate::analysis::UNINFORMATIVE_FIT;
+use planesman_text::{option, setting};
+
 use crate::analysis::verdict::{
     DRIFTS, GOOD, PRECISE, STEADY, USABLE, feeds_back, few_samples, fit_remark,
     is_limited_by_noise, misses_dynamics, residual_finding, response_is_determined,
@@ -46,23 +48,25 @@ impl Analysis {
     /// The verdict, and what to do next with several inputs.
     #[must_use]
     pub fn verdict_text(&self) -> String {
-        let (word, next) = self.verdict.words();
-        let next = match self.verdict {
-            Verdict::ClosedLoop { .. } => {
-                "record with steps added to each input from outside the loop, or fit one input at a time with --reference"
-            }
-            Verdict::Undetermined => {
-                "record again with every input moving by itself (PRBS, several steps), or ask for a lower order: --order 1"
-            }
-            Verdict::DynamicsMissing => {
-                "try a higher --order, or name another input that moves the output too"
-            }
-            Verdict::Usable => {
-                "record for longer, every input moving by itself; page: --html model.html"
-            }
-            _ => next,
-        };
-        format!("verdict: {word}. Next: {next}")
+        self.verdict.text(match self.verdict {
+            Verdict::ClosedLoop { .. } => format!(
+                "record with steps added to each input from outside the loop, or fit one input at a time with {}",
+                option("reference")
+            ),
+            Verdict::Undetermined => format!(
+                "record again with every input moving by itself (PRBS, several steps), or ask for a lower order: {}",
+                setting("order", 1)
+            ),
+            Verdict::DynamicsMissing => format!(
+                "try a higher {}, or name another input that moves the output too",
+                option("order")
+            ),
+            Verdict::Usable => format!(
+                "record for longer, every input moving by itself; page: {}",
+                setting("html", "model.html")
+            ),
+            _ => self.verdict.next(),
+        })
     }
 
     fn judged(&self, undetermined: bool) -> Verdict {

@@ -18,7 +18,7 @@ pub enum Distrust {
     #[error(transparent)]
     File(#[from] Refusal),
     /// The input acts on the output of the same sample.
-    #[error("direct feedthrough: planes move the vehicle only later; fit it with --delay 1")]
+    #[error("direct feedthrough: planes move the vehicle only later; fit it with a delay of 1")]
     Feedthrough,
     /// The model is of other signals.
     #[error("model of {output} over {input} refused: pitch_rate over dive_planes is needed")]

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{During, Result, refuse, refused};
 use planesman_identifier::IdentifierParameters;
 use planesman_parallel::{Progress, on_all_cores};
-use planesman_text::in_one_line;
+use planesman_text::{in_one_line, option};
 use serde::{Deserialize, Serialize};
 
 use crate::parts::Parts;
@@ -100,8 +100,9 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
             });
             match (is_same, parts) {
                 (false, _) => refuse!(
-                    "'{}' holds another sweep; name a new folder with --out",
-                    folder.display()
+                    "'{}' holds another sweep; name a new folder with {}",
+                    folder.display(),
+                    option("out")
                 ),
                 (true, None) => refuse!(
                     "'{}' holds this sweep whole, and cases would be there twice; go on without parts, or name a new folder",

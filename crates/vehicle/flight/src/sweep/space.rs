@@ -5,6 +5,7 @@
 
 use crate::error::{During, Result, refuse, refused};
 use planesman_parameters::Value;
+use planesman_text::{option, setting};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64;
@@ -36,7 +37,7 @@ impl Axis {
     fn read(text: &str, place: usize, samples: u32, seed: u32) -> Result<Self> {
         let (parameter, values) = ParameterName::split(text)?;
         if parameter.node == "plant_sim" && parameter.name == "seed" {
-            refuse!("seeds are varied by --seeds");
+            refuse!("seeds are varied by {}", option("seeds"));
         }
         let declaration = parameter.declaration()?;
         let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
@@ -59,7 +60,10 @@ impl Axis {
             (Some((from, to)), _) => {
                 let (from, to) = (number(from)?, number(to)?);
                 if samples == 0 {
-                    refuse!("a range FROM..TO is drawn from: say how often, --samples N");
+                    refuse!(
+                        "a range FROM..TO is drawn from: say how often, {}",
+                        setting("samples", "N")
+                    );
                 }
                 if from >= to {
                     refuse!("a range begins below its end");
@@ -160,20 +164,24 @@ impl Space {
     /// One that is not of its form, or a value that the parameter's declaration refuses.
     pub fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
         let axis = |(place, text): (usize, &String)| {
-            Axis::read(text, place, samples, seed).during(|| format!("--vary {text}"))
+            Axis::read(text, place, samples, seed).during(|| setting("vary", text).to_string())
         };
         let axes = vary.iter().enumerate().map(axis);
         let axes = axes.collect::<Result<Vec<_>>>()?;
         let is_sampled = axes.iter().any(|axis| axis.is_sampled);
         if samples > 0 && !is_sampled {
-            refuse!("--samples: there is no --vary NODE.PARAMETER=FROM..TO to draw from");
+            refuse!(
+                "{}: there is no {} to draw from",
+                option("samples"),
+                setting("vary", "NODE.PARAMETER=FROM..TO")
+            );
         }
         for (place, axis) in axes.iter().enumerate() {
             if axes[..place]
                 .iter()
                 .any(|other| other.parameter == axis.parameter)
             {
-                refuse!("--vary: {} is there twice", axis.parameter);
+                refuse!("{}: {} is there twice", option("vary"), axis.parameter);
             }
         }
         let space = Self {
@@ -310,12 +318,12 @@ mod tests {
             ("depth_controller.depth.p=1:2", 0, "number"),
             ("depth_controller.depth.p=2:1:0.1", 0, "FROM:TO:STEP"),
             ("depth_controller.depth.p=1:2:0", 0, "FROM:TO:STEP"),
-            ("depth_controller.depth.p=0..1", 0, "--samples"),
+            ("depth_controller.depth.p=0..1", 0, "samples"),
             ("depth_controller.depth.p=1..0", 5, "below"),
-            ("depth_controller.depth.p=1,2", 5, "--samples"),
+            ("depth_controller.depth.p=1,2", 5, "samples"),
             ("plant_sim.speed=1ft/s,-1", 0, "must lie in"),
             ("plant_sim.speed=1ft", 0, "number"),
-            ("plant_sim.seed=1,2", 0, "--seeds"),
+            ("plant_sim.seed=1,2", 0, "seeds"),
             ("dha_actuator.model=ideal,perfect", 0, "one of"),
         ] {
             let refusal = space(&[vary], samples, 1).expect_err(vary);
