@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use planesman_console::out;
-use planesman_fit::{
-    DataOptions, Estimated, FitOptions, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof,
-};
+use planesman_fit::{DataOptions, FitOptions, rules};
 use planesman_linear::digits::{significant, value_and_interval, with_interval};
+use planesman_six_dof_fit::{Estimated, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof};
 
 use crate::arguments::{output_file, within};
 use crate::sysid::arguments::{DataArgs, span};
-use planesman_fit::rules;
 
 /// Options of `fit`.
 #[derive(Clone, Debug, clap::Args)]

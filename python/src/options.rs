@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use anyhow::{Result, anyhow, bail};
 use planesman_fit::rules::{self, Rule, RuleError, Span};
 use planesman_fit::{
-    DataOptions, FitError, FitOptions, GridOptions, MethodChoice, PreparationOptions,
+    DataOptions, FitError, FitOptions, GridOptions, KnownVehicle, MethodChoice, PreparationOptions,
     RecursionOptions, SignalOptions, Sources, StructureOptions, Validation, VehicleOptions,
 };
 use planesman_identification::analysis::CurveChoice;
@@ -15,6 +15,7 @@ use planesman_signals::{Clock, Method, Outliers, SegmentChoice, TableTime, TimeU
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, FOOT, Quantity};
 use planesman_vehicle::linearised::Output;
+use planesman_vehicle::pitch::{HeaveError, heave_of};
 use planesman_vehicle::transfer::{self, Input};
 use planesman_vehicle::vehicle_file::BRUNNER;
 use pyo3::FromPyObject;
@@ -285,12 +286,19 @@ impl Keywords {
             Keyword::Numbers(numbers) => rules::four(numbers),
             other => rules::heave(&other.written()),
         })?;
+        let speed = self.quantity("speed", Dimension::Speed, rules::SPEED)?;
+        let known = self.text("vehicle").map(|name| {
+            let heave = speed.map(|speed| heave_of(&name, speed));
+            Ok::<_, HeaveError>(KnownVehicle {
+                heave: heave.transpose()?,
+            })
+        });
         let size = |it: &mut Self, option| it.number(option, rules::NOT_NEGATIVE);
         Ok(VehicleOptions {
             heave,
-            vehicle: self.text("vehicle"),
+            vehicle: known.transpose()?,
             heave_doubt: size(self, "heave_doubt")?.unwrap_or_default(),
-            speed: self.quantity("speed", Dimension::Speed, rules::SPEED)?,
+            speed,
             inertia: self.number("inertia", rules::ABOVE_ZERO)?,
             noise: self.number("noise", rules::ABOVE_ZERO)?,
             bias_drift: size(self, "bias_drift")?.unwrap_or_default(),

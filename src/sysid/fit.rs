@@ -8,8 +8,8 @@ use planesman_console::print_wrapped;
 use planesman_equations::EquationsFile;
 use planesman_fit::rules::{self, ABOVE_ZERO, NOT_NEGATIVE};
 use planesman_fit::{
-    FitError, FitOptions, MethodChoice, RecursionOptions, StructureOptions, Validation,
-    VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
+    FitError, FitOptions, KnownVehicle, MethodChoice, RecursionOptions, StructureOptions,
+    Validation, VehicleOptions, compared, fit, fit_continuous, fit_equations, fit_several,
 };
 use planesman_identification::analysis::CurveChoice;
 use planesman_identification::estimators::{Form, Method};
@@ -19,6 +19,7 @@ use super::arguments::{SignalArgs, by, together};
 use crate::arguments::{choice, choice_also_known, output_file, speed, within};
 use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
+use planesman_vehicle::pitch::{HeaveError, heave_of};
 
 /// The options that `-h` shows; `--help` shows all.
 const SHORT: [&str; 17] = [
@@ -190,10 +191,18 @@ struct RecursionArgs {
     initial_covariance: Option<f64>,
 }
 
-impl From<&FitArgs> for FitOptions {
-    fn from(args: &FitArgs) -> Self {
+impl TryFrom<&FitArgs> for FitOptions {
+    type Error = HeaveError;
+
+    fn try_from(args: &FitArgs) -> Result<Self, HeaveError> {
         let (structure, vehicle) = (&args.structure, &args.vehicle);
-        Self {
+        let known = vehicle.vehicle.as_ref().map(|name| {
+            let heave = vehicle.speed.map(|speed| heave_of(name, speed));
+            Ok::<_, HeaveError>(KnownVehicle {
+                heave: heave.transpose()?,
+            })
+        });
+        Ok(Self {
             signals: (&args.signals).into(),
             validation: args.validation.clone(),
             method: args.method,
@@ -212,7 +221,7 @@ impl From<&FitArgs> for FitOptions {
             },
             vehicle: VehicleOptions {
                 heave: vehicle.heave,
-                vehicle: vehicle.vehicle.clone(),
+                vehicle: known.transpose()?,
                 heave_doubt: vehicle.heave_doubt,
                 speed: vehicle.speed,
                 inertia: vehicle.inertia,
@@ -226,7 +235,7 @@ impl From<&FitArgs> for FitOptions {
             },
             bootstrap: args.bootstrap.map(|it| it as usize),
             curve: args.curve,
-        }
+        })
     }
 }
 
@@ -257,7 +266,7 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// # Errors
 /// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
-    let options = FitOptions::from(args);
+    let options = FitOptions::try_from(args)?;
     if let Some(path) = &args.equations {
         return run_equations(args, &options, path);
     }

@@ -536,7 +536,8 @@ fn messy_data_gives_the_truth_or_a_warning() {
         .unwrap();
         let args = format!("fit {} -i u -o y {}", path.display(), case.options);
         let args = FitArgs::try_parse_from(args.split_whitespace()).unwrap();
-        let found = planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error));
+        let found = planesman_fit::fit(&(&args).try_into().unwrap(), &())
+            .map_err(|error| in_one_line(&error));
         let text = found.as_ref().map_or(String::new(), |it| {
             it.prepared.description() + &it.analysis.text()
         });

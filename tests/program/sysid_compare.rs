@@ -39,7 +39,11 @@ fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let args = ["fit", "-i", "u", "-o", "y", data.to_str().unwrap()];
     let args = FitArgs::try_parse_from(args.into_iter().chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error))
+    planesman_fit::fit(
+        &(&args).try_into().map_err(|error| in_one_line(&error))?,
+        &(),
+    )
+    .map_err(|error| in_one_line(&error))
 }
 
 fn fit(data: &Path, more: &str) -> FitResult {

@@ -20,7 +20,11 @@ fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let data = data.to_str().unwrap();
     let args = ["fit", data].into_iter().chain(more.split_whitespace());
     let args = FitArgs::try_parse_from(args).map_err(|error| error.to_string())?;
-    planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error))
+    planesman_fit::fit(
+        &(&args).try_into().map_err(|error| in_one_line(&error))?,
+        &(),
+    )
+    .map_err(|error| in_one_line(&error))
 }
 
 fn fit(data: &Path, more: &str) -> FitResult {
@@ -114,8 +118,13 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
             "--method=least_squares",
             "--no-offset",
         ];
-        let found =
-            planesman_fit::fit(&(&FitArgs::try_parse_from(args).unwrap()).into(), &()).unwrap();
+        let found = planesman_fit::fit(
+            &(&FitArgs::try_parse_from(args).unwrap())
+                .try_into()
+                .unwrap(),
+            &(),
+        )
+        .unwrap();
         is_the_response(&found);
         assert_eq!(
             found.prepared.resampled.record.segments,

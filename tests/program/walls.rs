@@ -153,6 +153,36 @@ fn no_member_outside_the_reports_depends_on_one_inside() {
     }
 }
 
+/// Base < ros < identification < vehicle < show: the place of a folder in it; `None` of what is no library.
+fn trade(folder: &Path) -> Option<usize> {
+    let mut parts = folder.iter().filter_map(|it| it.to_str());
+    let group = match parts.next()? {
+        "msgs" => "ros",
+        "crates" => parts.next()?,
+        _ => return None,
+    };
+    let order = ["base", "ros", "identification", "vehicle", "show"];
+    let place = order.iter().position(|it| *it == group);
+    Some(place.unwrap_or_else(|| panic!("{} is in no group", folder.display())))
+}
+
+#[test]
+fn arrows_between_the_groups_of_crates_go_one_way() {
+    let members = members();
+    for (name, member) in &members {
+        let Some(own) = trade(&member.folder) else {
+            continue;
+        };
+        for other in &member.dependencies {
+            let Some(on) = members.get(other) else {
+                continue;
+            };
+            let is_below = trade(&on.folder).is_some_and(|it| it <= own);
+            assert!(is_below, "{name} stands on {other}");
+        }
+    }
+}
+
 /// A build of the whole workspace, as colcon's, switches it on; one of the program alone does not where dependencies leave it
 /// out, and all that stands on the member would be compiled twice.
 #[test]

@@ -33,7 +33,13 @@ fn fit(data: &[PathBuf], output: &str) -> FitResult {
     let args = ["sysid fit"].into_iter().chain(data);
     let args = args.chain(["--input", "cmd:data", "--output", output, "--rate", "20"]);
     let args = args.chain(["--method", "least_squares", "--order", "2", "--no-offset"]);
-    planesman_fit::fit(&(&FitArgs::try_parse_from(args).unwrap()).into(), &()).unwrap()
+    planesman_fit::fit(
+        &(&FitArgs::try_parse_from(args).unwrap())
+            .try_into()
+            .unwrap(),
+        &(),
+    )
+    .unwrap()
 }
 
 #[test]

@@ -35,6 +35,7 @@ mod runge_kutta;
 pub mod sampled;
 pub mod state_space;
 pub mod step_metrics;
+mod time_history;
 pub mod transfer_function;
 
 pub use complex::{ComplexFunctions, polar};
@@ -55,6 +56,7 @@ pub use runge_kutta::runge_kutta_step;
 pub use sampled::Sampled;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
+pub use time_history::{COLUMNS, TimeHistory};
 pub use transfer_function::TransferFunction;
 
 /// Whether a system's variable is `s` (differential equations) or `z` (difference equations).

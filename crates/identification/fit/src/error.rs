@@ -12,7 +12,6 @@ use planesman_equations::EquationsError;
 use planesman_identification::IdentificationError;
 use planesman_identification::estimators::{Form, Method};
 use planesman_model_file::Refusal;
-use planesman_vehicle::vehicle_file::VehicleError;
 
 /// Why there is no model, or no comparison.
 #[derive(Debug, thiserror::Error)]
@@ -143,63 +142,6 @@ pub enum FitError {
         /// To validate, s.
         validation: (f64, f64),
     },
-    /// A vehicle that is refused.
-    #[error(transparent)]
-    Vehicle(#[from] VehicleError),
-    /// A vehicle of six degrees of freedom that is refused.
-    #[error(transparent)]
-    SixDof(#[from] planesman_vehicle::six_dof::FileError),
-    /// A word that names nothing of a vehicle.
-    #[error("--{option} {word}: it names none of {names}")]
-    NoNumber {
-        /// The option.
-        option: &'static str,
-        /// The word.
-        word: String,
-        /// What there is.
-        names: String,
-    },
-    /// Every number stays.
-    #[error("no number is sought: --fixed takes all of them, or --free names numbers that are 0")]
-    NothingSought,
-    /// A recording without motion.
-    #[error(
-        "no signal of the motion is found ({0}): name them, --signal u=SIGNAL; planesman sysid topics lists the signals"
-    )]
-    NoMotion(String),
-    /// Several topics of odometry, none of which is called odom.
-    #[error(
-        "several topics have odometry ({0}): name the signals, --signal u=TOPIC:twist.twist.linear.x"
-    )]
-    Odometry(String),
-    /// Angles that are none in rad.
-    #[error("{0}: beyond a whole turn; angles are in rad, convert degrees first")]
-    Degrees(&'static str),
-    /// Hardly more samples than unknowns.
-    #[error(
-        "{samples} samples for {unknown} unknowns, initial states among them: record longer, or seek fewer numbers, --free NAME,..."
-    )]
-    FewForVehicle {
-        /// Samples of all signals.
-        samples: usize,
-        /// Unknowns.
-        unknown: usize,
-    },
-    /// A search without a finite start.
-    #[error(
-        "the motion of '{0}' does not stay finite over a window of the recording: look at its signals and their signs, or make --horizon shorter"
-    )]
-    Diverges(String),
-    /// A vehicle without linear equations.
-    #[error("vehicle '{vehicle}' at {speed} m/s")]
-    NotLinear {
-        /// Its name.
-        vehicle: String,
-        /// Its speed, m/s.
-        speed: f64,
-        /// Why.
-        source: planesman_linear::Error,
-    },
     /// No data was given.
     #[error("no data")]
     NoData,
@@ -266,18 +208,6 @@ impl FitError {
             option,
             value: value.to_string(),
             rule,
-        }
-    }
-
-    pub(crate) fn no_number<'a>(
-        option: &'static str,
-        word: &str,
-        names: impl IntoIterator<Item = &'a str>,
-    ) -> Self {
-        Self::NoNumber {
-            option,
-            word: word.to_owned(),
-            names: names.into_iter().collect::<Vec<_>>().join(", "),
         }
     }
 

@@ -9,7 +9,6 @@
 //! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
 //! - [`fit_continuous`]: a transfer function in s, on the stamps themselves.
 //! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
-//! - [`fit_six_dof`]: a vehicle of six degrees of freedom from a recording of its motion.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
 //! - [`rules`]: the values that options take.
@@ -51,7 +50,6 @@ pub mod rules;
 mod samples;
 mod several;
 mod simulated;
-mod six_dof;
 mod stamped;
 mod steps_in_words;
 mod suggestion;
@@ -68,8 +66,8 @@ pub use equations::{EquationsResult, fit_equations};
 pub use error::FitError;
 pub use fit::{FitData, FitResult, fit};
 pub use options::{
-    FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
-    StructureOptions, Validation, VehicleOptions, options,
+    FitOptions, GridOptions, KnownVehicle, MethodChoice, PreparationOptions, RecursionOptions,
+    SignalOptions, StructureOptions, Validation, VehicleOptions, options,
 };
 pub use planesman_equations::EquationsFile;
 pub use samples::{SamplesOptions, samples};
@@ -77,9 +75,6 @@ pub use several::{
     SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,
 };
 pub use simulated::Simulated;
-pub use six_dof::{
-    Estimated, Expected, HeldOut, NextRun, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof,
-};
 pub use stamped::StampedRuns;
 pub use survey::{FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
 pub use trial::{Trial, compared, order, ranked};

@@ -13,7 +13,6 @@ use planesman_identification::several;
 use planesman_signals::{
     Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend, Unwrap,
 };
-use planesman_vehicle::{pitch, vehicle_file};
 
 use crate::data::DataOptions;
 use crate::error::FitError;
@@ -318,14 +317,21 @@ impl StructureOptions {
     }
 }
 
+/// A vehicle whose equations are known.
+#[derive(Clone, Debug, Default)]
+pub struct KnownVehicle {
+    /// Its coefficients of heave at `speed`, as `planesman_vehicle::pitch::heave_of` has them; `None` where no speed was given.
+    pub heave: Option<[f64; 4]>,
+}
+
 /// Known values of the vehicle.
 #[derive(Clone, Debug, Default)]
 pub struct VehicleOptions {
     /// For the methods vehicle and kalman: nu, zeta, eta and epsilon of `q_dot = K/J u - B/J q - M_theta/J theta + nu w`,
     /// `w_dot = epsilon u + eta q - zeta w`, with w in the output's unit times m.
     pub heave: Option<[f64; 4]>,
-    /// The same from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s.
-    pub vehicle: Option<String>,
+    /// The same of a known vehicle at `speed`: for planes in rad, a rate in rad/s.
+    pub vehicle: Option<KnownVehicle>,
     /// Standard deviation of the heave coefficients, % of each.
     pub heave_doubt: f64,
     /// The vehicle's speed, m/s, for `vehicle` and the model file.
@@ -466,10 +472,7 @@ impl FitOptions {
     pub(crate) fn analysis(&self, method: Method) -> Result<Options, FitError> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
         let is_alone = self.method != MethodChoice::All;
-        let of_vehicle = match (&vehicle.vehicle, vehicle.speed) {
-            (Some(name), Some(speed)) => Some(heave_of(name, speed)?),
-            _ => None,
-        };
+        let of_vehicle = vehicle.vehicle.as_ref().and_then(|it| it.heave);
         let coefficients = vehicle.heave.or(of_vehicle);
         if method.is_of_the_vehicle() {
             if structure.is_given() {
@@ -617,23 +620,8 @@ impl FitOptions {
     }
 }
 
-/// nu, zeta, eta and epsilon of a vehicle about level flight: pitch acceleration per heave, 1/(m s); damping of
-/// heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
-fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4], FitError> {
-    let vehicle = vehicle_file::load(vehicle)?;
-    let coefficients = pitch::coefficients(&vehicle.derivatives(speed));
-    let [_, _, _, heave @ ..] = coefficients.map_err(|source| FitError::NotLinear {
-        vehicle: vehicle.name,
-        speed,
-        source,
-    })?;
-    Ok(heave)
-}
-
 #[cfg(test)]
 mod tests {
-    use planesman_units::{FOOT, INCH};
-
     use super::*;
 
     #[test]
@@ -660,12 +648,12 @@ mod tests {
                 "--prewindow needs --order",
             ),
             (
-                &|it| it.vehicle.vehicle = Some("brunner".to_owned()),
+                &|it| it.vehicle.vehicle = Some(KnownVehicle::default()),
                 "--vehicle needs --speed",
             ),
             (
                 &|it| {
-                    it.vehicle.vehicle = Some("brunner".to_owned());
+                    it.vehicle.vehicle = Some(KnownVehicle::default());
                     it.vehicle.speed = Some(0.3);
                     it.vehicle.heave = Some([1.0; 4]);
                 },
@@ -707,24 +695,6 @@ mod tests {
         for (change, said) in cases {
             let refusal = refusal(change);
             assert!(refusal.contains(said), "{said}: {refusal}");
-        }
-    }
-
-    #[test]
-    fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {
-        // Brunner 1988, Table 1 (p. 41): Z'w -1.295, Z'q + m' 0.196, Z'delta 0.095, M'w 0.088, m' - Z'w_dot 1.046,
-        // I'y 0.072 with M'q_dot; 28 in long.
-        let (speed, length) = (2.1 * FOOT, 28.0 * INCH);
-        let rate = speed / length;
-        let expected = [
-            0.088 / 0.072 * rate / length,
-            1.295 / 1.046 * rate,
-            0.196 / 1.046 * rate * length,
-            0.095 / 1.046 * rate * speed,
-        ];
-        let found = heave_of("brunner", speed).unwrap();
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
         }
     }
 }

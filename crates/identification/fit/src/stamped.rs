@@ -50,7 +50,10 @@ const WHAT: &str = "a fit at the stamps themselves, on no grid";
 
 impl FitOptions {
     /// Refuses options of a grid, of its preparation and of other models.
-    pub(crate) fn check_stamped(&self) -> Result<(), FitError> {
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check_stamped(&self) -> Result<(), FitError> {
         self.check()?;
         let (signals, preparation) = (&self.signals, &self.signals.preparation);
         let of_grid = [
@@ -71,7 +74,10 @@ impl FitOptions {
     }
 
     /// The runs to fit, and those to judge on.
-    pub(crate) fn stamped(
+    ///
+    /// # Errors
+    /// Data that cannot be read, or has no stretch of time in which all signals are known.
+    pub fn stamped(
         &self,
         inputs: &[String],
         outputs: &[String],

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use planesman_decode::difference::Value;
 use planesman_decode::{Decoder, FieldPath, Values};
-use planesman_plot::TimeHistory;
+use planesman_linear::TimeHistory;
 
 use crate::comparison::Comparison;
 use crate::options::{DiffError, Options};

@@ -9,7 +9,8 @@ use planesman_fit::{FitData, Simulated};
 use planesman_identification::Segment;
 use planesman_identification::analysis::Analysis;
 use planesman_identification::frequency::COHERENCE;
-use planesman_plot::{Plot, Style, TimeHistory};
+use planesman_linear::TimeHistory;
+use planesman_plot::{Plot, Style};
 use planesman_signals::{PreparedRecord, hertz};
 
 use crate::fit::{TIME, is_near, range};

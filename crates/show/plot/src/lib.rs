@@ -3,7 +3,6 @@
 //!
 //! - [`Plot`], [`Series`], [`Style`]: lines, points, areas over x or in a plane.
 //! - [`HeatMap`]: a number over two lists of values.
-//! - [`TimeHistory`]: a long time history, as finely as it can be shown.
 //! - [`THEME`], [`PAGE`], [`UPLOT_STYLE`]; [`UPLOT`], [`THEME_SCRIPT`], [`PLOTS`]: style and scripts, in the order in which a page
 //!   has them.
 
@@ -11,12 +10,10 @@ mod error;
 mod heat_map;
 mod json;
 mod plot;
-mod time_history;
 
 pub use error::PlotError;
 pub use heat_map::HeatMap;
 pub use plot::{Plot, Series, Style};
-pub use time_history::{COLUMNS, TimeHistory};
 
 /// Style: the colours of all pages, light and dark.
 pub const THEME: &str = include_str!("../page/theme.css");

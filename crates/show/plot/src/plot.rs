@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use crate::TimeHistory;
 use crate::error::{LARGEST, PlotError};
 use crate::json::{list, places, script};
+use planesman_linear::TimeHistory;
 
 /// One line or point set of a plot.
 pub struct Series<'a> {

@@ -13,12 +13,12 @@ use planesman_bag::reader::{BagReader, Messages, Order};
 
 use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_hydraulics::Energy;
+use planesman_linear::TimeHistory;
 use planesman_linear::{StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
 };
 use planesman_msgs::{Message, cdr};
-use planesman_plot::TimeHistory;
 
 use crate::in_order::{InOrder, Next, ReorderStatistics};
 use crate::model_summary::identified;

@@ -2,13 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use planesman_fit::{FitOptions, StampedRuns, Survey, survey};
 use planesman_parallel::Progress;
 
 use super::problem::SIGNALS;
-use crate::error::FitError;
-use crate::options::FitOptions;
-use crate::stamped::StampedRuns;
-use crate::survey::{Survey, survey};
+use crate::error::SixDofError;
 
 /// The type of odometry.
 const ODOMETRY: &str = "nav_msgs/msg/Odometry";
@@ -38,7 +36,7 @@ pub(super) fn read(
     signals: &[String],
     inputs: &[String],
     progress: &dyn Progress,
-) -> Result<(StampedRuns, Vec<usize>), FitError> {
+) -> Result<(StampedRuns, Vec<usize>), SixDofError> {
     let found = survey(&options.signals.data, None, progress)?;
     let odometry = odometry(&found)?;
     let mut given: Vec<(&str, &str)> = Vec::new();
@@ -51,7 +49,7 @@ pub(super) fn read(
                 .chain(SIGNALS.map(|it| it.0))
         };
         let named = named.filter(|it| names().any(|name| name == it.0));
-        given.push(named.ok_or_else(|| FitError::no_number("signal", text, names()))?);
+        given.push(named.ok_or_else(|| SixDofError::no_number("signal", text, names()))?);
     }
     let given = |name: &str| {
         let of = given.iter().find(|it| it.0 == name);
@@ -65,7 +63,7 @@ pub(super) fn read(
     let all = (0..SIGNALS.len()).filter_map(|it| Some((it, own(it)?)));
     let (channels, outputs): (Vec<usize>, Vec<String>) = all.unzip();
     if outputs.is_empty() {
-        return Err(FitError::NoMotion(SIGNALS.map(|it| it.0).join(", ")));
+        return Err(SixDofError::NoMotion(SIGNALS.map(|it| it.0).join(", ")));
     }
     let own = |name: &String| {
         let own = given(name).or_else(|| column(&found, name));
@@ -84,7 +82,7 @@ pub(super) fn read(
             let values = &mut run.outputs[place].values;
             values.iter_mut().for_each(|it| *it *= sign);
             if matches!(name, "roll" | "pitch") && values.iter().any(|it| it.abs() > TAU) {
-                return Err(FitError::Degrees(name));
+                return Err(SixDofError::Degrees(name));
             }
         }
     }
@@ -92,7 +90,7 @@ pub(super) fn read(
 }
 
 /// The topic of odometry: the only one, or the one named odom; `None` in a recording without.
-fn odometry(of: &Survey) -> Result<Option<&str>, FitError> {
+fn odometry(of: &Survey) -> Result<Option<&str>, SixDofError> {
     let all = of.topics.iter().filter(|it| it.type_name == ODOMETRY);
     let all: Vec<&str> = all.map(|it| it.name.as_str()).collect();
     let is_odom = |it: &&&str| it.rsplit('/').next() == Some("odom");
@@ -101,7 +99,7 @@ fn odometry(of: &Survey) -> Result<Option<&str>, FitError> {
         [one] => Ok(Some(one)),
         several => match several.iter().find(is_odom) {
             Some(one) => Ok(Some(one)),
-            None => Err(FitError::Odometry(several.join(", "))),
+            None => Err(SixDofError::Odometry(several.join(", "))),
         },
     }
 }

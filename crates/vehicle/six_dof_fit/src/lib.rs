@@ -1,5 +1,6 @@
 //! A vehicle of six degrees of freedom from a recording: coefficients with intervals, what the data does not determine, the next run.
 
+mod error;
 mod experiments;
 mod problem;
 mod recording;
@@ -7,15 +8,14 @@ mod recording;
 use std::ops::Range;
 
 use planesman_equations::Run;
+use planesman_fit::{FitOptions, StampedRuns};
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::significant;
 use planesman_parallel::Progress;
 use planesman_vehicle::six_dof::EditableFile;
 use serde::Serialize;
 
-use crate::error::FitError;
-use crate::options::FitOptions;
-use crate::stamped::StampedRuns;
+pub use error::SixDofError;
 use experiments::experiments;
 use problem::{Problem, Window};
 
@@ -162,7 +162,7 @@ impl SixDofResult {
 pub fn fit_six_dof(
     options: &SixDofOptions,
     progress: &dyn Progress,
-) -> Result<SixDofResult, FitError> {
+) -> Result<SixDofResult, SixDofError> {
     options.data.check_stamped()?;
     let file = EditableFile::load(&options.like)?;
     let sought = options.sought(&file)?;
@@ -177,7 +177,7 @@ pub fn fit_six_dof(
     for name in &options.bias {
         let names = SIGNALS.iter().map(|it| it.0);
         let place = names.clone().position(|it| it == name);
-        let place = place.ok_or_else(|| FitError::no_number("bias", name, names))?;
+        let place = place.ok_or_else(|| SixDofError::no_number("bias", name, names))?;
         biased.extend(channels.contains(&place).then_some(place));
     }
     let cut = |share| windows(&data.runs, &channels, options.horizon, share);
@@ -193,14 +193,14 @@ pub fn fit_six_dof(
     };
     let unknown = unknown(&problem, &all);
     if samples <= 2 * unknown {
-        return Err(FitError::FewForVehicle { samples, unknown });
+        return Err(SixDofError::FewSamples { samples, unknown });
     }
     progress.begin("models", 0, 0);
     let found = problem.weighed(&all);
     let found = found.and_then(|it| Some((problem.covariance(&all, &it)?, it)));
     progress.end();
     let ((covariance, information), theta) =
-        found.ok_or_else(|| FitError::Diverges(options.like.clone()))?;
+        found.ok_or_else(|| SixDofError::Diverges(options.like.clone()))?;
     let globals = &theta.as_slice()[..problem.globals()];
     let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
     let estimated = |k: usize, name: &str, like: f64| {
@@ -275,14 +275,14 @@ fn unknown(problem: &Problem<'_>, windows: &[Window]) -> usize {
 
 impl SixDofOptions {
     /// The places of the numbers that are sought.
-    fn sought(&self, file: &EditableFile) -> Result<Vec<usize>, FitError> {
+    fn sought(&self, file: &EditableFile) -> Result<Vec<usize>, SixDofError> {
         let names = || file.numbers().iter().map(|it| it.name.as_str());
         let named = |option, words: &[String]| {
             let each = words.iter().map(|word| {
                 let found = file.named(word);
-                found.ok_or_else(|| FitError::no_number(option, word, names()))
+                found.ok_or_else(|| SixDofError::no_number(option, word, names()))
             });
-            Ok::<_, FitError>(each.collect::<Result<Vec<_>, _>>()?.concat())
+            Ok::<_, SixDofError>(each.collect::<Result<Vec<_>, _>>()?.concat())
         };
         let (free, fixed) = (named("free", &self.free)?, named("fixed", &self.fixed)?);
         let is_sought = |place: &usize| match self.free.is_empty() {
@@ -291,7 +291,7 @@ impl SixDofOptions {
         };
         let sought: Vec<usize> = (0..file.numbers().len()).filter(is_sought).collect();
         match sought.is_empty() {
-            true => Err(FitError::NothingSought),
+            true => Err(SixDofError::NothingSought),
             false => Ok(sought),
         }
     }
