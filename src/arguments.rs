@@ -128,7 +128,8 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
 pub fn command_of<C: CommandFactory>(
     arguments: impl Iterator<Item = OsString>,
 ) -> (String, clap::Command) {
-    let program = C::command();
+    let mut program = C::command();
+    program.build();
     let (mut command, mut name) = (&program, program.get_name().to_owned());
     for argument in arguments {
         let Some(found) = command.find_subcommand(&argument) else {

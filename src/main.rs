@@ -374,9 +374,7 @@ fn main() -> ExitCode {
         Command::Review(args) => planesman::review::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Export(args) => export_command::run(&args),
-        Command::Tf(args) if args.as_printed => {
-            reports_program::run("tf", std::env::args_os().skip(2))
-        }
+        Command::Tf(args) if args.as_printed => reports_program::run("tf", 1),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info {
             path,
@@ -406,7 +404,7 @@ fn main() -> ExitCode {
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),
-        Command::Reproduce(args) => args.run("reproduce"),
+        Command::Reproduce(_) => reports_program::run("reproduce", 1),
         Command::Doctor { namespace } => stay_local().and_then(|()| doctor::run(&namespace)),
         Command::Completions { shell } => {
             let mut script = Vec::new();

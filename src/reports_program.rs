@@ -28,16 +28,6 @@ pub struct PassedOn {
     pub arguments: Vec<OsString>,
 }
 
-impl PassedOn {
-    /// As [`run`].
-    ///
-    /// # Errors
-    /// As of [`run`].
-    pub fn run(&self, command: &str) -> Result<()> {
-        run(command, &self.arguments)
-    }
-}
-
 /// The reports' program is not where it is looked for.
 #[derive(Debug)]
 pub struct NotBuilt;
@@ -54,16 +44,18 @@ impl fmt::Display for NotBuilt {
 
 impl std::error::Error for NotBuilt {}
 
-/// Becomes the reports' program, the one beside this program or else the one on `PATH`, with a command and its arguments.
+/// Becomes the reports' program, the one beside this program or else the one on `PATH`, with a command of it and the arguments of this
+/// program, behind as many `words` as name the command here.
 ///
 /// # Errors
 /// [`NotBuilt`], or the program cannot be run. Otherwise this does not return.
-pub fn run(command: &str, arguments: impl IntoIterator<Item = impl AsRef<OsStr>>) -> Result<()> {
+pub fn run(command: &str, words: usize) -> Result<()> {
     let beside = std::env::current_exe()?.with_file_name(PROGRAM);
     let program = match beside.is_file() {
         true => beside.as_os_str(),
         false => OsStr::new(PROGRAM),
     };
+    let arguments = std::env::args_os().skip(1 + words);
     let error = Command::new(program).arg(command).args(arguments).exec();
     match error.kind() {
         ErrorKind::NotFound => bail!(NotBuilt),

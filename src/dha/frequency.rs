@@ -24,7 +24,7 @@ pub struct FrequencyArgs {
 /// One line: the file that is refused.
 pub fn run(args: &FrequencyArgs) -> Result<()> {
     if !args.alone {
-        return reports_program::run("frequency", [&args.actuator]);
+        return reports_program::run("frequency", 2);
     }
     let set = actuator_file::load(&args.actuator)?;
     Ok(print_wrapped(frequency_text(&set)?)?)

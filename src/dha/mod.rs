@@ -8,7 +8,7 @@
 
 use anyhow::Result;
 
-use crate::reports_program::PassedOn;
+use crate::reports_program::{self, PassedOn};
 
 pub mod design;
 pub mod frequency;
@@ -46,8 +46,8 @@ pub enum DhaCommand {
 /// Those of the command.
 pub fn run(command: &DhaCommand) -> Result<()> {
     match command {
-        DhaCommand::Bench(args) => args.run("bench"),
-        DhaCommand::LimitCycles(args) => args.run("limit-cycles"),
+        DhaCommand::Bench(_) => reports_program::run("bench", 2),
+        DhaCommand::LimitCycles(_) => reports_program::run("limit-cycles", 2),
         DhaCommand::Size(args) => size::run(args),
         DhaCommand::Frequency(args) => frequency::run(args),
         DhaCommand::Design(args) => design::run(args),

@@ -32,7 +32,7 @@ mod six_dof;
 #[path = "../stage/mod.rs"]
 mod stage;
 #[path = "../../reports/brunner_1988/src/identification/synthetic.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, unreachable_pub)]
 mod synthetic;
 mod sysid_compare;
 mod sysid_data;

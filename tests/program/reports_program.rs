@@ -1,6 +1,6 @@
 //! Commands that the reports' program has: they become it, where it is beside this program or on `PATH`, and otherwise say how it is built.
 
-use std::os::unix::fs::PermissionsExt as _;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output};
 
