@@ -125,13 +125,18 @@ mod tests {
     use planesman_hydraulics::actuator_file;
 
     #[test]
-    fn polaris_is_shown_in_both_units_with_its_limit_cycle() {
+    fn an_actuator_is_shown_in_both_units_with_the_limit_cycle_that_it_leaves() {
         let text = size_text(&actuator_file::load("table_4_1").unwrap());
         let quantum = text.lines().find(|l| l.contains("V_c/A_L")).unwrap();
         assert!(
             quantum.contains("0.0038608 m") && quantum.contains("0.152 in"),
             "{quantum}"
         );
-        assert!(text.contains(" Hz, depth "), "{text}");
+        assert!(
+            text.contains("no leakage: none (1 + N H stays 0.55 from 0)"),
+            "{text}"
+        );
+        let text = size_text(&actuator_file::load("auv").unwrap());
+        assert!(text.contains("no leakage: 0.0"), "{text}");
     }
 }
