@@ -1,5 +1,8 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
 //! of the same loop (`reports/studies/data/limit_cycles.json`): the limit cycles of the quantum.
+
+#![allow(clippy::unwrap_used)]
+
 use planesman_design::Describing;
 use planesman_studies::depth_loop::{Case, Leakage, Logic, cases};
 use planesman_studies::orbit::{Growth, Orbit};
