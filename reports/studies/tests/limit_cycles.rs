@@ -219,3 +219,9 @@ fn a_depth_that_still_settles_is_said_to_and_the_orbit_is_compared_with_what_is_
     let left = dive.watched.swing(orbit.period) / INCH;
     assert_near(left, 0.0048, 0.02, "500 to 1000 s");
 }
+
+#[test]
+fn the_vehicle_of_table_3_that_is_designed_for_is_the_thesis_own() {
+    let thesis = brunner_1988::controllers::pitch::model();
+    assert_eq!(thesis, planesman_design::TABLE_3);
+}
