@@ -1,9 +1,14 @@
 //! Values on the command line, read and written: what several commands share.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
+use clap::CommandFactory;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use planesman_console::Format;
+use planesman_text::{did_you_mean, in_one_line, shown};
 use planesman_units::{Dimension, Quantity};
 use rustix::fs::{Access, access};
 
@@ -97,6 +102,80 @@ pub fn one_line(error: &clap::Error) -> String {
     match lines.find_map(|line| line.strip_prefix("tip: ")) {
         Some(tip) => format!("{wrong}; {tip}"),
         None => wrong,
+    }
+}
+
+/// Why the command line is wrong: with the option that was probably meant, where clap knows none.
+fn refusal(error: &clap::Error, command: &clap::Command) -> String {
+    let reason = one_line(error);
+    let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown,
+        _ => return reason,
+    };
+    if error.get(ContextKind::SuggestedArg).is_some() {
+        return reason;
+    }
+    let options = command.get_arguments().filter_map(|it| it.get_long());
+    let options: Vec<String> = options.map(|it| format!("--{it}")).collect();
+    let meant = did_you_mean(unknown, options.iter().map(String::as_str));
+    // clap's own tip is how to pass it as a value, which nobody meant.
+    let wrong = reason.split_once("; ").map_or(&*reason, |(wrong, _)| wrong);
+    format!("{wrong}{meant}")
+}
+
+/// The command that the arguments begin with, and how it is called.
+#[must_use]
+pub fn command_of<C: CommandFactory>(
+    arguments: impl Iterator<Item = OsString>,
+) -> (String, clap::Command) {
+    let mut program = C::command();
+    program.build();
+    let (mut command, mut name) = (&program, program.get_name().to_owned());
+    for argument in arguments {
+        let Some(found) = command.find_subcommand(&argument) else {
+            break;
+        };
+        name = format!("{name} {}", found.get_name());
+        command = found;
+    }
+    (name, command.clone())
+}
+
+/// Whether a command line asks for help or the version, or is so short that help answers it.
+#[must_use]
+pub fn is_help(error: &clap::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp
+            | ErrorKind::DisplayVersion
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+    )
+}
+
+/// Prints the help that a command line asks for, or says in a line why it is wrong.
+#[must_use]
+pub fn refused<C: CommandFactory>(error: &clap::Error) -> ExitCode {
+    if is_help(error) {
+        error.exit();
+    }
+    let (name, command) = command_of::<C>(std::env::args_os().skip(1));
+    planesman_console::err!(
+        "{}: {} (see {name} --help)",
+        C::command().get_name(),
+        shown(refusal(error, &command))
+    );
+    ExitCode::from(2)
+}
+
+/// The exit status of a program's command, whose error is said in a line.
+#[must_use]
+pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            planesman_console::err!("{program}: {}", shown(in_one_line(error.as_ref())));
+            ExitCode::FAILURE
+        }
     }
 }
 

@@ -5,10 +5,10 @@
 //! ([`planesman_flight`]). Either way a bag remains, from which [`planesman_pages`] tells what happened. [`sweep`] flies a scenario many
 //! times.
 //!
-//! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
-//! the actuator on the bench of its 1966 study, and
-//! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
+//! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`]
+//! sizes the actuator and designs its circuits; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages, [`tune`] gains for its models, [`review`] both on one page; [`export_command`] takes them to other simulators; [`watch`] shows what flies.
+//! The two historical reports are another program's, `planesman-reports`, which [`reports_program`] runs.
 
 pub mod arguments;
 pub mod bag_command;
@@ -23,7 +23,7 @@ pub mod nodes;
 pub mod params_command;
 pub mod processes;
 pub mod report;
-pub mod reproduce;
+pub mod reports_program;
 pub mod review;
 pub mod run_folder;
 pub mod six_dof_command;

@@ -7,15 +7,14 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use planesman::arguments::one_line;
+use planesman::arguments::{command_of, ended, is_help, refused};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
-use planesman::reproduce::{self, ReproduceArgs};
+use planesman::reports_program::{self, NotBuilt, PassedOn};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::{
     bag_command, bag_play, doctor, export_command, nodes, params_command, report, tf_command, watch,
@@ -27,7 +26,6 @@ use planesman_flight::scenario::{Scenario, builtin_names};
 use planesman_flight::{Parts, fly};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
-use planesman_text::in_one_line;
 use planesman_text::{did_you_mean, shown};
 
 /// Exit status of a dive whose bag lacks messages.
@@ -193,7 +191,7 @@ enum Command {
     Export(export_command::ExportArgs),
     /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
-    Reproduce(ReproduceArgs),
+    Reproduce(PassedOn),
     /// Say whether nodes find each other here: domain, middleware, multicast, messages, other loops
     #[command(after_help = "Example:\n  planesman doctor --namespace /auv2")]
     Doctor {
@@ -319,36 +317,13 @@ fn factor(text: &str) -> Result<f64, String> {
     Ok(factor)
 }
 
-/// Why the command line is wrong: with the option that was probably meant, where clap knows none.
-fn refusal(error: &clap::Error, command: &clap::Command) -> String {
-    let reason = one_line(error);
-    let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
-        (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown,
-        _ => return reason,
-    };
-    if error.get(ContextKind::SuggestedArg).is_some() {
-        return reason;
-    }
-    let options = command.get_arguments().filter_map(|it| it.get_long());
-    let options: Vec<String> = options.map(|it| format!("--{it}")).collect();
-    let meant = did_you_mean(unknown, options.iter().map(String::as_str));
-    // clap's own tip is how to pass it as a value, which nobody meant.
-    let wrong = reason.split_once("; ").map_or(&*reason, |(wrong, _)| wrong);
-    format!("{wrong}{meant}")
-}
-
-/// The command that the arguments begin with, and how it is called.
-fn command_of(arguments: impl Iterator<Item = OsString>) -> (String, clap::Command) {
-    let program = Cli::command();
-    let (mut command, mut name) = (&program, program.get_name().to_owned());
-    for argument in arguments {
-        let Some(found) = command.find_subcommand(&argument) else {
-            break;
-        };
-        name = format!("{name} {}", found.get_name());
-        command = found;
-    }
-    (name, command.clone())
+/// The first word, where the command line is wrong for it: it is neither a command nor a scenario.
+fn unknown_word(error: &clap::Error) -> Option<String> {
+    let word = std::env::args_os().nth(1)?.into_string().ok()?;
+    let is_known = word.starts_with('-')
+        || Cli::command().find_subcommand(&word).is_some()
+        || Scenario::is_there(&word);
+    (!is_help(error) && !is_known).then_some(word)
 }
 
 /// Refuses a first word that is neither a command nor a scenario.
@@ -368,26 +343,12 @@ fn unknown(word: &str) -> ExitCode {
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => match error.kind() {
-            ErrorKind::DisplayHelp
-            | ErrorKind::DisplayVersion
-            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
-            _ => {
-                let first = std::env::args_os().nth(1);
-                let is_unknown = |word: &String| {
-                    let is_command = Cli::command().find_subcommand(word).is_some();
-                    !is_command && !word.starts_with('-') && !Scenario::is_there(word)
-                };
-                let word = first.and_then(|it| it.into_string().ok());
-                if let Some(word) = word.filter(is_unknown) {
-                    return unknown(&word);
-                }
-                let (name, command) = command_of(std::env::args_os().skip(1));
-                let reason = refusal(&error, &command);
-                planesman_console::err!("planesman: {} (see {name} --help)", shown(reason));
-                return ExitCode::from(2);
-            }
-        },
+        Err(error) => {
+            return match unknown_word(&error) {
+                Some(word) => unknown(&word),
+                None => refused::<Cli>(&error),
+            };
+        }
     };
     let command = match cli.command {
         Some(command) => command,
@@ -414,6 +375,7 @@ fn main() -> ExitCode {
         Command::Review(args) => planesman::review::run(&args),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Export(args) => export_command::run(&args),
+        Command::Tf(args) if args.as_printed => reports_program::run("tf", 1),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info {
             path,
@@ -443,7 +405,7 @@ fn main() -> ExitCode {
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),
-        Command::Reproduce(args) => reproduce::run(&args),
+        Command::Reproduce(_) => reports_program::run("reproduce", 1),
         Command::Doctor { namespace } => stay_local().and_then(|()| doctor::run(&namespace)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -453,13 +415,20 @@ fn main() -> ExitCode {
         Command::Man { command } => manual(&command).and_then(written),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            planesman_console::err!("planesman: {}", shown(in_one_line(error.as_ref())));
-            ExitCode::FAILURE
-        }
-    }
+    let asks_for_help = || std::env::args_os().any(|it| it == "-h" || it == "--help");
+    ended(
+        "planesman",
+        match outcome {
+            Err(error) if error.is::<NotBuilt>() && asks_for_help() => help_without_the_reports(),
+            other => other,
+        },
+    )
+}
+
+/// The help of a command that the reports' program runs, as this program knows it.
+fn help_without_the_reports() -> Result<()> {
+    let (_, mut command) = command_of::<Cli>(std::env::args_os().skip(1));
+    written(command.render_long_help().to_string().into_bytes())
 }
 
 /// The manual page of the command behind these names, in roff.

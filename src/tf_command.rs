@@ -1,12 +1,11 @@
 //! `planesman tf`: the transfer functions of a vehicle about level flight.
 //!
-//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units; or for the thesis' vehicle
-//! as Brunner 1988 prints them (eq. 7 and Table 8), from [`brunner_1988::predicted`], with its errors.
+//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units. The reports' program has them as Brunner 1988 prints
+//! them for the thesis' vehicle (eq. 7 and Table 8), with its errors.
 
 use std::fmt::{self, Display, Write as _};
 
-use anyhow::{Result, bail};
-use brunner_1988::predicted::{D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
+use anyhow::Result;
 use clap::Args;
 use planesman_linear::{Complex, Domain, TransferFunction};
 use planesman_units::FOOT;
@@ -22,26 +21,26 @@ use planesman_console::print_wrapped;
 #[command(allow_negative_numbers = true)]
 pub struct TfArgs {
     /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file
-    vehicle: String,
+    pub vehicle: String,
     /// Base vehicle of an identified model: gives all but the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
     /// Input of the transfer function
     #[arg(long, value_parser = choice(&Input::ALL, Input::described), default_value = "dive_planes")]
-    input: Input,
+    pub input: Input,
     /// Output of the transfer function
     #[arg(long, value_parser = choice(&Output::ALL, Output::described), default_value = "pitch_rate")]
-    output: Output,
+    pub output: Output,
     /// Speed through the water (m/s, or with its unit: 1ft/s)
     #[arg(long, value_parser = speed(*SPEEDS.start(), *SPEEDS.end()), default_value_t = FOOT)]
-    speed: f64,
+    pub speed: f64,
     /// Sampling rate of the zero-order hold (Hz)
     #[arg(long, value_parser = within(*RATES.start(), *RATES.end()), default_value_t = 20.0)]
-    rate: f64,
+    pub rate: f64,
     /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
     /// 0.05 L/U
     #[arg(long)]
-    as_printed: bool,
+    pub as_printed: bool,
 }
 
 /// Prints the transfer function that was asked for.
@@ -53,76 +52,17 @@ pub fn run(args: &TfArgs) -> Result<()> {
     Ok(())
 }
 
-/// The transfer function that was asked for.
+fn models(args: &TfArgs) -> Result<Models> {
+    let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
+    let signals = (args.input, args.output);
+    Ok(transfer::models(&vehicle, signals, args.speed, args.rate)?)
+}
+
+/// Transfer functions as text.
 ///
 /// # Errors
-/// As [`run`].
-fn models(args: &TfArgs) -> Result<Models> {
-    match args.as_printed {
-        true => as_printed(args),
-        false => {
-            let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
-            Ok(transfer::models(
-                &vehicle,
-                (args.input, args.output),
-                args.speed,
-                args.rate,
-            )?)
-        }
-    }
-}
-
-fn as_printed(args: &TfArgs) -> Result<Models> {
-    if args.vehicle != vehicle_file::BRUNNER {
-        bail!(
-            "--as-printed: the thesis prints them for its own vehicle, '{}', not for '{}'",
-            vehicle_file::BRUNNER,
-            args.vehicle
-        );
-    }
-    let feet_per_second = args.speed / FOOT;
-    let (name, continuous, sampled, gain) = match (args.input, args.output) {
-        (Input::DivePlanes, Output::PitchRate) => (
-            "pitch_rate over dive_planes, eq. (7a)",
-            PRINTED.pitch_rate()?,
-            table_8::pitch_rate_third_order()?,
-            format!(
-                "times 0.54 U = {:.6} it is gyro volts per plane volt",
-                table_8::pitch_rate_gain() * feet_per_second
-            ),
-        ),
-        (Input::PitchRate, Output::Depth) => (
-            "depth over pitch_rate, eq. (7b)",
-            PRINTED.depth(DepthRate::AsPrinted { feet_per_second }, D2_ANOMALY)?,
-            table_8::depth_as_printed(feet_per_second)?,
-            format!(
-                "times 23.44 / U = {:.6} it is depth volts per gyro volt; z' = w + U theta, and D2 is \
-                 1.5 times its formula",
-                table_8::depth_gain() / feet_per_second
-            ),
-        ),
-        _ => bail!(
-            "--as-printed: the thesis prints pitch_rate over dive_planes, and depth over pitch_rate"
-        ),
-    };
-    let mut remarks = vec![gain];
-    if (args.rate * SAMPLING_TIME - 1.0).abs() > 1e-9 {
-        remarks.push(format!(
-            "the thesis samples at 20 Hz alone, not at {}",
-            args.rate
-        ));
-    }
-    Ok(Models {
-        heading: format!("brunner as printed: {name}, U = {feet_per_second:.4} ft/s"),
-        continuous,
-        frequency: "U/L",
-        sampled: sampled.without_rounding(),
-        sampling: format!("T = {SAMPLING_TIME} L/U, which it takes for seconds"),
-        remarks,
-    })
-}
-
-fn text(models: &Models) -> Result<String> {
+/// A polynomial whose roots cannot be found.
+pub fn text(models: &Models) -> Result<String> {
     let mut text = String::new();
     writeln!(text, "{}", models.heading)?;
     writeln!(text, "\ncontinuous, s in {}", models.frequency)?;
@@ -212,20 +152,6 @@ mod tests {
     }
 
     #[test]
-    fn the_printed_third_order_model_is_printed_again() {
-        let args = TfArgs {
-            as_printed: true,
-            ..args(Input::DivePlanes, Output::PitchRate, 1.2)
-        };
-        let shown = text(&as_printed(&args).expect("a model")).expect("text");
-        for digits in [
-            "-0.1191", "0.2313", "-0.1122", "-2.807", "2.62567", "-0.81808",
-        ] {
-            assert!(shown.contains(digits), "{digits} is not in\n{shown}");
-        }
-    }
-
-    #[test]
     fn a_held_plane_gives_no_steady_pitch_rate_and_depth_integrates() {
         let rate = models(&args(Input::DivePlanes, Output::PitchRate, 1.8));
         let shown = text(&rate.expect("a model")).expect("text");
@@ -255,7 +181,6 @@ mod tests {
     fn what_has_no_model_is_refused_in_a_line() {
         let refused = [
             models(&args(Input::PitchRate, Output::Heave, 1.0)),
-            as_printed(&args(Input::DivePlanes, Output::Heave, 1.0)),
             models(&TfArgs {
                 vehicle: "no/such/file".to_owned(),
                 ..args(Input::DivePlanes, Output::Depth, 1.0)

@@ -45,7 +45,7 @@ mod _native {
     #[pymodule_export]
     use crate::gym::Environments;
     #[pymodule_export]
-    use crate::listing::{parameter_file, parameters, reproduced};
+    use crate::listing::{parameter_file, parameters};
     #[pymodule_export]
     use crate::model::{
         fit, fit_equations, fit_options, fit_several, read_model, response, transfer_function,

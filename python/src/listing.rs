@@ -1,6 +1,5 @@
-//! Parameters of the nodes, numbers of the reports.
+//! Parameters of the nodes.
 
-use planesman_book::rows;
 use planesman_flight::nodes::{chosen, declarations};
 use planesman_flight::parameter_file::parameter_file as file_of;
 use planesman_flight::scenario::Scenario;
@@ -8,7 +7,7 @@ use planesman_parameters::Value as Parameter;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::{raised, released};
+use crate::error::raised;
 
 /// Every parameter of every node, or of one, as JSON.
 ///
@@ -53,13 +52,4 @@ fn plain(value: &Parameter) -> Value {
 pub(crate) fn parameter_file(scenario: &str, node: Option<&str>) -> PyResult<String> {
     let scenario = Scenario::parse(scenario).map_err(raised)?;
     file_of(node, Some(&scenario)).map_err(raised)
-}
-
-/// Every number of the reports, printed and recomputed, as JSON.
-#[pyfunction]
-pub(crate) fn reproduced(py: Python<'_>) -> PyResult<String> {
-    released(py, || {
-        let rows = rows::all(&[brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT])?;
-        Ok(serde_json::to_string(&rows)?)
-    })
 }

@@ -29,12 +29,23 @@ def flight() -> planesman.Flight:
     return planesman.simulate("dive")
 
 
+def built(variable: str, name: str, command: str) -> str:
+    """A program that cargo has built, or the one that an environment variable names."""
+    path = os.environ.get(variable, str(ROOT / "target" / "release" / name))
+    if not os.access(path, os.X_OK):
+        if os.environ.get("PLANESMAN_PEERS") == "required":
+            pytest.fail(f"there is no program {path}: {command}")
+        pytest.skip(f"there is no program {path}: {command}")
+    return path
+
+
 @pytest.fixture(scope="session")
 def program() -> str:
     """The program `planesman`, for tests that hold the package to what it prints."""
-    path = os.environ.get("PLANESMAN", str(ROOT / "target" / "release" / "planesman"))
-    if not os.access(path, os.X_OK):
-        if os.environ.get("PLANESMAN_PEERS") == "required":
-            pytest.fail(f"there is no program {path}: cargo build --release")
-        pytest.skip(f"there is no program {path}: cargo build --release")
-    return path
+    return built("PLANESMAN", "planesman", "cargo build --release")
+
+
+@pytest.fixture(scope="session")
+def reports() -> str:
+    """The program `planesman-reports`."""
+    return built("PLANESMAN_REPORTS", "planesman-reports", "cargo build --release --package planesman-reports")

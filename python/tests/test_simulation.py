@@ -146,11 +146,28 @@ def test_parameters_are_listed_and_written_as_ros_reads_them() -> None:
     assert "/**/depth_controller:" in text and "depth.p: 1.25" in text
 
 
-def test_the_reports_numbers_are_recomputed() -> None:
-    rows = planesman.reproduce()
+def test_the_reports_numbers_are_recomputed(reports: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = planesman.reproduce(reports)
     verdicts = [row["verdict"] for row in rows]
     assert len(rows) > 500 and verdicts.count("agrees") > 100
     assert all(row["erratum"] for row in rows if row["verdict"] == "contradicts")
+    monkeypatch.setenv("PLANESMAN_REPORTS", reports)
+    assert planesman.reproduce() == rows
+
+
+def test_a_reports_program_that_is_not_there_is_refused_with_the_command_that_builds_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PLANESMAN_REPORTS", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    for program in (None, tmp_path / "planesman-reports"):
+        with pytest.raises(planesman.PlanesmanError, match="cargo build --release --package planesman-reports"):
+            planesman.reproduce(program)
+    failing = tmp_path / "planesman-reports"
+    failing.write_text("#!/bin/sh\necho 'planesman-reports: 1 number differs from the book' >&2\nexit 1\n")
+    failing.chmod(0o755)
+    with pytest.raises(planesman.PlanesmanError, match="^planesman-reports: 1 number differs from the book$"):
+        planesman.reproduce()
 
 
 def test_a_flight_is_drawn(flight: planesman.Flight) -> None:

@@ -1,16 +1,15 @@
 //! What the commands of `planesman design` share on the command line.
 
-use brunner_1988::controllers::pitch;
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
-use planesman_design::{ACTUATOR, Body, Law, RATE, Subject, default_gains};
+use planesman_design::{ACTUATOR, Body, Law, RATE, Subject, TABLE_3, default_gains};
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::within;
 
-/// The report's vehicle in pitch alone (Table 3).
-const TABLE_3: &str = "table_3";
+/// The name of [`TABLE_3`].
+const IN_PITCH_ALONE: &str = "table_3";
 
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
@@ -39,9 +38,9 @@ impl SubjectArgs {
     pub(super) fn subject(&self) -> Subject {
         Subject {
             body: match self.vehicle.as_str() {
-                TABLE_3 => Body::Pitch {
-                    name: TABLE_3,
-                    model: pitch::model(),
+                IN_PITCH_ALONE => Body::Pitch {
+                    name: IN_PITCH_ALONE,
+                    model: TABLE_3,
                 },
                 name => Body::Vehicle {
                     name: name.to_owned(),

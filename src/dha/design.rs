@@ -9,12 +9,12 @@ use planesman_circuit::coding::Coding;
 use planesman_circuit::{Circuit, Law, LoadCycle, MOST_VALVES, Point};
 use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_design::circuits::{Outcome, designs, evaluate, ledger_table};
 use planesman_flight::sink::write_text;
 use planesman_flight::{Loop, Scenario};
 use planesman_hydraulics::{ActuatorFile, actuator_file};
 use planesman_parameters::Choice;
 use planesman_signals::{CsvSource, Request, Role, TableTime};
-use planesman_studies::circuit_design::{Outcome, designs, evaluate, ledger_table};
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, Quantity};
 

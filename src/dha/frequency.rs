@@ -2,8 +2,10 @@
 
 use anyhow::Result;
 use planesman_console::print_wrapped;
+use planesman_design::frequency_text;
 use planesman_hydraulics::actuator_file;
-use planesman_studies::frequency::{alone, steered};
+
+use crate::reports_program;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -11,7 +13,7 @@ pub struct FrequencyArgs {
     /// A built-in actuator or an actuator file
     #[arg(default_value = "table_4_1")]
     actuator: String,
-    /// The actuator alone in its position loop, instead of the flight control with surrogate PS-2
+    /// The actuator alone in its position loop, instead of the flight control with surrogate PS-2, which the reports' program has
     #[arg(long)]
     alone: bool,
 }
@@ -21,9 +23,9 @@ pub struct FrequencyArgs {
 /// # Errors
 /// One line: the file that is refused.
 pub fn run(args: &FrequencyArgs) -> Result<()> {
+    if !args.alone {
+        return reports_program::run("frequency", 2);
+    }
     let set = actuator_file::load(&args.actuator)?;
-    Ok(print_wrapped(match args.alone {
-        true => alone(&set),
-        false => steered(&set),
-    }?)?)
+    Ok(print_wrapped(frequency_text(&set)?)?)
 }

@@ -1,20 +1,17 @@
 //! `planesman dha`: analysis of the digital hydraulic actuator.
 //!
-//! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
 //! - [`design`]: designs of a circuit of on/off valves over a load cycle.
-//! - [`limit_cycles`]: those of the AUV's depth loop: simulated, as orbits by shooting, and predicted.
 //!
-//! What they compute is [`planesman_studies`].
+//! What they compute is [`planesman_design`]; the 1966 study's tables and the limit cycles are the reports' program's.
 
 use anyhow::Result;
 
-pub mod bench;
-pub mod design;
+use crate::reports_program::{self, PassedOn};
 
+pub mod design;
 pub mod frequency;
-pub mod limit_cycles;
 pub mod size;
 
 /// The commands of `planesman dha`.
@@ -22,7 +19,7 @@ pub mod size;
 pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
     #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
-    Bench(bench::BenchArgs),
+    Bench(PassedOn),
     /// Print the sizes of an actuator, or size one for a load
     #[command(
         after_help = "Examples:\n  planesman dha size auv_two_speed\n  planesman dha size --resolution '0.5 deg' --slew '60 deg/s'"
@@ -38,9 +35,9 @@ pub enum DhaCommand {
     Design(design::DesignArgs),
     /// Print limit cycles of the AUV's depth loop with the actuator: simulated, as periodic orbits, and predicted
     #[command(
-        after_help = "Examples:\n  planesman dha limit-cycles --html limit_cycles.html\n  planesman dha limit-cycles 'open loop' --basins\n  planesman dha limit-cycles tight --vary friction --to 0.2"
+        after_help = "Examples:\n  planesman dha limit-cycles --html limit_cycles.html\n  planesman dha limit-cycles 'open loop' --format csv"
     )]
-    LimitCycles(limit_cycles::LimitCyclesArgs),
+    LimitCycles(PassedOn),
 }
 
 /// Runs the command.
@@ -49,10 +46,10 @@ pub enum DhaCommand {
 /// Those of the command.
 pub fn run(command: &DhaCommand) -> Result<()> {
     match command {
-        DhaCommand::Bench(args) => bench::run(args),
+        DhaCommand::Bench(_) => reports_program::run("bench", 2),
+        DhaCommand::LimitCycles(_) => reports_program::run("limit-cycles", 2),
         DhaCommand::Size(args) => size::run(args),
         DhaCommand::Frequency(args) => frequency::run(args),
         DhaCommand::Design(args) => design::run(args),
-        DhaCommand::LimitCycles(args) => limit_cycles::run(args),
     }
 }

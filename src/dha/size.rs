@@ -2,9 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use planesman_console::{Format, print_wrapped};
+use planesman_design::{size_table, size_text};
 use planesman_hydraulics::sizing::{Load, for_load};
 use planesman_hydraulics::{ActuatorSet, actuator_file};
-use planesman_studies::sizes::{table, text};
 use planesman_units::{DEGREE, Dimension, Quantity};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
@@ -47,12 +47,12 @@ pub struct SizeArgs {
     /// T_v, such as '5.5 ms'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     valve_time: Option<String>,
-    /// Print the sizes alone, as a table in this format [default: a list, and the limit cycles foreseen]
+    /// Print the sizes alone, as a table in this format [default: a list, and the limit cycle foreseen]
     #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
-/// Prints the sizes and the limit cycles foreseen.
+/// Prints the sizes and the limit cycle foreseen.
 ///
 /// # Errors
 /// One line: the file, quantity or load that is refused.
@@ -65,8 +65,8 @@ pub fn run(args: &SizeArgs) -> Result<()> {
         }
     };
     let text = match args.format {
-        Some(format) => table(&set).text(format),
-        None => text(&set),
+        Some(format) => size_table(&set).text(format),
+        None => size_text(&set),
     };
     Ok(print_wrapped(text)?)
 }

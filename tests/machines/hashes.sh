@@ -3,7 +3,8 @@
 #
 #     tests/machines/hashes.sh [--flights] PROGRAM [ARGUMENT...]
 #
-# PROGRAM ARGUMENT... runs `planesman`, as `target/release/planesman` or `qemu-aarch64 -L /usr/aarch64-linux-gnu PROGRAM`.
+# PROGRAM ARGUMENT... runs `planesman`, as `target/release/planesman` or `qemu-aarch64 -L /usr/aarch64-linux-gnu PROGRAM`; without --flights
+# `planesman-reports` must be beside it (cargo build --release --package planesman-reports).
 # Each scenario's bag without what has wall time, a sweep, models from the bag, both reports' numbers.
 # tests/machines/expected.txt has what must be printed; with --flights its first ten lines.
 set -euo pipefail
@@ -52,5 +53,7 @@ file printed.txt "fit, equations"
 run tune output_error.json --json
 file printed.txt "gains"
 
+# The reports' program stands beside it; what runs it may not run others, as qemu-user does not.
+program[-1]=$(dirname "${program[-1]}")/planesman-reports
 run reproduce --all
 file printed.txt "reports"

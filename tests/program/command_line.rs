@@ -55,12 +55,6 @@ fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
         let there = [&fit[..], &[option, "there.json"]].concat();
         refused(&stage, 2, &there, &["there.json", "exists already"]);
     }
-    refused(
-        &stage,
-        2,
-        &["reproduce", "--html", "there.json"],
-        &["exists already"],
-    );
     let locus = [
         "design",
         "locus",
@@ -152,7 +146,7 @@ fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is()
 #[test]
 fn work_ends_when_its_reader_has_gone() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_planesman"))
-        .args(["dha", "limit-cycles"])
+        .args("dha design dfcu --load-cycle dive --seeds 1000".split(' '))
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()

@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod actuator_faults;
 mod bad_input;
 mod bag_diff;
 #[path = "../bags/mod.rs"]
@@ -10,13 +9,13 @@ mod bags;
 #[path = "../browser/mod.rs"]
 mod browser;
 mod circuit;
+mod coefficients;
 mod command_line;
 mod following_gains;
 #[path = "../foreign/mod.rs"]
 mod foreign;
 mod help;
 mod hostile_data;
-mod limit_cycles;
 mod messy;
 mod pages;
 mod params_file;
@@ -25,13 +24,16 @@ mod recorded;
 mod remus_100;
 mod replay;
 mod reports;
-mod reproduce;
+mod reports_program;
 mod review;
 mod same_bits;
 mod sensors;
 mod six_dof;
 #[path = "../stage/mod.rs"]
 mod stage;
+#[path = "../../reports/brunner_1988/src/identification/synthetic.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod synthetic;
 mod sysid_compare;
 mod sysid_data;
 mod sysid_fit;

@@ -162,20 +162,11 @@ fn a_heat_map_tells_its_fields_under_the_cursor() {
 }
 
 #[test]
-fn the_pages_of_a_table_of_designs_and_of_limit_cycles_tell_their_values_under_the_cursor() {
+fn the_page_of_a_table_of_designs_tells_its_values_under_the_cursor() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     planesman(here, &["design", "table", "--html", "table.html"]);
     assert_alive(&here.join("table.html"), 2);
-    let cycles = [
-        "dha",
-        "limit-cycles",
-        "open loop, two speed",
-        "--no-prediction",
-    ];
-    planesman(here, &[&cycles[..], &["--html", "cycles.html"]].concat());
-    // Frequency, depth, and the orbits of three configurations.
-    assert_alive(&here.join("cycles.html"), 5);
 }
 
 #[test]

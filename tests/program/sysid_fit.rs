@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+use crate::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
 use planesman::sysid::fit::FitArgs;
 use planesman_equations::{Equations, EquationsFile};

@@ -26,15 +26,17 @@ const OUTSIDE: [(&[&str], &[&str]); 2] = [
             "sysid",
             "recorder",
             "planesman",
+            "planesman-reports",
         ],
     ),
-    (&["clap"], &["planesman"]),
+    (&["clap"], &["planesman", "planesman-reports"]),
 ];
 
-/// A member of the workspace: its folder, what it depends on apart from its tests, and its features.
+/// A member of the workspace: its folder, what it depends on apart from its tests, what its tests depend on, and its features.
 struct Member {
     folder: PathBuf,
     dependencies: Vec<String>,
+    of_its_tests: Vec<String>,
     features: Vec<String>,
 }
 
@@ -62,10 +64,13 @@ fn members() -> BTreeMap<String, Member> {
         let manifest = PathBuf::from(text(&package["manifest_path"]));
         let folder = manifest.parent().and_then(|it| it.strip_prefix(root).ok());
         let dependencies = package["dependencies"].as_array().expect("a list");
-        let dependencies = dependencies.iter().filter(|it| it["kind"] != "dev");
+        let (of_its_tests, dependencies): (Vec<_>, Vec<_>) =
+            dependencies.iter().partition(|it| it["kind"] == "dev");
+        let names = |of: Vec<&Value>| of.iter().map(|it| text(&it["name"])).collect();
         let member = Member {
             folder: folder.expect("a folder of the workspace").to_owned(),
-            dependencies: dependencies.map(|it| text(&it["name"])).collect(),
+            dependencies: names(dependencies),
+            of_its_tests: names(of_its_tests),
             features: package["features"]
                 .as_object()
                 .expect("features")
@@ -133,6 +138,21 @@ fn each_crate_stands_on_those_that_the_architecture_names_and_all_of_them_are_ab
     }
 }
 
+/// What a user builds and tests is without the reports, which have a program of their own.
+#[test]
+fn no_member_outside_the_reports_depends_on_one_inside() {
+    let members = members();
+    let is_report = |name: &String| {
+        let member = members.get(name);
+        member.is_some_and(|it| it.folder.starts_with("reports"))
+    };
+    assert!(members.keys().any(is_report));
+    for (name, member) in members.iter().filter(|(name, _)| !is_report(name)) {
+        let mut all = member.dependencies.iter().chain(&member.of_its_tests);
+        assert_eq!(all.find(|it| is_report(it)), None, "{name}");
+    }
+}
+
 /// Base < ros < identification < vehicle < show: the place of a folder in it; `None` of what is no library.
 fn trade(folder: &Path) -> Option<usize> {
     let mut parts = folder.iter().filter_map(|it| it.to_str());
@@ -177,7 +197,7 @@ fn no_member_has_a_default_feature() {
 }
 
 #[test]
-fn only_nodes_reach_dds_and_only_the_program_the_command_line() {
+fn only_nodes_reach_dds_and_only_the_programs_the_command_line() {
     let members = members();
     for (forbidden, allowed) in OUTSIDE {
         for name in members.keys().filter(|it| !allowed.contains(&it.as_str())) {

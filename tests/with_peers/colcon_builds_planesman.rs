@@ -116,7 +116,7 @@ impl Workspace {
             "own_plant.py",
             "policy_controller.py",
         ];
-        let mut expected = [&NODES[..], &["planesman"], &examples].concat();
+        let mut expected = [&NODES[..], &["planesman", "planesman-reports"], &examples].concat();
         expected.sort_unstable();
         assert_eq!(programs, expected);
 

@@ -109,12 +109,6 @@ impl DigitalLoop {
         self.ram
     }
 
-    /// Valves, metering and ram.
-    #[must_use]
-    pub fn hydraulics(&self) -> &Hydraulics {
-        &self.hydraulics
-    }
-
     /// eps, rad, at the last decision of the pulse logic.
     #[must_use]
     pub fn error(&self) -> f64 {

@@ -14,9 +14,6 @@ use planesman_units::DEGREE;
 
 use planesman_text::number;
 
-use crate::missile_loop;
-use crate::watched::{Irregular, Motion};
-
 /// A table of the report that is flown again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Table {
@@ -292,14 +289,13 @@ fn analog(book: &Book, surrogate: Surrogate) -> Flown {
 fn limit_cycles(book: &Book, base: &Case) -> Flown {
     let mut score = Score::of("limit cycles");
     let mut text = format!(
-        "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  {:<38}  reported\n",
-        "", "psi pp", "mean psi", "nozzle pp", "pulses/s", "orbit: psi pp, pulses/s, multiplier"
+        "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  reported\n",
+        "", "psi pp", "mean psi", "nozzle pp", "pulses/s"
     );
     let printed = |id: &str| book.printed(id).map_or_else(String::new, |p| p.to_string());
     for row in &TABLE_4_2 {
         let case = row.of(base);
         let cycle = case.limit_cycle();
-        let orbit = orbit(&case);
         let reported = match row.id {
             "base" => format!(
                 "psi pp about {} deg, nozzle {} deg (I6)",
@@ -317,7 +313,7 @@ fn limit_cycles(book: &Book, base: &Case) -> Flown {
         };
         let _ = writeln!(
             text,
-            "{:<22} {:>7.4} deg {:>+7.4} deg {:>7.3} deg {:>10.2}  {orbit:<38}  {reported}",
+            "{:<22} {:>7.4} deg {:>+7.4} deg {:>7.3} deg {:>10.2}  {reported}",
             row.label,
             cycle.yaw / DEGREE,
             cycle.mean_yaw / DEGREE,
@@ -342,26 +338,6 @@ fn limit_cycles(book: &Book, base: &Case) -> Flown {
     );
     let numbers = score.numbers;
     Flown { text, numbers }
-}
-
-/// The orbit of a limit cycle, by shooting.
-fn orbit(case: &Case) -> String {
-    let motion = missile_loop::watched(case)
-        .motion(&missile_loop::actuation(case))
-        .0;
-    let (orbit, followed) = match &motion {
-        Motion::Orbit(orbit) => (orbit, ""),
-        Motion::Irregular(Irregular {
-            orbit: Some(orbit), ..
-        }) => (orbit, ", not followed"),
-        _ => return "none".to_owned(),
-    };
-    format!(
-        "{:.4} deg, {:.2}, {:.2}{followed}",
-        orbit.swing() / DEGREE,
-        orbit.volumes(),
-        orbit.growth()
-    )
 }
 
 #[cfg(test)]

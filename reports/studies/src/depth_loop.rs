@@ -3,48 +3,26 @@
 //!
 //! The vehicle is program T6's (Brunner, NPS thesis, 1988, App. C), with the thesis's righting moment where a case
 //! has one (`M_theta`); the control computer is the depth controller with its default gains, which are the
-//! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands harmonic
-//! balance around
-//!
-//! ```text
-//! H(s) = [Kpy (1 + K_i/s) (Kpz U/s + Kdz U + 1) + Kr s] K/(J s^2 + B s + M_theta) e^(-s T/2)
-//! ```
+//! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands the harmonic
+//! balance of [`DepthLoop`].
 //! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
 //! the same loop.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-
 use planesman_control::LimitError;
+use planesman_control::gains::PitchModel;
+use planesman_design::{DepthLoop, Describing, Prediction};
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
-use planesman_hydraulics::describing_function::{Search, balance};
-use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
-use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_units::{DEGREE, INCH};
 use serde::Deserialize;
 
-use planesman_design::default_gains;
-
 pub use crate::dive::{Diving, Loop};
 use crate::dive::{Flight, TICK};
-use crate::orbit::{Actuation, Cycle, Lags, Orbit, range};
+use crate::orbit::{Actuation, Lags, Orbit, range};
 use crate::watched::{Motion, Watched};
-
-/// A motion, and the cycle of its orbit.
-pub type Settled = (Motion, Option<Cycle<Diving>>);
-
-/// An actuator's describing function, where it was measured: by the bits of amplitude, rad, and frequency, rad/s.
-pub type Describing = RefCell<BTreeMap<(u64, u64), Complex<f64>>>;
 
 /// Figures are the same within this share, and depths beyond this many in.
 const SAME: (f64, f64) = (0.15, 0.002);
-/// Above this much of 1 + N H a harmonic balance is no cycle.
-pub const MOST_RESIDUAL: f64 = 0.1;
-
-/// Below this the describing function is measured over one period, rad/s.
-const SLOW: f64 = 0.05 * TAU;
 /// When a dive is over, and when the observation ends, in ticks: that of the independent simulation.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
 /// When everything has settled, in ticks.
@@ -243,17 +221,6 @@ impl LimitCycle {
     }
 }
 
-/// A cycle that harmonic balance predicts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
-    /// Hz.
-    pub frequency: f64,
-    /// Depth, peak to peak, m.
-    pub depth: f64,
-    /// |1 + N H|: 0 where the balance holds.
-    pub residual: f64,
-}
-
 /// The cases of `limit_cycles.json`.
 ///
 /// # Errors
@@ -304,7 +271,7 @@ impl Case {
         }
     }
 
-    pub(crate) fn around(&self) -> Loop {
+    fn around(&self) -> Loop {
         Loop {
             integral: self.integral,
             restoring: self.restoring,
@@ -347,7 +314,7 @@ impl Case {
     ///
     /// # Errors
     /// Those of the actuator's file.
-    pub fn motion(&self, dive: &mut Dive) -> Result<Settled, ActuatorFileError> {
+    pub fn motion(&self, dive: &mut Dive) -> Result<Motion, ActuatorFileError> {
         self.settle(dive);
         Ok(dive.watched.motion(&self.actuation()?))
     }
@@ -381,7 +348,7 @@ impl Case {
             }
             let motion = match motion {
                 Some(motion) => motion,
-                None => self.motion(&mut dive)?.0,
+                None => self.motion(&mut dive)?,
             };
             let orbit = motion.orbit().filter(|orbit| !known.contains(orbit));
             known.extend(orbit.cloned());
@@ -450,10 +417,7 @@ impl Loop {
         })
     }
 
-    /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
-    /// the actuator's command) from and to. The actuator's describing function is taken from the
-    /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
-    /// an amplitude, `known` what was measured of the same actuator before.
+    /// The cycle that harmonic balance predicts, as of [`DepthLoop::predict`].
     #[must_use]
     pub fn predict(
         &self,
@@ -462,52 +426,17 @@ impl Loop {
         known: &Describing,
         demand: impl Fn(f64) -> Demand,
     ) -> Prediction {
-        let measured = |amplitude: f64, frequency: f64| {
-            let periods = Periods {
-                settling: 1,
-                // Of a slow sinusoid one period has hundreds of samples.
-                measured: if frequency < SLOW { 1 } else { 3 },
-            };
-            frequency_response::actuator(set, demand(amplitude), frequency, periods)
+        let plant = self.plant();
+        let axis = plant.axis;
+        let around = DepthLoop {
+            model: PitchModel {
+                plane: axis.plane_moment / axis.inertia,
+                damping: axis.damping / axis.inertia,
+                restoring: axis.restoring / axis.inertia,
+            },
+            speed: plant.speed,
+            integral: self.integral,
         };
-        let describing_function = |amplitude: f64, frequency: f64| {
-            let place = (amplitude.to_bits(), frequency.to_bits());
-            *known
-                .borrow_mut()
-                .entry(place)
-                .or_insert_with(|| measured(amplitude, frequency))
-        };
-        let search = Search {
-            amplitudes,
-            frequencies: (0.02 * TAU, 0.5 * TAU),
-        };
-        let found = balance(&search, describing_function, |w| self.around_the_planes(w));
-        let planes =
-            found.amplitude * describing_function(found.amplitude, found.frequency).modulus();
-        let climb = self.pitch(found.frequency) * self.plant().speed;
-        Prediction {
-            frequency: found.frequency / TAU,
-            depth: 2.0 * planes * climb.modulus() / found.frequency,
-            residual: found.residual,
-        }
-    }
-
-    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
-    fn pitch(&self, frequency: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, frequency);
-        let axis = self.plant().axis;
-        Complex::from(axis.plane_moment)
-            / (s * s * axis.inertia + s * axis.damping + axis.restoring)
-    }
-
-    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
-    /// actuator. The computer's sampling is a dead time of half a tick.
-    fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, frequency);
-        let (gains, speed) = (default_gains(), self.plant().speed);
-        let integral = self.integral / s + 1.0;
-        let pitch_error = gains.depth_p * speed / s + gains.depth_d * speed + 1.0;
-        let feedback = gains.pitch_p * integral * pitch_error + gains.pitch_rate * s;
-        feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
+        around.predict(set, amplitudes, known, demand)
     }
 }

@@ -254,14 +254,6 @@ pub struct Diving {
     share: f64,
 }
 
-impl Diving {
-    /// The same motion in another loop.
-    pub(crate) fn within(mut self, around: &Loop) -> Result<Self, LimitError> {
-        (self.plant, self.law) = (around.plant(), around.law()?);
-        Ok(self)
-    }
-}
-
 impl Body for Diving {
     fn advance(&mut self, angles: [f64; 3], h: f64) {
         if self.law.integral > 0.0 {

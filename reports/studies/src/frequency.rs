@@ -1,58 +1,18 @@
-//! The linear model of Section V beside the full one under sinusoids.
+//! The flight control of Section V: its linear model beside the full one under sinusoids.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
-use planesman_hydraulics::frequency_response::{self, Periods};
-use planesman_hydraulics::linearised::{self, Ram};
-use planesman_hydraulics::{ActuatorSet, Demand};
+use planesman_design::{MOST_RESIDUAL, gain_and_phase};
+use planesman_hydraulics::ActuatorSet;
+use planesman_hydraulics::describing_function::toggling;
+use planesman_hydraulics::frequency_response::Periods;
+use planesman_hydraulics::linearised::Ram;
 use planesman_linear::{Complex, ComplexFunctions as _};
 use planesman_units::DEGREE;
 
 use ibm_1966::flight_control::{self, FlightControl};
 use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
-
-/// Gain and phase.
-fn cell(response: Complex<f64>) -> String {
-    format!(
-        "{:>6.2} dB {:>5.0} deg",
-        20.0 * libm::log10(response.modulus()),
-        response.argument() / DEGREE
-    )
-}
-
-/// The actuator's own response, for amplitudes counted in quanta, as text.
-///
-/// # Errors
-/// An actuator without a linear model.
-pub fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
-    let model = linearised::actuator(set, Ram::OnItsOil)?;
-    let quanta = [1.0, 4.0, 16.0];
-    let mut text = format!(
-        "{}: plane angle over plane command, in the position loop\n\n{:>4} {:>18}",
-        set.name, "Hz", "linear"
-    );
-    for n in quanta {
-        let quanta = if n == 1.0 { "quantum" } else { "quanta" };
-        let _ = write!(text, " {:>18}", format!("{n} {quanta}"));
-    }
-    let _ = writeln!(text);
-    for hertz in [0.1, 0.2, 0.5, 1.0, 2.0, 4.0] {
-        let _ = write!(
-            text,
-            "{hertz:>4} {:>18}",
-            cell(model.at(TAU * hertz)).trim_start()
-        );
-        for n in quanta {
-            let demand = Demand::angle(n * set.quantum);
-            let response =
-                frequency_response::actuator(set, demand, TAU * hertz, Periods::default());
-            let _ = write!(text, " {:>18}", cell(response).trim_start());
-        }
-        let _ = writeln!(text);
-    }
-    Ok(text)
-}
 
 /// The missile's closed loop with the actuator, as text.
 ///
@@ -78,6 +38,11 @@ pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
             margin.factor, margin.frequency
         );
     }
+    let _ = writeln!(
+        text,
+        "limit cycle foreseen by describing functions, leaking: {}",
+        yaw_cycle(set, &control, surrogate)?
+    );
     for (k, gains) in [5, 7, 9, 16].map(|k| {
         let compensation = 0.5f64.powi(k);
         (
@@ -101,12 +66,12 @@ pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
         let _ = write!(
             text,
             "{hertz:>6} {:>20}",
-            cell(control.response(TAU * hertz))
+            gain_and_phase(control.response(TAU * hertz))
         );
         for pulses in [2.0, 4.0] {
             let full =
                 flight_control::full_response(&case, pulses, TAU * hertz, Periods::default());
-            let _ = write!(text, " {:>20}", cell(full));
+            let _ = write!(text, " {:>20}", gain_and_phase(full));
         }
         let _ = writeln!(text);
     }
@@ -140,4 +105,37 @@ pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
 /// The highest of values at times, and when.
 fn peak(values: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     values.fold((0.0, f64::MIN), |a, b| if b.1 > a.1 { b } else { a })
+}
+
+/// The limit cycle of the yaw loop with leakage.
+fn yaw_cycle(
+    set: &ActuatorSet,
+    control: &FlightControl,
+    surrogate: Surrogate,
+) -> Result<String, planesman_linear::Error> {
+    let cycle = toggling(&control.open_loop, set.quantum, set.threshold);
+    if cycle.residual > MOST_RESIDUAL {
+        return Ok(format!("none (1 + N H stays {:.2} from 0)", cycle.residual));
+    }
+    let plant = surrogate.plant().transfer_function()?;
+    // The first harmonic of a square wave of half a quantum.
+    let nozzle = 2.0 / PI * set.quantum;
+    let yaw = 2.0 * nozzle * plant.value_at(Complex::new(0.0, cycle.frequency)).modulus();
+    Ok(format!(
+        "{:.2} volumes a second, yaw {:.4} deg peak to peak (dead time alone; friction slows it)",
+        cycle.frequency / PI,
+        yaw / DEGREE
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planesman_hydraulics::actuator_file;
+
+    #[test]
+    fn polaris_is_shown_with_the_limit_cycle_of_the_yaw_loop() {
+        let text = steered(&actuator_file::load("table_4_1").unwrap()).unwrap();
+        assert!(text.contains("10.45 volumes a second"), "{text}");
+    }
 }

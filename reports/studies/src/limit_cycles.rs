@@ -5,14 +5,13 @@ use std::ops::Range;
 
 use maud::html;
 use planesman_console::{Format, Table, wrapped};
+use planesman_design::{Describing, MOST_RESIDUAL, Prediction};
 use planesman_linear::digits::significant;
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Style};
 use planesman_units::{DEGREE, INCH};
 
-use crate::depth_loop::{
-    Case, Describing, Dive, DiveError, Figure, LimitCycle, MOST_RESIDUAL, Prediction, STARTS,
-};
+use crate::depth_loop::{Case, Dive, DiveError, Figure, LimitCycle, STARTS};
 use crate::orbit::{Growth, Orbit};
 use crate::watched::{Irregular, Motion};
 

@@ -116,18 +116,6 @@ pub struct State<B> {
     pub time: f64,
 }
 
-impl<B> State<B> {
-    /// The same with another actuator: its ram rests where this one is, with the oil squeezed in as here.
-    #[must_use]
-    pub fn with_actuator(mut self, set: &ActuatorSet) -> Self {
-        self.hydraulics.finish_cycle();
-        let ram = self.hydraulics.reading(set.cycle()).ram;
-        self.hydraulics = Hydraulics::resting_at(set, self.sign, ram.position);
-        self.hydraulics.displace(0.0, ram.squeezed);
-        self
-    }
-}
-
 /// A loop, but for its body.
 #[derive(Clone, Debug)]
 pub struct Actuation {
@@ -219,16 +207,6 @@ impl Orbit {
         self.output.1 - self.output.0
     }
 
-    /// Calibrated volumes a second.
-    #[must_use]
-    pub fn volumes(&self) -> f64 {
-        let volumes = self
-            .decisions
-            .iter()
-            .filter(|(_, command)| command.volume != Volume::None);
-        volumes.count() as f64 / self.period
-    }
-
     /// The largest multiplier's magnitude.
     #[must_use]
     pub fn growth(&self) -> f64 {
@@ -275,7 +253,7 @@ struct Flight<B> {
 
 /// A cycle of decisions, and the state a few valve cycles before the first: where [`Actuation::orbit`] begins.
 #[derive(Clone, Debug)]
-pub struct Cycle<B> {
+struct Cycle<B> {
     start: State<B>,
     /// Valve cycles from the start.
     times: Vec<i64>,
@@ -295,7 +273,7 @@ struct Step {
     multipliers: Vec<Complex<f64>>,
 }
 
-/// The orbit that a loop follows, by `follows`, or else the nearest in frequency; with the cycle from which it is found again.
+/// The orbit that a loop follows, by `follows`, or else the nearest in frequency.
 /// Given are the loop's decisions and the state a little before each. None where no cycle of up to 16 decisions closes.
 #[must_use]
 pub fn find<B: Body>(
@@ -303,23 +281,20 @@ pub fn find<B: Body>(
     decisions: &[Decision],
     before: &[State<B>],
     follows: impl Fn(&Orbit) -> bool,
-) -> Option<(Orbit, Cycle<B>)> {
+) -> Option<Orbit> {
     let turns = turns(decisions)?;
     let apart = |orbit: &Orbit| (orbit.turns() / turns - 1.0).abs();
-    let mut nearest: Option<(Orbit, Cycle<B>)> = None;
+    let mut nearest: Option<Orbit> = None;
     for (first, count) in candidates(actuation, decisions, turns) {
         let cycle = actuation.cycle(&decisions[first..=first + count], &before[first]);
-        let Some((orbit, cycle)) = actuation.orbit(cycle) else {
+        let Some(orbit) = actuation.orbit(cycle) else {
             continue;
         };
         if follows(&orbit) {
-            return Some((orbit, cycle));
+            return Some(orbit);
         }
-        if nearest
-            .as_ref()
-            .is_none_or(|(it, _)| apart(&orbit) < apart(it))
-        {
-            nearest = Some((orbit, cycle));
+        if nearest.as_ref().is_none_or(|it| apart(&orbit) < apart(it)) {
+            nearest = Some(orbit);
         }
     }
     nearest
@@ -426,21 +401,6 @@ fn candidates(actuation: &Actuation, decisions: &[Decision], turns: f64) -> Vec<
     tried
 }
 
-impl<B: Body> Cycle<B> {
-    /// The body, a few valve cycles before the first decision.
-    #[must_use]
-    pub fn body(&self) -> B {
-        self.start.body
-    }
-
-    /// The same with what `change` makes of the state and the booked angles unchanged.
-    #[must_use]
-    pub fn changed(mut self, change: impl FnOnce(State<B>) -> State<B>) -> Self {
-        self.start = change(self.start);
-        self
-    }
-}
-
 impl Actuation {
     /// |e| at which a command comes.
     fn threshold(&self, command: Command) -> f64 {
@@ -475,10 +435,8 @@ impl Actuation {
         }
     }
 
-    /// The orbit nearest to a cycle, by Newton's method, and its own cycle; none where it does not end, or where the logic
-    /// would decide otherwise.
-    #[must_use]
-    pub fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<(Orbit, Cycle<B>)> {
+    /// The orbit nearest to a cycle, by Newton's method; none where it does not end, or where the logic would decide otherwise.
+    fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<Orbit> {
         for taken in 0..MOST_STEPS {
             let step = self.step(&cycle)?;
             let size = step.by.iter().fold(0.0_f64, |most, by| most.max(by.abs()));
@@ -509,8 +467,7 @@ impl Actuation {
                 return None;
             }
             if size < CLOSED && !moved {
-                let orbit = self.described(&cycle, &step)?;
-                return Some((orbit, cycle));
+                return self.described(&cycle, &step);
             }
         }
         None

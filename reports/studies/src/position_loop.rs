@@ -115,7 +115,7 @@ pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
                     measured: 0.5,
                 },
             };
-            let (motion, _) = watched.motion(&actuation);
+            let motion = watched.motion(&actuation);
             let simulated = match &motion {
                 Motion::Orbit(orbit) => {
                     let turns = orbit.turns() / (1.0 + watched.apart(orbit).0);

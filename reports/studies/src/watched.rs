@@ -3,7 +3,7 @@
 
 use planesman_hydraulics::{Command, Dha, Volume};
 
-use crate::orbit::{self, Actuation, Body, Cycle, Decision, Orbit, State, range};
+use crate::orbit::{self, Actuation, Body, Decision, Orbit, State, range};
 
 /// How near a loop comes to an orbit that it follows, in frequency and in the stroke of the actuator. In precision mode a
 /// stroke is no more than three valve cycles of drift, and samples take their share of it.
@@ -206,16 +206,13 @@ impl<B: Body> Watched<B> {
             && swing < walk + share * orbit.swing()
     }
 
-    /// What the motion is, and the cycle of its orbit.
+    /// What the motion is.
     #[must_use]
-    pub fn motion(&self, actuation: &Actuation) -> (Motion, Option<Cycle<B>>) {
+    pub fn motion(&self, actuation: &Actuation) -> Motion {
         let follows = |orbit: &Orbit| self.follows(orbit);
         match orbit::find(actuation, &self.decisions, &self.before, follows) {
-            Some((orbit, cycle)) if follows(&orbit) => (Motion::Orbit(orbit), Some(cycle)),
-            found => (
-                self.no_orbit(actuation, found.map(|(orbit, _)| orbit)),
-                None,
-            ),
+            Some(orbit) if follows(&orbit) => Motion::Orbit(orbit),
+            nearest => self.no_orbit(actuation, nearest),
         }
     }
 

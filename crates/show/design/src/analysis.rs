@@ -361,7 +361,7 @@ pub fn described(judged: &Judgement) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::subject::{Body, default_gains};
+    use crate::subject::{Body, TABLE_3, default_gains};
     use planesman_control::design::dive_loop::Memory;
     use planesman_control::gains::LoopGains;
     use planesman_units::FOOT;
@@ -369,7 +369,7 @@ mod tests {
     fn table_3() -> Body {
         Body::Pitch {
             name: "table_3",
-            model: brunner_1988::controllers::pitch::model(),
+            model: TABLE_3,
         }
     }
 

@@ -5,23 +5,30 @@
 //! - [`Locus`]: the poles as one gain, or the speed, varies.
 //! - [`DiveTask`], [`DiveGains`]: gains for an identified vehicle, over its model's uncertainty.
 //! - [`DepthSteps`]: depth steps flown with every actuator, feedback and gain source.
+//! - [`size_text`], [`frequency_text`]: an actuator by itself; [`DepthLoop`]: the limit cycle that it leaves in the depth loop.
+//! - [`circuits`]: designs of a circuit of on/off valves over a load cycle.
 //!
-//! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
+//! The loops' tools judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
 //! The tools are [`planesman_control::design`]; here they meet vehicles and actuators.
 
+mod actuator;
 mod analysis;
+pub mod circuits;
 mod error;
+mod harmonic_balance;
 mod locus;
 mod steps;
 mod subject;
 mod uncertain;
 
+pub use actuator::{frequency_text, gain_and_phase, size_table, size_text};
 pub use analysis::{Analysis, described, heading};
 pub use error::{Error, Result};
+pub use harmonic_balance::{DepthLoop, Describing, MOST_RESIDUAL, Prediction};
 pub use locus::{Locus, Varied};
 pub use steps::{Choice, DepthSteps, Outcome};
 pub use subject::{
-    ACTUATOR, Body, Drive, Law, RATE, Sampling, Subject, default_gains, gains_text, law_text,
-    speed_text,
+    ACTUATOR, Body, Drive, Law, RATE, Sampling, Subject, TABLE_3, default_gains, gains_text,
+    law_text, speed_text,
 };
 pub use uncertain::{DiveGains, DiveTask};

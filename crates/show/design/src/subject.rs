@@ -24,6 +24,14 @@ pub const RATE: f64 = 20.0;
 /// The most ticks over which a command moves the planes: each is a state of the sampled loop.
 const MOST_TICKS: f64 = 400.0;
 
+/// Brunner's vehicle in pitch alone (NPS thesis, 1988, Table 3): J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, with the
+/// same plane moment at every speed; `Ky` as program T6 signs it.
+pub const TABLE_3: PitchModel = PitchModel {
+    plane: 0.14 / 0.6,
+    damping: 0.06 / 0.6,
+    restoring: 0.0,
+};
+
 /// What the planes move.
 #[derive(Clone, Debug)]
 pub enum Body {

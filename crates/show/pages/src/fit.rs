@@ -475,17 +475,27 @@ pub(crate) fn measured(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
     use planesman_identification::analysis::{Options, analyse};
     use planesman_identification::estimators::Method;
     use planesman_testing::content;
 
     #[test]
     fn a_page_stands_alone_and_says_everything() {
-        let run = Run::EightOne;
-        let inputs = vec![("planes <V>", run.planes())];
-        let outputs = vec![("gyro", run.measured(1, NOISE, BIAS))];
-        let record = Record::of_run(SAMPLE_TIME, inputs, outputs).unwrap();
+        // A vehicle at 2.1 ft/s, volts to volts: three pulses of its planes.
+        let pulse = |k| match k {
+            20..40 => 0.2,
+            60..80 => -0.2,
+            100..120 => 0.1,
+            _ => 0.0,
+        };
+        let planes: Vec<f64> = (0..200).map(pulse).collect();
+        let b = [0.0, 0.1214921871, -0.2366258725, 0.1151336854];
+        let a = [1.0, -2.828096481, 2.662806429, -0.8346755128];
+        let gyro = planesman_identification::filter(&b, &a, &planes);
+        let gyro = planesman_identification::with_noise(&gyro, 1, 0.005);
+        let gyro = gyro.iter().map(|y| y + 0.025).collect();
+        let (inputs, outputs) = (vec![("planes <V>", planes)], vec![("gyro", gyro)]);
+        let record = Record::of_run(0.05, inputs, outputs).unwrap();
         for method in [Method::OutputError, Method::Vehicle, Method::Kalman] {
             let options = Options {
                 method,

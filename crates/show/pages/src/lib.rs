@@ -8,7 +8,7 @@
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
 //! - [`diff`]: two recordings beside each other.
-//! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
+//! - [`coefficients`]: a vehicle's coefficients, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -17,7 +17,6 @@ use planesman_plot::{
 };
 use planesman_text::shown;
 
-pub mod book;
 pub mod coefficients;
 pub mod compare;
 pub mod continuous;

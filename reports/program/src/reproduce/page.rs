@@ -4,7 +4,7 @@
 use maud::{Markup, html};
 use planesman_book::{Book, Chapter, Comparison, Line, Names, Report, VERDICTS};
 
-use crate::{document, figures};
+use planesman_pages::{document, figures};
 use planesman_text::number;
 
 const STYLE: &str = "
@@ -25,11 +25,11 @@ nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-heigh
 .family table { min-width: 40rem; } .family thead th { position: static; }
 ";
 
-const SCRIPT: &str = include_str!("book.js");
+const SCRIPT: &str = include_str!("page.js");
 
 /// A page that is written report by report.
 #[derive(Default)]
-pub struct Page {
+pub(crate) struct Page {
     summaries: Vec<Markup>,
     numbers: Vec<Markup>,
     reports: Vec<Markup>,
@@ -37,7 +37,7 @@ pub struct Page {
 
 impl Page {
     /// Adds a report with its chapters of figures, procedure, numbers and errata.
-    pub fn add(
+    pub(crate) fn add(
         &mut self,
         report: &Report,
         book: &Book,
@@ -88,7 +88,7 @@ impl Page {
 
     /// The page's text.
     #[must_use]
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let body = html! {
             h1 { "Two reports and recorded validations, computed again" }
             p.lead { "Every number that they print, beside what comes out here, and the figures that their copies have lost." }

@@ -12,7 +12,7 @@ use planesman_text::number;
 ///
 /// # Errors
 /// None in practice: writing to memory.
-pub fn text(
+pub(crate) fn text(
     book: &Book,
     comparison: &Comparison<'_>,
     told: impl Fn(&&Line<'_>) -> bool,
@@ -76,7 +76,7 @@ pub fn text(
 
 /// The totals, a line per kind.
 #[must_use]
-pub fn totals(comparison: &Comparison<'_>) -> String {
+pub(crate) fn totals(comparison: &Comparison<'_>) -> String {
     let mut text = format!("\n{} numbers\n", comparison.lines.len());
     let counted = VERDICTS.map(|(verdict, what)| (comparison.count(verdict), what));
     let others = [

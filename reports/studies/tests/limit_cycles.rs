@@ -1,11 +1,13 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
 //! of the same loop (`reports/studies/data/limit_cycles.json`): the limit cycles of the quantum.
-use ibm_1966::Surrogate;
-use planesman_studies::branches::{Varied, branch};
-use planesman_studies::depth_loop::{Case, Describing, Leakage, Logic, cases};
+
+#![allow(clippy::unwrap_used)]
+
+use planesman_design::Describing;
+use planesman_studies::depth_loop::{Case, Leakage, Logic, cases};
 use planesman_studies::orbit::{Growth, Orbit};
+use planesman_studies::position_loop;
 use planesman_studies::watched::Motion;
-use planesman_studies::{missile_loop, position_loop};
 use planesman_units::{DEGREE, INCH};
 
 /// The row of the comparison with these options and M_theta = 0.
@@ -89,7 +91,7 @@ fn harmonic_balance_predicts_the_tight_open_loops_cycle_within_half() {
 /// The orbit that a configuration comes to.
 fn orbit(case: &Case) -> Orbit {
     let mut dive = case.run().unwrap();
-    match case.motion(&mut dive).unwrap().0 {
+    match case.motion(&mut dive).unwrap() {
         Motion::Orbit(orbit) => orbit,
         other => panic!("{}: {other:?}", case.name),
     }
@@ -125,7 +127,7 @@ fn orbit_and_multiplier_are_those_that_scipy_runs_into() {
 fn a_loop_on_its_samples_follows_the_orbit() {
     let restored = cases().unwrap().remove(1);
     let mut dive = restored.run().unwrap();
-    let (motion, _) = restored.motion(&mut dive).unwrap();
+    let motion = restored.motion(&mut dive).unwrap();
     let Motion::Orbit(orbit) = motion else {
         panic!("{motion:?}");
     };
@@ -165,7 +167,7 @@ fn the_position_loops_alone_follow_their_orbits() {
 fn deviations_along_an_orbit_grow_as_its_multiplier_says() {
     let case = case(Logic::SingleSpeed, false, Leakage::Tight);
     let mut dive = case.run().unwrap();
-    let (motion, _) = case.motion(&mut dive).unwrap();
+    let motion = case.motion(&mut dive).unwrap();
     let Motion::Orbit(orbit) = motion else {
         panic!("{motion:?}");
     };
@@ -208,7 +210,7 @@ fn a_depth_that_still_settles_is_said_to_and_the_orbit_is_compared_with_what_is_
         .find(|case| case.leakage == Leakage::Tight && case.integral > 0.0 && case.restoring > 0.0)
         .unwrap();
     let mut dive = slow.run().unwrap();
-    let (motion, _) = slow.motion(&mut dive).unwrap();
+    let motion = slow.motion(&mut dive).unwrap();
     let Motion::Orbit(orbit) = motion else {
         panic!("{motion:?}");
     };
@@ -219,27 +221,7 @@ fn a_depth_that_still_settles_is_said_to_and_the_orbit_is_compared_with_what_is_
 }
 
 #[test]
-fn the_missiles_volumes_come_at_the_rate_of_its_orbit() {
-    let polaris = ibm_1966::Case::table_4_1(Surrogate::Ps2).unwrap();
-    let (motion, _) = missile_loop::watched(&polaris).motion(&missile_loop::actuation(&polaris));
-    let Motion::Orbit(orbit) = motion else {
-        panic!("{motion:?}");
-    };
-    assert_near(
-        orbit.volumes(),
-        polaris.limit_cycle().pulses,
-        0.01,
-        "volumes/s",
-    );
-}
-
-#[test]
-fn an_orbit_is_followed_over_the_friction() {
-    let case = case(Logic::SingleSpeed, true, Leakage::Scaled);
-    let branch = branch(&case, Varied::Friction, 0.8).unwrap().unwrap();
-    assert!(branch.ends.is_none());
-    let (first, last) = (&branch.orbits[0], &branch.orbits[branch.orbits.len() - 1]);
-    assert_eq!((first.0, last.0), (1.0, 0.8));
-    // Less friction lets the drift begin earlier.
-    assert!(last.1.turns() > first.1.turns());
+fn the_vehicle_of_table_3_that_is_designed_for_is_the_thesis_own() {
+    let thesis = brunner_1988::controllers::pitch::model();
+    assert_eq!(thesis, planesman_design::TABLE_3);
 }

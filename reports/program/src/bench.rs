@@ -1,4 +1,4 @@
-//! `planesman dha bench`: the 1966 study's tables by simulation, beside the printed values.
+//! `planesman-reports bench`: the 1966 study's tables by simulation, beside the printed values.
 
 use anyhow::Result;
 use ibm_1966::Surrogate;
@@ -6,11 +6,11 @@ use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
 use planesman_studies::bench::{COLUMNS, Table, flown, heading};
 
-use crate::arguments::{choice, format};
+use planesman::arguments::{choice, format};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
-pub struct BenchArgs {
+pub(crate) struct BenchArgs {
     /// Only this table; may be given several times [default: all]
     #[arg(long, value_parser = choice(&Table::ALL, Table::described))]
     table: Vec<Table>,
@@ -33,7 +33,7 @@ fn described(surrogate: Surrogate) -> (&'static str, &'static str) {
 ///
 /// # Errors
 /// When a built-in actuator or the book of numbers cannot be read.
-pub fn run(args: &BenchArgs) -> Result<()> {
+pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     let wanted = match args.table.as_slice() {
         [] => &Table::ALL,
         some => some,

@@ -24,8 +24,6 @@ use planesman_parameters::Choice as _;
 use planesman_plot::{Plot, Style};
 use planesman_text::number;
 
-use crate::orbit::range;
-
 /// Largest error of a step of the integration, as a share of each quantity's scale.
 const ACCURACY: f64 = 1e-6;
 /// Points of a time plot.
@@ -309,7 +307,10 @@ impl Outcome {
                 .filter(|(place, _)| self.front[*place])
         };
         let share = |of: fn(&Figures) -> f64| {
-            let (low, high) = range(front().map(|(_, (_, it))| of(&it.mean)));
+            let values = front().map(|(_, (_, it))| of(&it.mean));
+            let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), it| {
+                (low.min(it), high.max(it))
+            });
             move |figures: &Figures| {
                 if high > low {
                     (of(figures) - low) / (high - low)

@@ -1,6 +1,10 @@
-//! The report's numbers, computed again by the program as a user starts it.
+//! The reports' numbers, pages and help, as the program prints them.
 
-use crate::browser;
+#[path = "../../../tests/browser/mod.rs"]
+mod browser;
+#[path = "../../../tests/foreign/mod.rs"]
+mod foreign;
+
 use std::collections::BTreeMap;
 use std::process::{Command, Output};
 
@@ -8,8 +12,8 @@ use brunner_1988::REPORT;
 use planesman_book::Verdict;
 use planesman_testing::content;
 
-fn planesman(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_planesman"))
+fn reports(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_planesman-reports"))
         .args(args)
         .output()
         .expect("run")
@@ -44,7 +48,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     let folder = tempfile::tempdir().expect("a folder");
     let page = folder.path().join("page.html");
     let path = page.to_str().expect("UTF-8");
-    let run = planesman(&["reproduce", "--all", "--html", path]);
+    let run = reports(&["reproduce", "--all", "--html", path]);
     let text = String::from_utf8(run.stdout).expect("UTF-8");
     assert!(run.status.success(), "{text}");
 
@@ -118,7 +122,7 @@ fn the_summary_has_the_contradictions_and_the_files_have_every_number() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (csv, json) = (path("book.csv"), path("book.json"));
-    let run = planesman(&["reproduce", "--csv", &csv, "--json", &json]);
+    let run = reports(&["reproduce", "--csv", &csv, "--json", &json]);
     let text = String::from_utf8(run.stdout).expect("UTF-8");
     assert!(run.status.success(), "{text}");
     assert!(
@@ -178,64 +182,57 @@ fn the_theory_beside_the_identified_models_is_that_of_the_plant() {
 
 #[test]
 fn a_page_that_cannot_be_written_is_refused_in_one_line_before_anything_is_computed() {
-    let run = planesman(&["reproduce", "--html", "/no/such/folder/page.html"]);
-    let error = String::from_utf8_lossy(&run.stderr);
-    assert_eq!(run.status.code(), Some(2));
-    assert!(run.stdout.is_empty());
-    assert_eq!(error.lines().count(), 1, "{error}");
-    assert!(error.contains("/no/such/folder/page.html"), "{error}");
-}
-
-#[test]
-fn coefficients_are_shown_beside_the_file_s_in_both_systems() {
-    let run = planesman(&["coefficients", "brunner"]);
-    let text = String::from_utf8(run.stdout).expect("UTF-8");
-    assert!(run.status.success());
-    let line = text
-        .lines()
-        .find(|l| l.starts_with("M'delta"))
-        .expect("there");
-    for part in [
-        "-0.1848",
-        " -0.184 ",
-        "-0.2844",
-        " ft lbf/rad",
-        "-0.3856",
-        " N m/rad",
-    ] {
-        assert!(line.contains(part), "{part} in {line}");
+    let there = tempfile::NamedTempFile::new().expect("a file");
+    let there = there.path().display().to_string();
+    for path in ["/no/such/folder/page.html", &there] {
+        let run = reports(&["reproduce", "--html", path]);
+        let error = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2));
+        assert!(run.stdout.is_empty());
+        assert_eq!(error.lines().count(), 1, "{error}");
+        assert!(error.starts_with("planesman-reports: "), "{error}");
+        assert!(error.contains(path), "{error}");
+        assert!(
+            error.contains("(see planesman-reports reproduce --help)"),
+            "{error}"
+        );
     }
 }
 
 #[test]
-fn a_vehicle_without_geometry_and_one_that_is_none_are_refused_in_one_line() {
-    let whole = include_str!("../../crates/vehicle/vehicle/vehicles/brunner.yaml");
-    let at = whole.find("\ngeometry:").expect("there");
+fn the_page_of_limit_cycles_tells_its_values_under_the_cursor() {
     let folder = tempfile::tempdir().expect("a folder");
-    let refusal = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).expect("written");
-        let run = planesman(&["coefficients", path.to_str().expect("UTF-8")]);
-        assert!(!run.status.success());
-        let error = String::from_utf8(run.stderr).expect("UTF-8");
-        assert_eq!(error.lines().count(), 1, "{error}");
-        error
-    };
-    assert!(refusal("bare.yaml", &whole[..at]).contains("no section 'geometry'"));
-    let wrong_unit = whole.replace("span: 2.5 in", "span: 2.5 kg");
-    assert!(refusal("unit.yaml", &wrong_unit).contains("one of the units m, cm, mm, in, ft"));
-    let no_chord = whole.replace("chord: 1.9 in, ", "");
-    assert!(refusal("chord.yaml", &no_chord).contains("missing field `chord`"));
-    let flat = whole.replace("depth: 3.5 in", "depth: 0 in");
-    assert!(refusal("flat.yaml", &flat).contains("0 in refused: it must be above zero"));
-    assert!(
-        !planesman(&["coefficients", "no/such.yaml"])
-            .status
-            .success()
-    );
-    assert!(
-        !planesman(&["coefficients", "brunner", "--speed", "-1"])
-            .status
-            .success()
-    );
+    let page = folder.path().join("cycles.html");
+    let path = page.to_str().expect("UTF-8");
+    let cycles = ["limit-cycles", "open loop, two speed", "--no-prediction"];
+    let run = reports(&[&cycles[..], &["--html", path]].concat());
+    assert!(run.status.success(), "{run:?}");
+    // Frequency, depth, and the orbits of three configurations.
+    browser::assert_alive(&page, 5);
+}
+
+#[test]
+fn every_help_text_has_an_example_within_eighty_columns() {
+    for command in ["reproduce", "bench", "limit-cycles", "frequency", "tf"] {
+        let run = reports(&[command, "--help"]);
+        let text = String::from_utf8(run.stdout).expect("UTF-8");
+        assert!(run.status.success() && text.contains("\nExample"), "{text}");
+        for line in text.lines() {
+            assert!(line.chars().count() <= 80, "{command}: {line}");
+        }
+    }
+}
+
+/// As `planesman frequency` and `tf --as-printed` hand them over.
+#[test]
+fn what_the_program_hands_over_is_printed() {
+    for (arguments, says) in [
+        ("frequency table_4_1", "10.45 volumes a second"),
+        ("tf brunner --as-printed --speed 1.2ft/s", "eq. (7a)"),
+        ("bench --table 4-3 --format csv", "C-14"),
+    ] {
+        let run = reports(&arguments.split(' ').collect::<Vec<_>>());
+        let text = String::from_utf8(run.stdout).expect("UTF-8");
+        assert!(run.status.success() && text.contains(says), "{text}");
+    }
 }

@@ -1,6 +1,6 @@
-//! `planesman reproduce`: every number of the two historical reports, and of Hopsan's recorded validations, compared with the recomputed value.
+//! `planesman-reports reproduce`: every number of the two historical reports, and of Hopsan's recorded validations, compared with the recomputed value.
 //!
-//! - [`listing`]: the numbers as text.
+//! - [`listing`]: the numbers as text; [`page`]: as an HTML page.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,20 @@ use anyhow::{Context as _, Result, bail};
 use planesman_book::rows::{self, Row};
 use planesman_book::{Comparison, Line, Report, Verdict};
 
-use crate::arguments::output_file;
+use planesman::arguments::output_file;
 use planesman_console::print_wrapped;
 use planesman_console::progress::{end_with_reader, on_all_cores, spinner};
 use planesman_flight::sink::write_text;
 
-pub mod listing;
+mod listing;
+mod page;
 
 /// The reports.
 const REPORTS: [Report; 3] = [brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT];
 
 /// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
-pub struct ReproduceArgs {
+pub(crate) struct ReproduceArgs {
     /// Print every number and the identification step by step, not only the totals and what is contradicted
     #[arg(long)]
     all: bool,
@@ -48,11 +49,11 @@ impl ReproduceArgs {
 /// # Errors
 /// When a verdict is not the one that stands in the book, when a number moved away from its reference,
 /// or when a file cannot be written.
-pub fn run(args: &ReproduceArgs) -> Result<()> {
+pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
     if !args.writes() {
         end_with_reader();
     }
-    let mut page = planesman_pages::book::Page::default();
+    let mut page = page::Page::default();
     let mut all_rows = Vec::new();
     let mut changes = 0;
     let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
