@@ -23,8 +23,8 @@ pub(crate) use self::gains::{GainArgs, Gains};
 use crate::arguments::output_file;
 use crate::sysid::arguments::SignalArgs;
 
-/// By how much the held-out fit of a process model, %, may lie below that of the default for it to be taken.
-const AS_GOOD: f64 = 1.0;
+/// The factor by which the held-out error of a process model may exceed that of the default for it to be taken.
+const AS_GOOD: f64 = 1.02;
 
 /// A model file stands for itself; data needs its signals.
 fn of_model_or_data(argument: clap::Arg) -> clap::Arg {
@@ -59,7 +59,7 @@ pub struct TuneArgs {
     html: Option<PathBuf>,
 }
 
-/// The model that gains are best found for: the default one, or a process model where that simulates held-out data as well to 1 %. Its
+/// The model that gains are best found for: the default one, or a process model whose error on held-out data is as small to 2 %. Its
 /// gain, time constants and dead time have intervals of their own, which those of a larger model's modes are not.
 ///
 /// # Errors
@@ -80,7 +80,7 @@ pub(crate) fn model_for_gains(
     let held_out = |it: &FitResult| it.analysis.held_out_fit.or(it.analysis.fit);
     let as_good = data.fit(&options, &()).ok().filter(|it| {
         let fits = held_out(it).zip(held_out(&found));
-        fits.is_some_and(|(own, default)| own > default - AS_GOOD)
+        fits.is_some_and(|(own, default)| 100.0 - own <= AS_GOOD * (100.0 - default))
     });
     Ok(as_good.unwrap_or(found))
 }

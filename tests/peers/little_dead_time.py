@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Records of six plants with little dead time or none, of first to third order, some integrating: tables of a PRBS and the answer with 1 % noise.
+"""Records of ten plants with little dead time or none, of first to third order, some integrating: tables of a PRBS and the answer with 1 % noise.
 
     little_dead_time.py FOLDER
 
@@ -19,8 +19,12 @@ PLANTS = [
     ("negative", [-3.0], [[2, 1]], 0.02, 100, 0),
     ("two_lags", [2.0], [[5, 1], [1, 1]], 0.05, 300, 0),
     ("fast", [10.0], [[0.5, 1], [0.05, 1]], 0.01, 60, 0),
+    ("two_lags_late", [1.0], [[4, 1], [0.8, 1]], 0.05, 300, 1),
+    ("three_lags", [1.5], [[4, 1], [1, 1], [0.3, 1]], 0.05, 300, 0),
     ("with_lead", [2.0, 1.0], [[5, 1], [0.6, 1]], 0.05, 300, 0),
+    ("integrator", [0.5], [[1, 0]], 0.05, 100, 0),
     ("motor", [8.0], [[0.12, 1], [1, 0]], 0.01, 30, 0),
+    ("servo", [3.0], [[0.5, 1], [0.1, 1], [1, 0]], 0.02, 60, 0),
 ]
 
 

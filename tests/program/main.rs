@@ -6,6 +6,7 @@ mod bad_input;
 mod bag_diff;
 #[path = "../bags/mod.rs"]
 mod bags;
+mod best_gains;
 #[path = "../browser/mod.rs"]
 mod browser;
 mod circuit;

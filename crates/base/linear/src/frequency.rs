@@ -242,6 +242,9 @@ fn crossings(
         }
         for _ in 0..80 {
             let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
             if of(at(middle)) * below > 0.0 {
                 low = middle;
             } else {

@@ -14,6 +14,12 @@ const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
 /// A value whose imaginary part is below this share of it is real.
 const REAL: f64 = 1e-3;
 
+/// By how much an unstable loop misses any limits, beside the number of these circles that do not hold its poles: of radius 1 and a part that
+/// begins so and grows by so much.
+const UNSTABLE: f64 = 10.0;
+const RADIUS: (f64, f64) = (1e-3, 1.6);
+const RADII: i32 = 20;
+
 /// A plant and its frequency response.
 #[derive(Clone, Debug)]
 pub struct Seen {
@@ -75,9 +81,15 @@ impl Seen {
             .collect()
     }
 
-    /// Whether the loop is stable: the roots of `A D + z^-d B N` with `C = N/D`.
+    /// Whether the loop is stable.
     #[must_use]
     pub fn is_stable(&self, controller: &Controller) -> bool {
+        self.closed_loop(controller)
+            .is_some_and(|all| lies_within(&all, 1.0))
+    }
+
+    /// The closed loop's polynomial in `1/z` behind its leading 1, `A D + z^-d B N` with `C = N/D`; `None` where it has no such 1.
+    fn closed_loop(&self, controller: &Controller) -> Option<Vec<f64>> {
         let Plant { a, b, delay, tick } = &self.plant;
         let (num, den) = controller.backward(*tick);
         let monic: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
@@ -90,8 +102,7 @@ impl Seen {
         through.resize(length, 0.0);
         let all = sum(&own, &through);
         let lead = all[0];
-        let rest: Vec<f64> = all[1..].iter().map(|c| c / lead).collect();
-        lead != 0.0 && lies_within(&rest, 1.0)
+        (lead != 0.0).then(|| all[1..].iter().map(|c| c / lead).collect())
     }
 
     /// Stability and margins with a controller.
@@ -143,39 +154,6 @@ impl Seen {
             crossover: phases.last().map(|it| it.frequency),
         }
     }
-
-    /// Whether an open loop times a factor keeps limits at the frequencies that it is known at, for searches; not whether it is stable.
-    #[must_use]
-    pub(crate) fn keeps(open: &[(f64, Complex<f64>)], factor: f64, limits: &Limits) -> bool {
-        let nearest = limits.sensitivity.powi(-2);
-        let mut before: Option<(Complex<f64>, f64)> = None;
-        for (_, value) in open {
-            let value = value * factor;
-            let size = value.norm_sqr();
-            // |1 + L|^2
-            if size + 2.0 * value.re + 1.0 < nearest {
-                return false;
-            }
-            if let Some((before, size_before)) = before {
-                // Where |L| passes 1 the phase is taken on the nearer side, where L is real its size.
-                if (size_before - 1.0) * (size - 1.0) <= 0.0 {
-                    let margin = (-before).argument().abs().min((-value).argument().abs());
-                    if margin < limits.phase {
-                        return false;
-                    }
-                }
-                if before.im * value.im <= 0.0 && before.re < 0.0 && value.re < 0.0 {
-                    let share = before.im / (before.im - value.im);
-                    let size = before.modulus() + share * (value.modulus() - before.modulus());
-                    if size.max(1.0 / size) < limits.gain {
-                        return false;
-                    }
-                }
-            }
-            before = Some((value, size));
-        }
-        true
-    }
 }
 
 /// What a loop is to keep.
@@ -197,6 +175,26 @@ impl Limits {
             && by.phase >= self.phase
             && by.gain >= self.gain
             && by.sensitivity <= self.sensitivity
+    }
+
+    /// By how much a loop misses them, for searches: an unstable one by [`UNSTABLE`] and more the larger its poles, others by the sum of the shares that
+    /// their margins lack; 0 where all are kept.
+    #[must_use]
+    pub(crate) fn missed_by(&self, seen: &Seen, controller: &Controller) -> f64 {
+        let margins = seen.margins(controller);
+        if !margins.is_stable {
+            let all = seen.closed_loop(controller).unwrap_or_default();
+            let radius = |step: i32| 1.0 + RADIUS.0 * RADIUS.1.powi(step);
+            let beyond = (0..RADII).take_while(|step| !lies_within(&all, radius(*step)));
+            return UNSTABLE + beyond.count() as f64;
+        }
+        if self.are_kept(&margins) {
+            return 0.0;
+        }
+        let lacking = (1.0 - margins.phase / self.phase).max(0.0)
+            + (1.0 - margins.gain / self.gain).max(0.0)
+            + (margins.sensitivity / self.sensitivity - 1.0).max(0.0);
+        lacking.max(f64::MIN_POSITIVE)
     }
 
     /// Tighter ones: at 0 the same, at 1 such as no loop keeps.
@@ -284,28 +282,17 @@ mod tests {
     }
 
     #[test]
-    fn the_search_and_the_margins_agree() {
+    fn an_unstable_loop_misses_its_limits_by_more_the_larger_its_poles() {
         let plant = seen(&[2.0], &[4.0, 1.0], 1.0, 0.1);
-        let pi = Controller::ideal(1.0, 4.0, 0.0);
-        let open = plant.open_loop(&pi);
-        for limits in [
-            (30.0, 2.0, 2.0),
-            (50.0, 2.0, 2.0),
-            (65.0, 2.0, 2.0),
-            (30.0, 3.5, 3.0),
-            (30.0, 2.0, 1.4),
-        ] {
-            let limits = Limits {
-                phase: f64::to_radians(limits.0),
-                gain: limits.1,
-                sensitivity: limits.2,
-            };
-            let found = plant.margins(&pi);
-            assert_eq!(
-                Seen::keeps(&open, 1.0, &limits),
-                limits.are_kept(&found),
-                "{limits:?} {found:?}"
-            );
-        }
+        let limits = Limits {
+            phase: 0.8,
+            gain: 2.0,
+            sensitivity: 1.6,
+        };
+        let missed = |gain: f64| limits.missed_by(&plant, &Controller::ideal(gain, 4.0, 0.0));
+        // The margins of this loop are those of `the gain margin`, pi at a gain of 1.
+        assert_eq!(missed(0.9), 0.0);
+        assert!((missed(2.5) - missed(1.5)) > 0.1 && missed(2.5) < UNSTABLE);
+        assert!(missed(4.0) >= UNSTABLE && missed(40.0) > missed(4.0));
     }
 }

@@ -60,15 +60,29 @@ impl Dynamics {
         })
     }
 
-    /// The same with zeros of less than `sample` seconds as dead time, the sum of their time constants: `T s + 1 = e^(T s)` for so short a `T`.
-    /// Sampling itself makes such zeros, and noise moves them. The dead time does not fall below 0.
+    /// The same with short zeros as dead time, each by its time constant, of a pair by their sum: `T s + 1 = e^(T s)` for so short a `T`. Short are
+    /// those of less than `sample` seconds, which sampling itself makes and noise moves, and those to the left that the dead time makes up for:
+    /// a model with a sample of delay too many has them. The dead time does not fall below 0.
     #[must_use]
     pub fn with_short_zeros_as_delay(mut self, sample: f64) -> Self {
-        let is_short = |zero: &Complex<f64>| zero.modulus() * sample > 1.0;
-        let (short, zeros): (Vec<_>, Vec<_>) = self.zeros.into_iter().partition(is_short);
-        let moved: f64 = short.iter().map(|it| it.re / it.norm_sqr()).sum();
-        self.zeros = zeros;
-        self.delay = (self.delay + moved).max(0.0);
+        let lead = |zero: &Complex<f64>| {
+            let count = if zero.im == 0.0 { 1.0 } else { 2.0 };
+            -count * zero.re / zero.norm_sqr()
+        };
+        let mut zeros = std::mem::take(&mut self.zeros);
+        zeros.retain(|zero| zero.im >= 0.0);
+        zeros.sort_by(|a, b| lead(a).total_cmp(&lead(b)));
+        for zero in zeros {
+            let lead = lead(&zero);
+            if zero.modulus() * sample > 1.0 || (lead > 0.0 && lead <= self.delay) {
+                self.delay = (self.delay - lead).max(0.0);
+                continue;
+            }
+            self.zeros.push(zero);
+            if zero.im > 0.0 {
+                self.zeros.push(zero.conj());
+            }
+        }
         self
     }
 
@@ -117,6 +131,37 @@ mod tests {
         let integrator = TransferFunction::new(vec![0.2], vec![1.0, 0.0]).unwrap();
         let found = Dynamics::new(&integrator, 0.0).unwrap();
         assert_eq!((found.integrators, found.gain), (1, 0.2));
+    }
+
+    #[test]
+    fn zeros_within_the_dead_time_are_part_of_it_and_longer_ones_stay() {
+        let of = |zeros: &[Complex<f64>], delay: f64| {
+            let zeros = zeros.to_vec();
+            let dynamics = Dynamics {
+                gain: 1.0,
+                integrators: 0,
+                poles: vec![Complex::from(-0.2), Complex::from(-1.0)],
+                zeros,
+                delay,
+            };
+            let found = dynamics.with_short_zeros_as_delay(0.05);
+            (found.zeros.len(), found.delay)
+        };
+        let real = |lead: f64| Complex::from(-1.0 / lead);
+        let pair = [5_f64.sqrt(), -5_f64.sqrt()].map(|im| Complex::new(-1.0, im));
+        let close = |found: (usize, f64), zeros: usize, delay: f64| {
+            assert_eq!(found.0, zeros);
+            assert!((found.1 - delay).abs() < 1e-12, "{found:?}");
+        };
+        close(of(&[real(0.051)], 0.1), 0, 0.049);
+        close(of(&[real(0.06), real(0.051)], 0.1), 1, 0.049);
+        close(of(&[real(0.051)], 0.05), 1, 0.05);
+        close(of(&[real(0.03)], 0.02), 0, 0.0);
+        close(of(&[real(-0.03), real(0.06)], 0.04), 0, 0.01);
+        close(of(&[real(-0.3)], 0.4), 1, 0.4);
+        // s^2 + 2 s + 6: time constants of 1/3 s in sum.
+        close(of(&pair, 0.5), 0, 0.5 - 1.0 / 3.0);
+        close(of(&pair, 0.3), 2, 0.3);
     }
 
     #[test]

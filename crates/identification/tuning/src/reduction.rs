@@ -83,10 +83,8 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
         match (zero.re, zero.im) {
             (0.0, 0.0) => return Err("a zero at s = 0: no steady effect of its input".to_owned()),
             (re, 0.0) if re < 0.0 => leads.push(-1.0 / re),
-            // A pair is dead time, as the sum of its time constants; to the left where the model has as much, which it makes up for.
-            (re, _) if -2.0 * re <= of.delay * zero.norm_sqr() => {
-                inverse += re / zero.norm_sqr();
-            }
+            // To the right they are dead time, a pair as the sum of its time constants.
+            (re, _) if re > 0.0 => inverse += re / zero.norm_sqr(),
             _ => return Err(format!("complex zeros at {:.4} rad/s", zero.modulus())),
         }
     }
@@ -97,7 +95,7 @@ pub fn half_rule(of: &Dynamics, order: Order, hold: f64) -> Result<Reduced, Unfi
     if of.integrators > kept {
         return Err(format!("{} integrators", of.integrators));
     }
-    let begin = (of.delay + inverse).max(0.0) + 0.5 * hold;
+    let begin = of.delay + inverse + 0.5 * hold;
     let mut reduced = reduced(of.gain, &constants, &leads, begin, begin, kept);
     for _ in 0..ROUNDS {
         let again = self::reduced(of.gain, &constants, &leads, begin, reduced.delay, kept);
@@ -360,7 +358,7 @@ mod tests {
             let found = half_rule(&of, Order::First, 0.0).unwrap();
             let [k, tau, theta] = first;
             // The paper changes the gain where a zero cancels a lag; here it is the model's, and the lag is as much longer.
-            assert!((found.gain - gain).abs() < 1e-12 * gain.abs(), "{name}");
+            assert_eq!(found.gain, of.gain, "{name}");
             let tau = tau * gain / k;
             assert!(
                 near(found.first(), tau) && near(found.delay, theta),

@@ -1,9 +1,10 @@
 //! Gains by search on one plant: the least error after a load, or the largest integral gain, within limits.
 //!
-//! For each shape of the controller, `1 + 1/(Ti s) + Td s / (filter s + 1)`, the largest gain within the limits is taken; of the shapes the
-//! best one. With the integral gain that is the design of Astrom, Panagopoulos and Hagglund (*Automatica* 34, 1998; MIGO in *Advanced PID
-//! Control*, ch. 7), with the integrated absolute error what it stands for. `Ti`, `Td` and the filter are free within [`Bounds`]. The search
-//! is global ([`lowest`]), over the frequency `1 / sqrt(Ti Td)` of the controller's zeros, their damping ratio `sqrt(Ti / Td) / 2` and the filter.
+//! The controller is `K (1 + 1/(Ti s) + Td s / (filter s + 1))`. With the integral gain the search is the design of Astrom, Panagopoulos
+//! and Hagglund (*Automatica* 34, 1998; MIGO in *Advanced PID Control*, ch. 7), with the integrated absolute error what that design
+//! approximates. `K` and `Ti`, of a PID controller `Td` and the filter too, are free within [`Bounds`]. The search is global ([`lowest`]),
+//! over the frequency `1 / sqrt(Ti Td)` of the controller's zeros, their damping ratio `sqrt(Ti / Td) / 2`, the filter and the gain.
+//! Missed limits count before the error, by the margins that the gains are judged by.
 
 use std::convert::Infallible;
 
@@ -18,18 +19,16 @@ use crate::response::{Motion, Trial};
 const TI: (f64, f64) = (0.1, 1000.0);
 /// The frequency of a PID controller's zeros likewise, and their damping ratio.
 const ZEROS: (f64, f64) = (1e-3, 100.0);
-const DAMPING: (f64, f64) = (0.02, 50.0);
+const DAMPING: (f64, f64) = (1e-3, 50.0);
 /// The square root of the filter's time constant times that frequency; below 0 there is no filter.
 const FILTER: (f64, f64) = (-0.1, 1.5);
+/// The size of the open loop at the plant's phase crossover frequency.
+const SIZE: (f64, f64) = (1e-3, 1e2);
 /// Members of the search of a PI and a PID controller, and its rounds at most.
-const MEMBERS: (usize, usize) = (12, 32);
-const ROUNDS: usize = 100;
+const MEMBERS: (usize, usize) = (16, 40);
+const ROUNDS: usize = 250;
 /// The factor within which the costs of all members are at the end.
 const ALIKE: f64 = 1.0005;
-/// Gains are tried from so much above that which takes the plant to its limit of stability, down to so much below.
-const GAINS: (f64, f64) = (1e2, 1e-4);
-/// So many for each factor of e.
-const GAINS_PER_E: f64 = 8.0;
 /// The duration of a response in inverse phase crossover frequencies, and its ticks at most.
 const DURATION: f64 = 300.0;
 const MOST_TICKS: f64 = 20_000.0;
@@ -85,19 +84,26 @@ pub fn best(
     };
     let within = |(low, high): (f64, f64)| (libm::log(low), libm::log(high));
     if !is_pid {
-        let shape =
-            |[ti]: [f64; 1]| Controller::ideal(search.sign, libm::exp(ti) * search.pace, 0.0);
-        return search.best([within(TI)], MEMBERS.0, shape);
+        return search.best([within(TI), within(SIZE)], MEMBERS.0, |[ti, size]| {
+            let shape = Controller::ideal(search.sign, libm::exp(ti) * search.pace, 0.0);
+            search.of_size(&shape, size)
+        });
     }
     let damped = DAMPING.0.max(0.5 / bounds.td_per_ti.sqrt());
-    let ranges = [within(ZEROS), within((damped, DAMPING.1)), FILTER];
-    search.best(ranges, MEMBERS.1, |[zeros, damping, root]| {
+    let ranges = [
+        within(ZEROS),
+        within((damped, DAMPING.1)),
+        FILTER,
+        within(SIZE),
+    ];
+    search.best(ranges, MEMBERS.1, |[zeros, damping, root, size]| {
         let (time, damping) = (search.pace / libm::exp(zeros), libm::exp(damping));
         let td = 0.5 * time / damping;
-        Controller {
+        let shape = Controller {
             filter: (root.max(0.0).powi(2) * time).max(td / bounds.filter_ratio),
             ..Controller::ideal(search.sign, 2.0 * damping * time, td)
-        }
+        };
+        search.of_size(&shape, size)
     })
 }
 
@@ -121,63 +127,32 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The best of the controllers of the shapes within ranges.
+    /// The controller of a shape whose open loop has a size, given by its logarithm, at the plant's phase crossover.
+    fn of_size(&self, shape: &Controller, size: f64) -> Controller {
+        let (plant, frequency) = (&self.seen.plant, 1.0 / self.pace);
+        let open = plant.at(frequency) * shape.at(frequency, plant.tick);
+        shape.times(libm::exp(size) / open.modulus().max(f64::MIN_POSITIVE))
+    }
+
+    /// The best of the controllers within ranges.
     fn best<const N: usize>(
         &self,
         ranges: [(f64, f64); N],
         members: usize,
-        shape: impl Fn([f64; N]) -> Controller + Sync,
+        controller: impl Fn([f64; N]) -> Controller + Sync,
     ) -> Option<Controller> {
+        // By how much the limits are missed, then the objective.
         let cost = |at: &[f64; N]| {
-            let found = self.largest_gain(&shape(*at));
-            found.map_or(f64::INFINITY, |it| self.objective_of(&it))
+            let controller = controller(*at);
+            match self.limits.missed_by(self.seen, &controller) {
+                0.0 => (0.0, self.objective_of(&controller)),
+                missed => (missed, 0.0),
+            }
         };
         let costs = |all: &[[f64; N]]| Ok::<_, Infallible>(on_all_cores(all, cost));
-        let Ok((at, _)) = lowest(
-            &ranges,
-            members,
-            ROUNDS,
-            |best, it| it <= best * ALIKE,
-            costs,
-        );
-        self.largest_gain(&shape(at))
-    }
-
-    fn largest_gain(&self, shape: &Controller) -> Option<Controller> {
-        let open = self.seen.open_loop(shape);
-        let tick = self.seen.plant.tick;
-        let at = |w: f64| self.seen.plant.at(w) * shape.at(w, tick);
-        let ultimate = frequency::gain_margins(&open, at).first().map_or_else(
-            || {
-                1.0 / at(self.seen.plant.nyquist())
-                    .modulus()
-                    .max(f64::MIN_POSITIVE)
-            },
-            |it| it.factor,
-        );
-        let keeps = |factor: f64| {
-            Seen::keeps(&open, factor, self.limits) && self.seen.is_stable(&shape.times(factor))
-        };
-        let (most, least) = GAINS;
-        let count = (libm::log(most / least) * GAINS_PER_E) as usize;
-        let step = libm::exp(-1.0 / GAINS_PER_E);
-        let mut factor = ultimate * most;
-        for _ in 0..count {
-            if keeps(factor) {
-                let (mut low, mut high) = (factor, factor / step);
-                for _ in 0..10 {
-                    let middle = (low * high).sqrt();
-                    if keeps(middle) {
-                        low = middle;
-                    } else {
-                        high = middle;
-                    }
-                }
-                return Some(shape.times(low));
-            }
-            factor *= step;
-        }
-        None
+        let is_like = |best: (f64, f64), it: (f64, f64)| it.0 == best.0 && it.1 <= best.1 * ALIKE;
+        let Ok((at, (missed, _))) = lowest(&ranges, members, ROUNDS, is_like, costs);
+        (missed == 0.0).then(|| controller(at))
     }
 
     fn objective_of(&self, controller: &Controller) -> f64 {

@@ -482,9 +482,13 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
     let plants: Vec<Seen> = plants.into_iter().map(Seen::new).collect();
     let task = Task {
         options,
-        dynamics: model.dynamics().map(|it| Dynamics {
-            delay: it.delay + sampling.computing_delay,
-            ..it.with_short_zeros_as_delay(sampling.tick.max(model.sample_time))
+        dynamics: model.dynamics().map(|it| {
+            let sample = sampling.tick.max(model.sample_time);
+            let short = it.with_short_zeros_as_delay(sample);
+            Dynamics {
+                delay: short.delay + sampling.computing_delay,
+                ..short
+            }
         }),
         sampling,
         limits: options.limits(),

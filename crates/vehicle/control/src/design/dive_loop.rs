@@ -220,11 +220,7 @@ impl Judgement {
     /// By how much the fastest growing pole lies beyond the limit of stability: its real part, 1/s, or its magnitude less 1.
     #[must_use]
     pub fn growth(&self) -> f64 {
-        let beyond = |pole: &Complex<f64>| match self.tick {
-            Some(_) => pole.modulus() - 1.0,
-            None => pole.re,
-        };
-        self.poles.iter().map(beyond).fold(f64::MIN, f64::max)
+        growth(&self.poles, self.tick.is_some())
     }
 
     /// How many poles do not decay.
@@ -277,6 +273,15 @@ impl Judgement {
         let delay = |m: &PhaseMargin| m.margin.rem_euclid(TAU) / m.frequency;
         self.phase.iter().map(delay).min_by(f64::total_cmp)
     }
+}
+
+/// By how much the fastest growing of the poles, in `z` or in `s`, lies beyond the limit of stability.
+fn growth(poles: &[Complex<f64>], is_sampled: bool) -> f64 {
+    let beyond = |pole: &Complex<f64>| match is_sampled {
+        true => pole.modulus() - 1.0,
+        false => pole.re,
+    };
+    poles.iter().map(beyond).fold(f64::MIN, f64::max)
 }
 
 impl DiveLoop {
@@ -451,6 +456,14 @@ impl DiveLoop {
             Some(closed) => eigenvalues(&closed.a),
             None => self.closed_loop()?.poles(),
         }
+    }
+
+    /// As [`Judgement::growth`], without the margins.
+    ///
+    /// # Errors
+    /// Those of [`DiveLoop::poles`].
+    pub fn growth(&self) -> Result<f64, Error> {
+        Ok(growth(&self.poles()?, self.plant.sampled.is_some()))
     }
 
     /// Where the poles end as one of the gains grows without bound, as [`Judgement::poles`]; `gain` chooses it.

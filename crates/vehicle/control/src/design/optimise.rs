@@ -9,8 +9,10 @@
 //! - a step of the depth setpoint of the size asked for that brings neither the pitch command nor the
 //!   planes beyond their limits at its first instant: `Kpz e <= theta_lim`, `Kpy Kpz e <= delta_lim`.
 //!
-//! Without the second a linear loop only gets better with more gain. The search is global ([`lowest`]), on the gains' logarithms:
-//! limits that are missed count before the ITAE, and no gains to begin with enter the answer.
+//! Without the second a linear loop only gets better with more gain. The search is global ([`lowest`]), on the logarithms of `Kpz`, `Kpy Kpz`
+//! and `Kr`, and of `1 + Kdz U`, by which the depth rate of a vehicle at the largest speed `U` makes its pitch count more. The limits of the first
+//! instant are then bounds, and a `Kdz` near 0 is no wide valley. Limits that are missed count before the ITAE, and no gains to begin
+//! with enter the answer.
 
 use planesman_linear::{Error, StepMetrics, lowest};
 
@@ -21,6 +23,8 @@ use crate::gains::LoopGains;
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
 /// Gains that a step takes beyond a limit at its first instant miss by so much more than others.
 const FIRST: f64 = 100.0;
+/// An unstable loop misses its margins by more than any stable one.
+const UNSTABLE: f64 = 10.0;
 /// The share by which the ITAE of all members differs at the end.
 const ALIKE: f64 = 1e-3;
 /// Members of the search, and its rounds at most.
@@ -70,7 +74,28 @@ impl Wishes {
     /// Those of [`DiveLoop::judge`].
     pub fn propose(&self) -> Result<Option<Proposal>, Error> {
         let (low, high) = BOUNDS;
-        let bounds = [(libm::log(low), libm::log(high)); 4];
+        let speeds = self.plants.iter().map(|it| it.0);
+        let fastest = speeds.fold(f64::MIN_POSITIVE, f64::max);
+        let first = |limit: f64| {
+            let most = (limit / self.step).min(high);
+            (low * most.min(1.0), most)
+        };
+        let bounds = [
+            first(self.pitch_limit),
+            first(self.planes_limit),
+            (1.0 + low * fastest, 1.0 + high * fastest),
+            (low, high),
+        ];
+        let bounds = bounds.map(|(low, high)| (libm::log(low), libm::log(high)));
+        let gains = |at: &[f64; 4]| {
+            let [depth_p, planes, pitch, pitch_rate] = at.map(libm::exp);
+            LoopGains {
+                depth_p,
+                depth_d: (pitch - 1.0) / fastest,
+                pitch_p: planes / depth_p,
+                pitch_rate,
+            }
+        };
         let costs = |all: &[[f64; 4]]| all.iter().map(|at| self.cost(&gains(at))).collect();
         let (at, best) = lowest(&bounds, MEMBERS, MOST_ROUNDS, Cost::is_like, costs)?;
         if best.missed > 0.0 {
@@ -136,10 +161,11 @@ impl Wishes {
 
     /// By how much a loop misses its margins; an unstable one by more the faster it grows.
     fn missed(&self, dive: &DiveLoop) -> Result<f64, Error> {
-        let judged = dive.margins()?;
-        if !judged.is_stable() {
-            return Ok(10.0 + judged.growth());
+        let growth = dive.growth()?;
+        if growth >= 0.0 {
+            return Ok(UNSTABLE + growth);
         }
+        let judged = dive.margins()?;
         let phase = judged
             .phase_margin()
             .map_or(0.0, |margin| (1.0 - margin / self.phase_margin).max(0.0));
@@ -162,16 +188,6 @@ struct Cost {
 impl Cost {
     fn is_like(self, other: Self) -> bool {
         self.missed == other.missed && other.itae <= self.itae * (1.0 + ALIKE)
-    }
-}
-
-fn gains(logarithms: &[f64; 4]) -> LoopGains {
-    let [depth_p, depth_d, pitch_p, pitch_rate] = logarithms.map(libm::exp);
-    LoopGains {
-        depth_p,
-        depth_d,
-        pitch_p,
-        pitch_rate,
     }
 }
 
