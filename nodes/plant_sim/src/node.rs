@@ -263,10 +263,33 @@ impl Node {
             true => &parameters.lockstep.gates,
             false => &[],
         };
-        if !lockstep && !parameters.lockstep.gates.is_empty() {
-            log::warn!(
-                "parameter 'lockstep.gates' has no effect: only with time 'lockstep' a tick waits for them"
-            );
+        let in_lockstep = "only with time 'lockstep' a tick waits for them";
+        let in_real_time = matches!(parameters.time, TimeSource::Real);
+        for (name, is_in_vain, why) in [
+            (
+                "lockstep.gates",
+                !lockstep && !parameters.lockstep.gates.is_empty(),
+                in_lockstep,
+            ),
+            (
+                "lockstep.members",
+                !lockstep && !parameters.lockstep.members.is_empty(),
+                in_lockstep,
+            ),
+            (
+                "factor",
+                !in_real_time && factor != 1.0,
+                "only time 'real' has a pace",
+            ),
+            (
+                "delay_budget",
+                lockstep && parameters.delay_budget != 0,
+                "in lockstep each tick waits for its own answer",
+            ),
+        ] {
+            if is_in_vain {
+                log::warn!("parameter '{name}' has no effect: {why}");
+            }
         }
         let gates = Gates::new(rt, gates)?;
         let thrusters = (!plant.thrusters().is_empty()).then_some(THRUSTER_COMMAND);
