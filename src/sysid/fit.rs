@@ -396,7 +396,6 @@ mod tests {
             "equations",
             "json",
             "model",
-            "most_unpacked",
             "response",
             "html",
             "quiet",
