@@ -125,7 +125,7 @@ pub enum FitError {
     },
     /// No stretch of data has all outputs and inputs.
     #[error(
-        "{0}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is;          a longer --max-gap joins stretches"
+        "{0}: there is no stretch of time in which all outputs, and the inputs before them, are known: planesman sysid topics shows when each is; a longer --max-gap joins stretches"
     )]
     NoStretch(String),
     /// Options of the recursive methods for another.
