@@ -1,15 +1,18 @@
 //! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
-//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable.
+//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
+
+use std::cell::OnceCell;
 
 use planesman_identification::analysis::{Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
-use planesman_identification::{Record, StraightLine};
-use planesman_signals::Trend;
+use planesman_identification::{Record, Segment, StraightLine};
+use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::shell_word;
 
 use crate::data::{DataOptions, Sources};
 use crate::options::SignalOptions;
+use crate::record::Expected;
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
@@ -40,29 +43,66 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
+/// How the names of fields end that say how a node is.
+const STATES: [&str; 3] = ["_limited", "_source", "_valid"];
+
 /// So many inputs are tried, and so many outputs of each, by their names.
 const TRIED: (usize, usize) = (3, 12);
 /// The share of an output's variation from which a straight line is all that it is: a ramp, a counter or a stamp.
 const RAMP: f64 = 0.98;
 /// The share of an output's variation from which it is proposed.
 const LEAST: f64 = 0.1;
-/// Outputs of an input that a model is sought of, by these orders, in records of so many samples at most.
+/// Outputs of an input that a model is sought of, in records of so many samples at most.
 const MODELLED: usize = 4;
-const ORDERS: [usize; 2] = [2, 1];
 const MOST_SAMPLES: usize = 20_000;
+/// Samples of all signals together that are read.
+const MOST_KEPT: usize = 1 << 22;
+/// How many samples of an input of steps come to each that differs from the one before, at least.
+const STEPS: usize = 20;
+/// The shortest record, s, of which the second half is tried by itself.
+const LONG: f64 = 20.0;
 
 /// A signal by its name, with its rank among inputs or outputs.
 type Ranked = ([usize; 2], String);
 
+/// A way to fit a pair of signals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// By output error, the quickest method that noise of no colour misleads.
+    Order(usize),
+    /// By a process model, to which a step is enough.
+    Process,
+}
+
+/// The ways in the order in which they are tried, each of all pairs; and whether of the second half of the record alone, which may hold an
+/// experiment where the first half holds the way to it.
+const WAYS: [(&[Way], bool); 3] = [
+    (&[Way::Order(2), Way::Order(1)], false),
+    (&[Way::Order(2), Way::Order(1)], true),
+    (&[Way::Process], false),
+];
+
+/// The data of which pairs of signals are tried.
+struct Trial<'d> {
+    data: &'d DataOptions,
+    /// What has been read of them; `None` where they cannot be read together.
+    kept: Option<Vec<Source>>,
+    /// Where its record begins, s.
+    from: Option<f64>,
+}
+
 /// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
-/// in a table, and path. `None` where nothing looks like an input and an output that goes with it.
+/// in a table, and path. `None` where nothing looks like an input and an output.
+///
+/// # Errors
+/// Why no command is proposed though there are inputs and outputs.
 pub(crate) fn suggestion<'s>(
     signals: impl Iterator<Item = (&'s str, &'s str)>,
     data: &DataOptions,
     has_time: bool,
-) -> Option<String> {
+) -> Result<Option<String>, String> {
     let Sources::Files(paths) = &data.sources else {
-        return None;
+        return Ok(None);
     };
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for (topic, path) in signals.filter(|it| is_of_the_system(it.1)) {
@@ -89,17 +129,56 @@ pub(crate) fn suggestion<'s>(
         // Which model there is does not depend on the unit of time.
         tried.time.sample_time = tried.time.sample_time.or(Some(1.0));
     }
-    let each = (0..inputs.len()).take(TRIED.0);
-    let (chosen, outputs) = { each }.find_map(|at| {
-        let input = &inputs[at].1;
-        let mut going = going_with(input, &outputs, &tried);
-        let first = going.iter().take(MODELLED).enumerate();
-        let models = first.filter_map(|(at, it)| Some((integrates(input, &it.1, &tried)?, at)));
-        let (_, place) = models.min()?;
-        going[..=place].rotate_right(1);
-        Some((at, going))
-    })?;
+    if inputs.is_empty() || outputs.is_empty() {
+        return Ok(None);
+    }
+    let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
+    let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
+    let mut refusal = None;
+    let count = inputs.len().min(TRIED.0);
+    let going_with = vec![OnceCell::new(); count];
+    let found = WAYS.iter().find_map(|(ways, in_second_half)| {
+        trial.from = match in_second_half {
+            true => Some(trial.half(&inputs[0].1, &outputs)?),
+            false => None,
+        };
+        (0..count).find_map(|at| {
+            let input = &inputs[at].1;
+            let going = || trial.going_with(input, &outputs);
+            let mut going = match in_second_half {
+                true => going(),
+                false => going_with[at].get_or_init(going).clone(),
+            };
+            let first = going.iter().take(MODELLED).enumerate();
+            let models = first.filter_map(|(at, (_, output))| {
+                match trial.integrates(input, output, ways)? {
+                    Ok((integrates, way)) => Some((integrates, at, way)),
+                    Err(verdict) => {
+                        refusal.get_or_insert(format!("{input} -> {output}: {verdict}"));
+                        None
+                    }
+                }
+            });
+            let (_, place, way) = models.min_by_key(|it| (it.0, it.1))?;
+            going[..=place].rotate_right(1);
+            Some((at, going, way))
+        })
+    });
+    let Some((chosen, outputs, way)) = found else {
+        let nearest = refusal.map_or_else(String::new, |it| format!(" ({it})"));
+        return Err(format!(
+            "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
+             Choose signals, several inputs, or a --window of an experiment"
+        ));
+    };
     inputs[..=chosen].rotate_right(1);
+    let mut options = time(data, has_time);
+    if way == Way::Process {
+        options += " --method process";
+    }
+    if let Some(from) = trial.from {
+        options += &format!(" --window {from}..");
+    }
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
     let files: Vec<String> = paths
         .iter()
@@ -117,79 +196,167 @@ pub(crate) fn suggestion<'s>(
             false => format!(" (or {})", names.join(", ")),
         }
     };
-    Some(format!(
-        "planesman sysid fit {} -i {input} -o {output}{}\n  input {input}{}\n  output {output}{}",
+    Ok(Some(format!(
+        "planesman sysid fit {} -i {input} -o {output}{options}\n  input {input}{}\n  output {output}{}",
         files.join(" "),
-        time(data, has_time),
         others(&inputs),
         others(&outputs)
-    ))
+    )))
 }
 
-/// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
-/// everything that moves the vehicle.
-fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked> {
-    let tried = outputs.iter().take(TRIED.1);
-    let mut going: Vec<((bool, u8), Ranked)> = tried
-        .filter_map(|it| {
-            let share = linear_share(input, &it.1, data).filter(|share| *share >= LEAST)?;
-            let is_place = it.1.contains(".position.") || it.1.contains(".translation.");
-            Some(((is_place, (10.0 * (1.0 - share)) as u8), it.clone()))
-        })
-        .collect();
-    going.sort_by_key(|it| it.0);
-    going.into_iter().map(|it| it.1).collect()
-}
-
-/// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence, where
-/// it is more than chance. `None` of a ramp or a stamp, and where they make no record.
-fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
-    let raw = record(input, output, data, Trend::None)?;
-    let longest = raw.segments.iter().max_by_key(|it| it.len())?;
-    if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
-        return None;
-    }
-    let record = record(input, output, data, Trend::Line)?;
-    let (mut with, mut all) = (0.0, 0.0);
-    for point in MeasuredResponse::new(&record).ok()?.points {
-        let moved = point.values[0].norm_sqr() * point.inputs[0];
-        // The frequencies lie evenly over their logarithm.
-        all += point.omega * (moved + point.noise);
-        if point.coherence > point.coherence_by_chance() {
-            with += point.omega * moved;
+impl<'d> Trial<'d> {
+    fn new(data: &'d DataOptions, inputs: Vec<String>, outputs: Vec<String>) -> Self {
+        let signals = [&inputs[..], &outputs].concat();
+        let request = |role| move |name| Request { name, role };
+        let mut requests: Vec<Request> = inputs.into_iter().map(request(Role::Input)).collect();
+        requests.extend(outputs.into_iter().map(request(Role::Output)));
+        let keep = |source| KeptSource::new(source, requests.clone(), MOST_KEPT).ok();
+        let kept = data.each(&signals).ok().and_then(|sources| {
+            let each = sources.into_iter();
+            each.map(|it| Some(Source::Kept(Box::new(keep(it)?))))
+                .collect()
+        });
+        Self {
+            data,
+            kept,
+            from: None,
         }
     }
-    Some(with / all).filter(|share| share.is_finite())
-}
 
-/// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate; `None` where output error, the
-/// quickest method that noise of no colour misleads, finds none that is usable.
-fn integrates(input: &str, output: &str, data: &DataOptions) -> Option<bool> {
-    let record = record(input, output, data, Trend::None)?;
-    if record.samples() > MOST_SAMPLES {
-        return Some(false);
+    /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
+    /// everything that moves the vehicle.
+    fn going_with(&self, input: &str, outputs: &[Ranked]) -> Vec<Ranked> {
+        let tried = outputs.iter().take(TRIED.1);
+        let mut going: Vec<((bool, u8), Ranked)> = tried
+            .filter_map(|it| {
+                let share = self
+                    .linear_share(input, &it.1)
+                    .filter(|share| *share >= LEAST)?;
+                let is_place = it.1.contains(".position.") || it.1.contains(".translation.");
+                Some(((is_place, (10.0 * (1.0 - share)) as u8), it.clone()))
+            })
+            .collect();
+        going.sort_by_key(|it| it.0);
+        going.into_iter().map(|it| it.1).collect()
     }
-    ORDERS.into_iter().find_map(|order| {
-        let options = Options {
-            method: Method::OutputError,
-            order: Some(order),
-            ..Options::default()
+
+    /// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence,
+    /// where it is more than chance. `None` of a ramp or a stamp, and where they make no record.
+    fn linear_share(&self, input: &str, output: &str) -> Option<f64> {
+        let raw = self.record(input, output, Trend::None)?;
+        let longest = raw.segments.iter().max_by_key(|it| it.len())?;
+        if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
+            return None;
+        }
+        let record = self.record(input, output, Trend::Line)?;
+        let (mut with, mut all) = (0.0, 0.0);
+        for point in MeasuredResponse::new(&record).ok()?.points {
+            let moved = point.values[0].norm_sqr() * point.inputs[0];
+            // The frequencies lie evenly over their logarithm.
+            all += point.omega * (moved + point.noise);
+            if point.coherence > point.coherence_by_chance() {
+                with += point.omega * moved;
+            }
+        }
+        Some(with / all).filter(|share| share.is_finite())
+    }
+
+    /// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate, and the way that found it; the
+    /// verdict where none finds one that is usable. `None` where none can be tried.
+    fn integrates(
+        &self,
+        input: &str,
+        output: &str,
+        ways: &[Way],
+    ) -> Option<Result<(bool, Way), String>> {
+        let record = liveliest(self.record(input, output, Trend::None)?);
+        let mut refusal = None;
+        for way in ways {
+            let (method, order) = match way {
+                Way::Order(order) => (Method::OutputError, Some(*order)),
+                Way::Process if is_of_steps(&record) => (Method::Process, None),
+                Way::Process => continue,
+            };
+            let options = Options {
+                method,
+                order,
+                ..Options::default()
+            };
+            let Ok(analysis) = analyse(&record, &options) else {
+                continue;
+            };
+            if analysis.verdict.is_usable() {
+                return Some(Ok((may_integrate(&analysis.estimate), *way)));
+            }
+            refusal.get_or_insert(analysis.verdict_words().0.to_owned());
+        }
+        refusal.map(Err)
+    }
+
+    /// The middle of the record of the input with the first output that makes one, in whole s; `None` of short records and of several sources.
+    fn half(&self, input: &str, outputs: &[Ranked]) -> Option<f64> {
+        let [_] = self.kept.as_deref()? else {
+            return None;
         };
-        let analysis = analyse(&record, &options).ok()?;
-        let is_usable = analysis.verdict.is_usable();
-        is_usable.then(|| may_integrate(&analysis.estimate))
-    })
+        let outputs = outputs.iter().take(TRIED.1);
+        let duration = { outputs }
+            .find_map(|it| self.record(input, &it.1, Trend::None))?
+            .duration();
+        (duration >= LONG).then(|| (0.5 * duration).round())
+    }
+
+    fn record(&self, input: &str, output: &str, detrend: Trend) -> Option<Record> {
+        let mut signals = SignalOptions {
+            data: self.data.clone(),
+            input: input.to_owned(),
+            output: output.to_owned(),
+            ..SignalOptions::default()
+        };
+        signals.preparation.detrend = detrend;
+        let window = self.from.map(|from| (from, f64::INFINITY));
+        signals.grid.window.extend(window);
+        let record = match &self.kept {
+            Some(kept) => signals.record_of(kept, &signals.grid, Expected::ANY, false, &()),
+            None => signals.read(&()),
+        };
+        Some(record.ok()?.resampled.record)
+    }
 }
 
-fn record(input: &str, output: &str, data: &DataOptions, detrend: Trend) -> Option<Record> {
-    let mut signals = SignalOptions {
-        data: data.clone(),
-        input: input.to_owned(),
-        output: output.to_owned(),
-        ..SignalOptions::default()
+/// Of a long record the part in which the input moves most.
+fn liveliest(mut record: Record) -> Record {
+    if record.samples() <= MOST_SAMPLES {
+        return record;
+    }
+    let moves = |part: &[f64]| -> f64 {
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        part.iter().map(|it| (it - mean) * (it - mean)).sum()
     };
-    signals.preparation.detrend = detrend;
-    Some(signals.read(&()).ok()?.resampled.record)
+    let parts = record.segments.iter().flat_map(|segment| {
+        let parts = segment.inputs[0].chunks(MOST_SAMPLES).enumerate();
+        parts.map(move |(at, part)| (moves(part), segment, at * MOST_SAMPLES, part.len()))
+    });
+    let most = parts.max_by(|one, other| one.0.total_cmp(&other.0));
+    let part = most.map(|(_, segment, from, length)| {
+        let cut = |of: &Vec<f64>| of[from..from + length].to_vec();
+        Segment {
+            inputs: segment.inputs.iter().map(cut).collect(),
+            outputs: segment.outputs.iter().map(cut).collect(),
+            past: Vec::new(),
+            ..segment.clone()
+        }
+    });
+    record.segments = part.into_iter().collect();
+    record
+}
+
+/// Whether the input stands but for a few steps.
+fn is_of_steps(record: &Record) -> bool {
+    let changes = record.segments.iter().map(|segment| {
+        let pairs = segment.inputs[0].windows(2);
+        pairs.filter(|it| it[0] != it[1]).count()
+    });
+    changes.sum::<usize>() * STEPS < record.samples()
 }
 
 /// The options of the time that the data needs.
@@ -218,7 +385,7 @@ fn is_of_the_system(path: &str) -> bool {
         let name = it.to_ascii_lowercase();
         name.starts_with("time_") || name.starts_with("timestamp") || name == "timeus"
     });
-    if is_time {
+    if is_time || STATES.iter().any(|it| path.ends_with(it)) {
         return false;
     }
     !NOT_SIGNALS.iter().any(|it| match it.contains('.') {

@@ -10,6 +10,7 @@ use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
 use crate::joined_tables::JoinedTables;
+use crate::kept_source::KeptSource;
 use crate::log_source::{LogKind, LogSource};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
@@ -142,6 +143,8 @@ pub enum Source {
     Log(LogSource),
     /// Columns in memory.
     Columns(ColumnSource),
+    /// Samples of some signals of another source, which have been read.
+    Kept(Box<KeptSource>),
 }
 
 impl Source {
@@ -206,6 +209,7 @@ impl Source {
             Self::Ulog(log) => log.path(),
             Self::Log(log) => log.path(),
             Self::Columns(_) => return "columns in memory".to_owned(),
+            Self::Kept(kept) => return kept.source().name(),
         };
         path.display().to_string()
     }
@@ -219,7 +223,7 @@ impl Source {
             Self::Tables(tables) => tables.bytes(),
             Self::Ulog(log) => log.bytes(),
             Self::Log(log) => log.bytes(),
-            Self::Columns(_) => 0,
+            Self::Columns(_) | Self::Kept(_) => 0,
         }
     }
 
@@ -231,6 +235,7 @@ impl Source {
             Self::Csv(table) => table.sample_time(),
             Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
+            Self::Kept(kept) => kept.source().sample_time(),
         }
     }
 
@@ -241,6 +246,7 @@ impl Source {
             Self::Bag(_) | Self::Ulog(_) | Self::Log(_) | Self::Columns(_) => true,
             Self::Csv(table) => table.has_time(),
             Self::Tables(tables) => tables.tables().iter().all(CsvSource::has_time),
+            Self::Kept(kept) => kept.source().has_time(),
         }
     }
 
@@ -261,6 +267,7 @@ impl Source {
             Self::Ulog(log) => log.read(requests, take, progress),
             Self::Log(log) => log.read(requests, take, progress),
             Self::Columns(columns) => columns.read(requests, take),
+            Self::Kept(kept) => kept.read(requests, take),
         }
     }
 }
