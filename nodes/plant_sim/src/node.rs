@@ -263,32 +263,16 @@ impl Node {
             true => &parameters.lockstep.gates,
             false => &[],
         };
-        let in_lockstep = "only with time 'lockstep' a tick waits for them";
-        let in_real_time = matches!(parameters.time, TimeSource::Real);
-        for (name, is_in_vain, why) in [
-            (
-                "lockstep.gates",
-                !lockstep && !parameters.lockstep.gates.is_empty(),
-                in_lockstep,
-            ),
-            (
-                "lockstep.members",
-                !lockstep && !parameters.lockstep.members.is_empty(),
-                in_lockstep,
-            ),
-            (
-                "factor",
-                !in_real_time && factor != 1.0,
-                "only time 'real' has a pace",
-            ),
-            (
-                "delay_budget",
-                lockstep && parameters.delay_budget != 0,
-                "in lockstep each tick waits for its own answer",
-            ),
+        let in_vain = |names: &[String]| !lockstep && !names.is_empty();
+        let has_pace = parameters.time == TimeSource::Real;
+        for (name, is_in_vain) in [
+            ("lockstep.gates", in_vain(&parameters.lockstep.gates)),
+            ("lockstep.members", in_vain(&parameters.lockstep.members)),
+            ("factor", !has_pace && factor != 1.0),
+            ("delay_budget", lockstep && parameters.delay_budget != 0),
         ] {
             if is_in_vain {
-                log::warn!("parameter '{name}' has no effect: {why}");
+                log::warn!("parameter '{name}' has no effect by the chosen 'time'");
             }
         }
         let gates = Gates::new(rt, gates)?;

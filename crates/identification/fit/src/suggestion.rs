@@ -1,12 +1,11 @@
 //! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
 //! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
 
-use std::cell::OnceCell;
-
 use planesman_identification::analysis::{Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
-use planesman_identification::{Record, Segment, StraightLine};
+use planesman_identification::several::searched_part;
+use planesman_identification::{Record, StraightLine};
 use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::shell_word;
 
@@ -52,9 +51,8 @@ const TRIED: (usize, usize) = (3, 12);
 const RAMP: f64 = 0.98;
 /// The share of an output's variation from which it is proposed.
 const LEAST: f64 = 0.1;
-/// Outputs of an input that a model is sought of, in records of so many samples at most.
+/// Outputs of an input that a model is sought of.
 const MODELLED: usize = 4;
-const MOST_SAMPLES: usize = 20_000;
 /// Samples of all signals together that are read.
 const MOST_KEPT: usize = 1 << 22;
 /// How many samples of an input of steps come to each that differs from the one before, at least.
@@ -65,21 +63,13 @@ const LONG: f64 = 20.0;
 /// A signal by its name, with its rank among inputs or outputs.
 type Ranked = ([usize; 2], String);
 
-/// A way to fit a pair of signals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
-    /// By output error, the quickest method that noise of no colour misleads.
-    Order(usize),
-    /// By a process model, to which a step is enough.
-    Process,
-}
-
-/// The ways in the order in which they are tried, each of all pairs; and whether of the second half of the record alone, which may hold an
-/// experiment where the first half holds the way to it.
-const WAYS: [(&[Way], bool); 3] = [
-    (&[Way::Order(2), Way::Order(1)], false),
-    (&[Way::Order(2), Way::Order(1)], true),
-    (&[Way::Process], false),
+/// The ways to fit, in the order in which they are tried, each of all pairs: by these orders of output error, the quickest method that noise of
+/// no colour misleads, or by a process model, to which a step is enough; and whether of the second half of the record alone, which may
+/// hold an experiment where the first half holds the way to it.
+const WAYS: [(&[Option<usize>], bool); 3] = [
+    (&[Some(2), Some(1)], false),
+    (&[Some(2), Some(1)], true),
+    (&[None], false),
 ];
 
 /// The data of which pairs of signals are tried.
@@ -135,36 +125,30 @@ pub(crate) fn suggestion<'s>(
     let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
     let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
     let mut refusal = None;
-    let count = inputs.len().min(TRIED.0);
-    let going_with = vec![OnceCell::new(); count];
-    let found = WAYS.iter().find_map(|(ways, in_second_half)| {
+    let found = WAYS.iter().find_map(|(orders, in_second_half)| {
         trial.from = match in_second_half {
             true => Some(trial.half(&inputs[0].1, &outputs)?),
             false => None,
         };
-        (0..count).find_map(|at| {
+        (0..inputs.len()).take(TRIED.0).find_map(|at| {
             let input = &inputs[at].1;
-            let going = || trial.going_with(input, &outputs);
-            let mut going = match in_second_half {
-                true => going(),
-                false => going_with[at].get_or_init(going).clone(),
-            };
+            let mut going = trial.going_with(input, &outputs);
             let first = going.iter().take(MODELLED).enumerate();
             let models = first.filter_map(|(at, (_, output))| {
-                match trial.integrates(input, output, ways)? {
-                    Ok((integrates, way)) => Some((integrates, at, way)),
+                match trial.integrates(input, output, orders)? {
+                    Ok((integrates, order)) => Some((integrates, at, order)),
                     Err(verdict) => {
                         refusal.get_or_insert(format!("{input} -> {output}: {verdict}"));
                         None
                     }
                 }
             });
-            let (_, place, way) = models.min_by_key(|it| (it.0, it.1))?;
+            let (_, place, order) = models.min()?;
             going[..=place].rotate_right(1);
-            Some((at, going, way))
+            Some((at, going, order))
         })
     });
-    let Some((chosen, outputs, way)) = found else {
+    let Some((chosen, outputs, order)) = found else {
         let nearest = refusal.map_or_else(String::new, |it| format!(" ({it})"));
         return Err(format!(
             "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
@@ -173,7 +157,7 @@ pub(crate) fn suggestion<'s>(
     };
     inputs[..=chosen].rotate_right(1);
     let mut options = time(data, has_time);
-    if way == Way::Process {
+    if order.is_none() {
         options += " --method process";
     }
     if let Some(from) = trial.from {
@@ -261,21 +245,24 @@ impl<'d> Trial<'d> {
         Some(with / all).filter(|share| share.is_finite())
     }
 
-    /// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate, and the way that found it; the
+    /// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate, and the order that found it; the
     /// verdict where none finds one that is usable. `None` where none can be tried.
     fn integrates(
         &self,
         input: &str,
         output: &str,
-        ways: &[Way],
-    ) -> Option<Result<(bool, Way), String>> {
-        let record = liveliest(self.record(input, output, Trend::None)?);
+        orders: &[Option<usize>],
+    ) -> Option<Result<(bool, Option<usize>), String>> {
+        let mut record = self.record(input, output, Trend::None)?;
+        if let Some(part) = searched_part(&record.segments) {
+            record.segments = part;
+        }
         let mut refusal = None;
-        for way in ways {
-            let (method, order) = match way {
-                Way::Order(order) => (Method::OutputError, Some(*order)),
-                Way::Process if is_of_steps(&record) => (Method::Process, None),
-                Way::Process => continue,
+        for order in orders.iter().copied() {
+            let method = match order {
+                Some(_) => Method::OutputError,
+                None if is_of_steps(&record) => Method::Process,
+                None => continue,
             };
             let options = Options {
                 method,
@@ -286,7 +273,7 @@ impl<'d> Trial<'d> {
                 continue;
             };
             if analysis.verdict.is_usable() {
-                return Some(Ok((may_integrate(&analysis.estimate), *way)));
+                return Some(Ok((may_integrate(&analysis.estimate), order)));
             }
             refusal.get_or_insert(analysis.verdict_words().0.to_owned());
         }
@@ -321,33 +308,6 @@ impl<'d> Trial<'d> {
         };
         Some(record.ok()?.resampled.record)
     }
-}
-
-/// Of a long record the part in which the input moves most.
-fn liveliest(mut record: Record) -> Record {
-    if record.samples() <= MOST_SAMPLES {
-        return record;
-    }
-    let moves = |part: &[f64]| -> f64 {
-        let mean = part.iter().sum::<f64>() / part.len() as f64;
-        part.iter().map(|it| (it - mean) * (it - mean)).sum()
-    };
-    let parts = record.segments.iter().flat_map(|segment| {
-        let parts = segment.inputs[0].chunks(MOST_SAMPLES).enumerate();
-        parts.map(move |(at, part)| (moves(part), segment, at * MOST_SAMPLES, part.len()))
-    });
-    let most = parts.max_by(|one, other| one.0.total_cmp(&other.0));
-    let part = most.map(|(_, segment, from, length)| {
-        let cut = |of: &Vec<f64>| of[from..from + length].to_vec();
-        Segment {
-            inputs: segment.inputs.iter().map(cut).collect(),
-            outputs: segment.outputs.iter().map(cut).collect(),
-            past: Vec::new(),
-            ..segment.clone()
-        }
-    });
-    record.segments = part.into_iter().collect();
-    record
 }
 
 /// Whether the input stands but for a few steps.

@@ -7,7 +7,7 @@ use crate::source::Source;
 /// Samples of a source in memory.
 #[derive(Debug)]
 pub struct KeptSource {
-    source: Source,
+    pub(crate) source: Source,
     requests: Vec<Request>,
     /// Number of the signal, stamp in ns, value or NaN, in the order in which they were read.
     samples: Vec<(usize, i64, f64)>,
@@ -32,11 +32,6 @@ impl KeptSource {
             samples,
             reading,
         })
-    }
-
-    /// What they were read from.
-    pub(crate) fn source(&self) -> &Source {
-        &self.source
     }
 
     /// Hands the samples of the signals to `take`.

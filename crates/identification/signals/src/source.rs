@@ -209,7 +209,7 @@ impl Source {
             Self::Ulog(log) => log.path(),
             Self::Log(log) => log.path(),
             Self::Columns(_) => return "columns in memory".to_owned(),
-            Self::Kept(kept) => return kept.source().name(),
+            Self::Kept(kept) => return kept.source.name(),
         };
         path.display().to_string()
     }
@@ -235,7 +235,7 @@ impl Source {
             Self::Csv(table) => table.sample_time(),
             Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
-            Self::Kept(kept) => kept.source().sample_time(),
+            Self::Kept(kept) => kept.source.sample_time(),
         }
     }
 
@@ -246,7 +246,7 @@ impl Source {
             Self::Bag(_) | Self::Ulog(_) | Self::Log(_) | Self::Columns(_) => true,
             Self::Csv(table) => table.has_time(),
             Self::Tables(tables) => tables.tables().iter().all(CsvSource::has_time),
-            Self::Kept(kept) => kept.source().has_time(),
+            Self::Kept(kept) => kept.source.has_time(),
         }
     }
 
