@@ -355,70 +355,77 @@ fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     all.filter(is_other).cloned().collect()
 }
 
+/// The bag's topic of this name, or the first whose name ends so.
+fn topic_named<'b>(bag: &'b BagReader, name: &str) -> Option<&'b Topic> {
+    let all = || bag.topics().iter().map(|it| &*it.topic);
+    let end = format!("/{name}");
+    let full = all().find(|it| it.name == name);
+    full.or_else(|| all().find(|it| it.name.ends_with(&end)))
+}
+
 impl Plan {
     fn of(args: &PlayArgs, role: Option<&Role>, bag: &BagReader) -> Result<Self> {
-        let all = || bag.topics().iter().map(|it| &*it.topic);
-        let find = |name: &str| {
-            let full = all().find(|it| it.name == name);
-            let end = format!("/{name}");
-            full.or_else(|| all().find(|it| it.name.ends_with(&end)))
+        match role {
+            None => Self::of_own_node(args, bag),
+            Some(role) => Self::of_role(args, role, bag),
+        }
+    }
+
+    /// For any node, by its topics.
+    fn of_own_node(args: &PlayArgs, bag: &BagReader) -> Result<Self> {
+        if args.output.is_empty() {
+            bail!("--output is missing: the topic that the node publishes when it has done a tick");
+        }
+        let named = |name: &String| {
+            topic_named(bag, name).cloned().ok_or_else(|| {
+                anyhow!(
+                    "{}: it has no topic '{name}' (planesman bag info lists them)",
+                    args.bag.display()
+                )
+            })
         };
-        let Some(role) = role else {
-            if args.output.is_empty() {
-                bail!(
-                    "--output is missing: the topic that the node publishes when it has done a tick"
-                );
+        let outputs: Vec<PlannedOutput> = args
+            .output
+            .iter()
+            .map(|name| match topic_named(bag, name) {
+                Some(topic) => PlannedOutput::Recorded(topic.clone()),
+                None => PlannedOutput::Unrecorded(name.clone()),
+            })
+            .collect();
+        let recorded: Vec<Topic> = outputs.iter().filter_map(PlannedOutput::recorded).collect();
+        let inputs: Vec<Topic> = match &args.input[..] {
+            [] => others(bag, &recorded),
+            names => names.iter().map(named).collect::<Result<_>>()?,
+        };
+        let tick = match &args.tick {
+            Some(name) => {
+                let topic = named(name)?;
+                let place = inputs.iter().position(|it| it.name == topic.name);
+                Some(place.ok_or_else(|| anyhow!("--tick: '{}' is not an --input", topic.name))?)
             }
-            let named = |name: &String| {
-                find(name).cloned().ok_or_else(|| {
-                    anyhow!(
-                        "{}: it has no topic '{name}' (planesman bag info lists them)",
-                        args.bag.display()
-                    )
-                })
-            };
-            let outputs: Vec<PlannedOutput> = args
-                .output
-                .iter()
-                .map(|name| match find(name) {
-                    Some(topic) => PlannedOutput::Recorded(topic.clone()),
-                    None => PlannedOutput::Unrecorded(name.clone()),
-                })
-                .collect();
-            let recorded: Vec<Topic> = outputs.iter().filter_map(PlannedOutput::recorded).collect();
-            let inputs: Vec<Topic> = match &args.input[..] {
-                [] => others(bag, &recorded),
-                names => names.iter().map(named).collect::<Result<_>>()?,
-            };
-            let tick = match &args.tick {
-                Some(name) => {
-                    let topic = named(name)?;
-                    let place = inputs.iter().position(|it| it.name == topic.name);
-                    Some(
-                        place
-                            .ok_or_else(|| anyhow!("--tick: '{}' is not an --input", topic.name))?,
-                    )
-                }
-                None if outputs[0]
-                    .recorded()
-                    .is_some_and(|it| stamps_of(bag, &it).is_some()) =>
-                {
-                    None
-                }
-                None if args.input.is_empty() => bail!(
-                    "--tick is missing: the input whose every message the node answers, since the bag has no stamped messages of '{}'",
-                    outputs[0].name()
-                ),
-                None => Some(0),
-            };
-            return Ok(Self {
-                namespace: String::new(),
-                inputs,
-                outputs,
-                answer: None,
-                tick,
-            });
+            None if outputs[0]
+                .recorded()
+                .is_some_and(|it| stamps_of(bag, &it).is_some()) =>
+            {
+                None
+            }
+            None if args.input.is_empty() => bail!(
+                "--tick is missing: the input whose every message the node answers, since the bag has no stamped messages of '{}'",
+                outputs[0].name()
+            ),
+            None => Some(0),
         };
+        Ok(Self {
+            namespace: String::new(),
+            inputs,
+            outputs,
+            answer: None,
+            tick,
+        })
+    }
+
+    /// For a node of this program, whose topics are known.
+    fn of_role(args: &PlayArgs, role: &Role, bag: &BagReader) -> Result<Self> {
         if !(args.output.is_empty() && args.input.is_empty() && args.command.is_empty())
             || args.tick.is_some()
         {
@@ -430,11 +437,11 @@ impl Plan {
         let present = |names: &[&str]| -> Vec<Topic> {
             names
                 .iter()
-                .filter_map(|name| find(name).cloned())
+                .filter_map(|name| topic_named(bag, name).cloned())
                 .collect()
         };
         let (first, outputs) = (role.inputs[0], present(role.outputs));
-        let Some(trigger) = find(first) else {
+        let Some(trigger) = topic_named(bag, first) else {
             bail!(
                 "{}: it has no topic '{first}', which {} answers",
                 args.bag.display(),
@@ -453,12 +460,13 @@ impl Plan {
             .name
             .strip_suffix(&format!("/{first}"))
             .unwrap_or_default();
-        let answer = find(role.answer).cloned().or_else(|| {
+        let answer = topic_named(bag, role.answer).cloned().or_else(|| {
             let known = planesman_msgs::loop_topics::named(role.answer)?;
             let name = format!("{namespace}/{}", role.answer);
             Some(planesman_recording::in_bag(known, &name))
         });
-        let clock = all().find(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
+        let mut all = bag.topics().iter().map(|it| &*it.topic);
+        let clock = all.find(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
         let mut inputs = present(role.inputs);
         match role.plays_all {
             true => inputs.extend(others(
@@ -580,6 +588,38 @@ fn hash(topic: &Topic) -> Option<&str> {
     Some(topic.kind.type_hash.as_str()).filter(|it| !it.is_empty())
 }
 
+/// The topics that are played, with their publishers.
+fn inputs_of(rt: &Runtime<Event>, plan: &Plan, bag: &BagReader) -> Result<Vec<Input>> {
+    let input = |topic: &Topic| {
+        let is_latched =
+            |it: &planesman_bag::OfferedQos| it.durability == Durability::TransientLocal;
+        let qos = match topic.kind.offered_qos.iter().any(is_latched) {
+            true => Qos::latched(DEPTH),
+            false => Qos::reliable(DEPTH),
+        };
+        let type_name = &topic.kind.type_name;
+        Ok(Input {
+            publisher: rt.raw_publisher(&topic.name, type_name, hash(topic), qos)?,
+            stamp: stamps_of(bag, topic),
+            name: topic.name.clone(),
+        })
+    };
+    plan.inputs.iter().map(input).collect()
+}
+
+/// Subscribes to the outputs, reliably to the one that ends a tick.
+fn subscribe(rt: &Runtime<Event>, outputs: &[Output], answer: usize) -> Result<()> {
+    for (number, Output { topic, .. }) in outputs.iter().enumerate() {
+        let qos = match number == answer {
+            true => Qos::record_reliable(),
+            false => Qos::record(),
+        };
+        let event = move |sample| Event::Sample(number, sample);
+        rt.subscribe_raw(&topic.name, &topic.kind.type_name, hash(topic), qos, event)?;
+    }
+    Ok(())
+}
+
 impl Player {
     fn new(
         rt: Runtime<Event>,
@@ -589,25 +629,7 @@ impl Player {
         args: &PlayArgs,
         mut writer: BagWriter,
     ) -> Result<Self> {
-        let mut inputs = Vec::new();
-        for topic in &plan.inputs {
-            let is_latched =
-                |it: &planesman_bag::OfferedQos| it.durability == Durability::TransientLocal;
-            let qos = match topic.kind.offered_qos.iter().any(is_latched) {
-                true => Qos::latched(DEPTH),
-                false => Qos::reliable(DEPTH),
-            };
-            inputs.push(Input {
-                publisher: rt.raw_publisher(
-                    &topic.name,
-                    &topic.kind.type_name,
-                    hash(topic),
-                    qos,
-                )?,
-                stamp: stamps_of(bag, topic),
-                name: topic.name.clone(),
-            });
-        }
+        let inputs = inputs_of(&rt, plan, bag)?;
         let mut outputs = Vec::new();
         for topic in topics {
             outputs.push(Output {
@@ -632,22 +654,7 @@ impl Player {
                 }
             },
         };
-        for (number, output) in outputs.iter().enumerate() {
-            let topic = &output.topic;
-            let qos = Qos::record();
-            let qos = if number == answer {
-                Qos::record_reliable()
-            } else {
-                qos
-            };
-            rt.subscribe_raw(
-                &topic.name,
-                &topic.kind.type_name,
-                hash(topic),
-                qos,
-                move |sample| Event::Sample(number, sample),
-            )?;
-        }
+        subscribe(&rt, &outputs, answer)?;
         let answers = match (plan.tick, &outputs[answer]) {
             (
                 None,

@@ -307,14 +307,13 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
         ("recorder", "reliable_sensors", true.into()),
         ("plant_sim", "reliable_sensors", true.into()),
         ("plant_sim", "start_paused", true.into()),
-        (
-            "plant_sim",
-            "lockstep.members",
-            ["sysid", "recorder"].as_slice().into(),
-        ),
     ];
     match options.pace {
-        Pace::Lockstep => extra.push(("plant_sim", "time", "lockstep".into())),
+        Pace::Lockstep => {
+            extra.push(("plant_sim", "time", "lockstep".into()));
+            let members: &[&str] = &["sysid", "recorder"];
+            extra.push(("plant_sim", "lockstep.members", members.into()));
+        }
         Pace::Real { factor, sim_time } => {
             extra.push(("plant_sim", "time", "real".into()));
             extra.push(("plant_sim", "factor", factor.into()));

@@ -64,6 +64,7 @@ def read_bag(
     time: str | None = None,
     time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"] | None = None,
     sample_time: float | str | None = None,
+    most_unpacked: int | None = None,
 ) -> dict[str, Samples]:
     """Read signals of a bag, table or log: every sample with its stamp, on no grid.
 
@@ -75,7 +76,8 @@ def read_bag(
     named.
 
     `stamp` chooses the clock of a bag: of the messages' headers, the default if all have one, or of the recorder (log). `time`,
-    `time_unit` and `sample_time` (s) say how the time of a table is read.
+    `time_unit` and `sample_time` (s) say how the time of a table is read. Of each file of a bag at most `most_unpacked` MB of unpacked
+    chunks are read: a small file can unpack to thousands of times its size.
 
     What could not be read does not end the rest; a warning says what it was.
 
@@ -84,7 +86,7 @@ def read_bag(
     >>> pandas.DataFrame({name: samples.series() for name, samples in bag.items()})
     """
     names = [fields] if isinstance(fields, (str, bytes)) else list(fields)
-    options = {"stamp": stamp, "time": time, "time_unit": time_unit, "sample_time": sample_time}
+    options = {"stamp": stamp, "time": time, "time_unit": time_unit, "sample_time": sample_time, "most_unpacked": most_unpacked}
     signals, notes = _native.samples(paths(data), [text(name) for name in names], keywords(options))
     for note in notes:
         warnings.warn(note, stacklevel=2)
@@ -92,13 +94,14 @@ def read_bag(
     return {name: Samples(stamps, values, origin) for name, (stamps, values) in zip(names, signals)}
 
 
-def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Table:
+def list_fields(data: Path | Sequence[Path], *, topic: str | None = None, most_unpacked: int | None = None) -> Table:
     """List every numeric field of a bag, table or log, a row each.
 
     A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
-    `topic` keeps the topics whose name contains it. `list_fields(bag).frame()` is a data frame.
+    `topic` keeps the topics whose name contains it; `most_unpacked` is as in `read_bag`. `list_fields(bag).frame()` is a data frame.
     """
-    survey = json.loads(_native.fields(paths(data), None if topic is None else text(topic)))
+    options = keywords({"most_unpacked": most_unpacked})
+    survey = json.loads(_native.fields(paths(data), None if topic is None else text(topic), options))
     for note in survey["notes"]:
         warnings.warn(note, stacklevel=2)
     rows = Table()

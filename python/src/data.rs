@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use planesman_fit::{DataOptions, SamplesOptions, Sources, survey};
+use planesman_fit::{SamplesOptions, Sources, survey};
 use pyo3::prelude::*;
 
 use crate::array::array;
@@ -44,8 +44,14 @@ pub(crate) fn samples(
 
 /// Every numeric field, with rate, gaps and range, as JSON; of topics whose name contains `topic`.
 #[pyfunction]
-pub(crate) fn fields(py: Python<'_>, data: Vec<PathBuf>, topic: Option<&str>) -> PyResult<String> {
-    let data = DataOptions::files(data);
+pub(crate) fn fields(
+    py: Python<'_>,
+    data: Vec<PathBuf>,
+    topic: Option<&str>,
+    options: HashMap<String, Keyword>,
+) -> PyResult<String> {
+    let data = Keywords(options).only_data(Sources::Files(data));
+    let data = data.map_err(raised)?;
     let survey = released(py, || Ok(survey(&data, topic, &())?))?;
     serde_json::to_string(&survey).map_err(raised)
 }

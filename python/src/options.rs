@@ -32,6 +32,9 @@ const RATES: Rule = Rule::new(
     "a number from 0.01 to 10000 is expected",
 );
 
+/// What the chunks of each file of a bag may unpack to, MB.
+const MOST_UNPACKED: RangeInclusive<i64> = 1..=1_000_000_000;
+
 /// Two edges, `None` where open.
 type Edges = (Option<f64>, Option<f64>);
 
@@ -219,7 +222,8 @@ impl Keywords {
                 unit: self.choice("time_unit", &TimeUnit::ALL, TimeUnit::described, |_| &[])?,
                 sample_time,
             },
-            most_unpacked: None,
+            most_unpacked: (self.count("most_unpacked", MOST_UNPACKED)?)
+                .map(|it| it as u64 * 1_000_000),
         })
     }
 

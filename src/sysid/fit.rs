@@ -407,7 +407,6 @@ mod tests {
             "equations",
             "json",
             "model",
-            "most_unpacked",
             "response",
             "html",
             "quiet",

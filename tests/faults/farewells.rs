@@ -8,11 +8,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use libtest_mimic::Trial;
+use planesman_node::Connections;
 use rustix::process::Pid;
 
 use super::evidence::{self, stamp};
 use super::garbage::{Announcements, HEADER, PARTICIPANTS, port};
-use super::stage::{Signal, Stage, scenario};
+use super::stage::{Received, Signal, Stage, scenario};
 use super::trial;
 
 /// How often the controller is told that the recorder has left, and the time between two.
@@ -90,11 +91,30 @@ fn of_the_recorder_to_the_controller() {
     });
     let controller = (Ipv4Addr::LOCALHOST, discovery("depth_controller"));
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-    for time in 0..TIMES {
-        let packet = farewell(recorder.unwrap(), time);
-        socket.send_to(&packet, controller).unwrap();
-        thread::sleep(PERIOD);
-    }
+    let readers = |what: &str, wanted: fn(usize) -> bool| {
+        operator.until(what, |received| {
+            let Received::Diagnostics(array) = received else {
+                return None;
+            };
+            let of = Connections::from_diagnostics(&array)?;
+            let mut all = (of.node == "/auv/depth_controller").then_some(of.list)?;
+            all.retain(|it| it.topic == "/auv/control_state");
+            wanted(all.first()?.peers).then_some(())
+        });
+    };
+    // The operator is the other one.
+    readers("the recorder as a reader", |count| count == 2);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            for time in 0..TIMES {
+                let packet = farewell(recorder.unwrap(), time);
+                socket.send_to(&packet, controller).unwrap();
+                thread::sleep(PERIOD);
+            }
+        });
+        readers("the recorder to be missed", |count| count == 1);
+    });
+    readers("the recorder's return", |count| count == 2);
     let told = stamp(&operator.state("the loop", |_| true));
     operator.state("the loop to go on", |state| {
         stamp(state) > told + 20 * evidence::TICK

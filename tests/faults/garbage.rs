@@ -28,7 +28,7 @@ const DURATION: Duration = Duration::from_secs(60);
 /// Address space of each process, KiB: a claim of gigabytes is not to be had.
 const CEILING: u32 = 1_500_000;
 /// By how much a process may grow, B.
-const GROWTH: u64 = 64 << 20;
+const GROWTH: u64 = 32 << 20;
 /// Ticks after which no queue grows any more.
 const QUEUES_FULL: i64 = 11_000;
 /// Participants whose ports are tried; without multicast there are no more.
@@ -50,8 +50,10 @@ pub(crate) fn trials() -> Vec<Trial> {
             || {
                 let [before, during, after] = lives_through(damaged, Duration::from_secs(5));
                 let ticks = format!("{before}, {during}, {after} ticks a second");
-                // A pair of endpoints that stands still leaves a tick a second, a thousandth.
-                assert!(during.min(after) > before / 20.0, "{ticks}");
+                // A pair of endpoints that stands still leaves a tick a second, a thousandth; one that goes on by the
+                // middleware's timers alone, of 20 to 100 ms, at most a fortieth. Without packets nothing holds the loop up.
+                assert!(during > before / 20.0, "{ticks}");
+                assert!(after > before / 4.0, "{ticks}");
             },
         ),
         trial("garbage/each_kind_of_submessage".to_owned(), false, || {

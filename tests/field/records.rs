@@ -102,6 +102,28 @@ fn an_integrator_behind_an_input_with_a_mean_is_good_and_its_gain_is_told() {
     }
 }
 
+/// A motor's position, as in most position loops: the friction of its gear, or an offset of its amplifier, is a constant at its input.
+#[test]
+fn a_constant_at_an_integrators_input_leaves_its_gain_and_nobody_is_told_to_detrend() {
+    let folder = tempfile::tempdir().unwrap();
+    for bias in [0.0, 0.1, 0.3, -0.3] {
+        // 8/(s (0.12 s + 1)), moved by 1.5 V to either side; the constant is not recorded.
+        let u: Vec<f64> = prbs(4, 1500).iter().map(|u| 1.5 * u).collect();
+        let driven: Vec<f64> = u.iter().map(|u| u + bias).collect();
+        let y = second_order([8.0 / 0.12, 1.0 / 0.12, 0.0], STEP, &driven);
+        let noise = noise(9, 1500);
+        let rows = (0..1500).map(|k| {
+            let y = y[k] + 0.01 * noise[k];
+            (format!("{:.2}", k as f64 * STEP), u[k], y)
+        });
+        fs::write(folder.path().join("log.csv"), table("t,u,y", rows)).unwrap();
+        let answer = fit(folder.path(), &["log.csv", "-i", "u", "-o", "y"]);
+        answer.says("verdict: good");
+        near(answer.number("integrator_gain/0"), 8.0, 0.05);
+        assert!(!answer.text.contains("detrend"), "{bias}: {}", answer.text);
+    }
+}
+
 #[test]
 fn a_delay_of_many_samples_is_found_or_given_and_is_no_order_of_ten() {
     let folder = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ use planesman_msgs::rcl_interfaces::srv::{
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::{Client, Connections, Direction, Publisher, Qos};
 use serde::{Deserialize, Serialize};
-use stage::{Operator, Process, Received, Stage, double, text};
+use stage::{Operator, Process, Received, Signal, Stage, double, text};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -225,6 +225,35 @@ fn a_setpoint_that_is_no_number_is_refused_and_told_and_the_dive_goes_on() {
     let mut control = after;
     while control.depth_setpoint != 2.5 {
         control = dive.fly(1);
+    }
+}
+
+#[test]
+fn parameters_without_effect_in_the_chosen_time_are_named_once() {
+    let given = [
+        "factor",
+        "delay_budget",
+        "lockstep.gates",
+        "lockstep.members",
+    ];
+    for (time, in_vain) in [("lockstep", &given[..2]), ("real", &given[2..])] {
+        let stage = Stage::new();
+        let time = format!("time:={time}");
+        let paces = [&time, "factor:=2.0", "delay_budget:=3"];
+        let waits = ["lockstep.gates:=[estimate]", "lockstep.members:=[sysid]"];
+        let plant = stage.node("plant_sim", &[&paces[..], &waits].concat());
+        stage
+            .operator()
+            .until("the vehicle's diagnostics", |received| {
+                received.status("/auv/plant_sim: middleware").map(drop)
+            });
+        plant.signal(Signal::INT);
+        let outcome = plant.finish();
+        for name in given {
+            let told = format!("parameter '{name}' has no effect");
+            let times = outcome.stderr.matches(&told).count();
+            assert_eq!(times, usize::from(in_vain.contains(&name)), "{outcome:#?}");
+        }
     }
 }
 

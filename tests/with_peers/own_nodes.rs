@@ -31,6 +31,14 @@ fn recorder(stage: &Stage) -> (Process, String) {
     (stage.node("recorder", &parameters), bag)
 }
 
+/// The last state of a flight, whose recorder closes its bag.
+fn last_state(recorder: Process, bag: &str) -> VehicleState {
+    recorder.signal(Signal::INT);
+    recorder.finish().success();
+    let states: Vec<VehicleState> = recorded::messages(Path::new(bag), "/auv/state").unwrap();
+    states.last().cloned().unwrap()
+}
+
 /// The payloads of each topic of the loop; what was said again at once is there once.
 type Messages = BTreeMap<String, Vec<Vec<u8>>>;
 
@@ -80,10 +88,7 @@ fn flight() -> Messages {
     vehicle(&stage, "lockstep.gates:=[estimate]")
         .finish()
         .success();
-    recorder.signal(Signal::INT);
-    recorder.finish().success();
-    let states: Vec<VehicleState> = recorded::messages(Path::new(&bag), "/auv/state").unwrap();
-    let last = states.last().unwrap();
+    let last = last_state(recorder, &bag);
     assert!(last.depth > 0.2 && last.dive_planes != 0.0, "{last:?}");
     let estimates: Vec<MotionEstimate> =
         recorded::messages(Path::new(&bag), "/auv/estimate").unwrap();
@@ -143,13 +148,10 @@ fn a_loop_of_own_nodes_flies_in_real_time() {
         .node("plant_sim", &[&parameters[..], &ending].concat())
         .finish()
         .success();
-    recorder.signal(Signal::INT);
-    recorder.finish().success();
-    let bag = Path::new(&bag);
-    let states: Vec<VehicleState> = recorded::messages(bag, "/auv/state").unwrap();
-    let last = states.last().unwrap();
+    let last = last_state(recorder, &bag);
     assert!(last.depth > 0.05 && last.dive_planes != 0.0, "{last:?}");
-    let estimates: Vec<MotionEstimate> = recorded::messages(bag, "/auv/estimate").unwrap();
+    let estimates: Vec<MotionEstimate> =
+        recorded::messages(Path::new(&bag), "/auv/estimate").unwrap();
     let estimate = estimates.last().unwrap();
     assert!((estimate.depth - last.depth).abs() < 0.1, "{estimate:?}");
 }
@@ -181,10 +183,7 @@ fn a_policy_flies_in_both_modes() {
             .node("plant_sim", &[&vehicle[..], &ending].concat())
             .finish()
             .success();
-        recorder.signal(Signal::INT);
-        recorder.finish().success();
-        let states: Vec<VehicleState> = recorded::messages(Path::new(&bag), "/auv/state").unwrap();
-        let last = states.last().unwrap();
+        let last = last_state(recorder, &bag);
         assert!((last.depth - 8.0).abs() < 2.0, "{time}: {last:?}");
     }
 }
@@ -208,10 +207,7 @@ fn a_loop_with_an_actuator_on_cyclone_dds_is_the_same_in_each_run() {
         vehicle(&stage, "lockstep.gates:=[planes]")
             .finish()
             .success();
-        recorder.signal(Signal::INT);
-        recorder.finish().success();
-        let states: Vec<VehicleState> = recorded::messages(Path::new(&bag), "/auv/state").unwrap();
-        assert!(states.last().unwrap().depth > 0.05);
+        assert!(last_state(recorder, &bag).depth > 0.05);
         loop_messages(Path::new(&bag))
     };
     are_the_same(&flight(), &flight());
@@ -318,10 +314,7 @@ fn dives_the_vehicle_in_rclpy(lockstep: &str) {
         example(&stage, "own_plant.py", &["duration:=60.0"]).next(),
         None
     );
-    recorder.signal(Signal::INT);
-    recorder.finish().success();
-    let states: Vec<VehicleState> = recorded::messages(Path::new(&bag), "/auv/state").unwrap();
-    let last = states.last().unwrap();
+    let last = last_state(recorder, &bag);
     assert!(last.header.stamp.nanos() >= 1190 * 50_000_000, "{last:?}");
     assert!((last.depth - 0.914).abs() < 0.05, "{last:?}");
 }

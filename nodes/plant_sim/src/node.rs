@@ -263,10 +263,17 @@ impl Node {
             true => &parameters.lockstep.gates,
             false => &[],
         };
-        if !lockstep && !parameters.lockstep.gates.is_empty() {
-            log::warn!(
-                "parameter 'lockstep.gates' has no effect: only with time 'lockstep' a tick waits for them"
-            );
+        let in_vain = |names: &[String]| !lockstep && !names.is_empty();
+        let has_pace = parameters.time == TimeSource::Real;
+        for (name, is_in_vain) in [
+            ("lockstep.gates", in_vain(&parameters.lockstep.gates)),
+            ("lockstep.members", in_vain(&parameters.lockstep.members)),
+            ("factor", !has_pace && factor != 1.0),
+            ("delay_budget", lockstep && parameters.delay_budget != 0),
+        ] {
+            if is_in_vain {
+                log::warn!("parameter '{name}' has no effect by the chosen 'time'");
+            }
         }
         let gates = Gates::new(rt, gates)?;
         let thrusters = (!plant.thrusters().is_empty()).then_some(THRUSTER_COMMAND);

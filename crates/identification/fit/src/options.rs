@@ -203,12 +203,13 @@ impl MethodChoice {
 /// Every option of a fit by its name, with its words where it takes one of several.
 #[must_use]
 pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
-    const OTHERS: [&str; 32] = [
+    const OTHERS: [&str; 33] = [
         "input",
         "output",
         "reference",
         "time",
         "sample_time",
+        "most_unpacked",
         "prefilter",
         "rate",
         "window",

@@ -178,21 +178,38 @@ impl SignalOptions {
         decimate: bool,
         progress: &dyn Progress,
     ) -> Result<PreparedRecord, FitError> {
+        let in_words = StepsInWords::read(&self.input).is_some();
+        let mut signals = self.inputs();
+        signals.extend(self.reference.clone());
+        signals.drain(..usize::from(in_words));
+        signals.extend(self.outputs());
+        let sources = data.each(&signals)?;
+        self.record_of(&sources, grid, expected, decimate, progress)
+    }
+
+    /// As [`SignalOptions::record`], of sources that are open.
+    pub(crate) fn record_of(
+        &self,
+        sources: &[Source],
+        grid: &GridOptions,
+        expected: Expected,
+        decimate: bool,
+        progress: &dyn Progress,
+    ) -> Result<PreparedRecord, FitError> {
         let mut inputs = self.inputs();
         inputs.extend(self.reference.clone());
         let outputs = self.outputs();
         let mut prepared: Option<PreparedRecord> = None;
         let in_words = StepsInWords::read(&self.input);
         let recorded = &inputs[usize::from(in_words.is_some())..];
-        let signals = [recorded, &outputs[..]].concat();
-        for source in data.each(&signals)? {
+        for source in sources {
             let rate = prepared
                 .as_ref()
                 .map(|prepared| 1.0 / prepared.resampled.record.sample_time);
             let windows = grid.of_windows(rate.or(source.sample_time().map(f64::recip)));
             let read = |inputs: &[String]| {
                 reading(source.bytes(), progress, |told| {
-                    read_record(&source, inputs, &outputs, &windows, told)
+                    read_record(source, inputs, &outputs, &windows, told)
                 })
             };
             let next = match (&in_words, read(&inputs)) {

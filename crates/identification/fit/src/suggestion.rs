@@ -1,15 +1,17 @@
 //! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
-//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable.
+//! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
 
 use planesman_identification::analysis::{Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
+use planesman_identification::several::searched_part;
 use planesman_identification::{Record, StraightLine};
-use planesman_signals::Trend;
+use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::shell_word;
 
 use crate::data::{DataOptions, Sources};
 use crate::options::SignalOptions;
+use crate::record::Expected;
 
 /// Words in the name of a command, and of a measurement.
 #[rustfmt::skip]
@@ -40,29 +42,57 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
+/// How the names of fields end that say how a node is.
+const STATES: [&str; 3] = ["_limited", "_source", "_valid"];
+
 /// So many inputs are tried, and so many outputs of each, by their names.
 const TRIED: (usize, usize) = (3, 12);
 /// The share of an output's variation from which a straight line is all that it is: a ramp, a counter or a stamp.
 const RAMP: f64 = 0.98;
 /// The share of an output's variation from which it is proposed.
 const LEAST: f64 = 0.1;
-/// Outputs of an input that a model is sought of, by these orders, in records of so many samples at most.
+/// Outputs of an input that a model is sought of.
 const MODELLED: usize = 4;
-const ORDERS: [usize; 2] = [2, 1];
-const MOST_SAMPLES: usize = 20_000;
+/// Samples of all signals together that are read.
+const MOST_KEPT: usize = 1 << 22;
+/// How many samples of an input of steps come to each that differs from the one before, at least.
+const STEPS: usize = 20;
+/// The shortest record, s, of which the second half is tried by itself.
+const LONG: f64 = 20.0;
 
 /// A signal by its name, with its rank among inputs or outputs.
 type Ranked = ([usize; 2], String);
 
+/// The ways to fit, in the order in which they are tried, each of all pairs: by these orders of output error, the quickest method that noise of
+/// no colour misleads, or by a process model, to which a step is enough; and whether of the second half of the record alone, which may
+/// hold an experiment where the first half holds the way to it.
+const WAYS: [(&[Option<usize>], bool); 3] = [
+    (&[Some(2), Some(1)], false),
+    (&[Some(2), Some(1)], true),
+    (&[None], false),
+];
+
+/// The data of which pairs of signals are tried.
+struct Trial<'d> {
+    data: &'d DataOptions,
+    /// What has been read of them; `None` where they cannot be read together.
+    kept: Option<Vec<Source>>,
+    /// Where its record begins, s.
+    from: Option<f64>,
+}
+
 /// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
-/// in a table, and path. `None` where nothing looks like an input and an output that goes with it.
+/// in a table, and path. `None` where nothing looks like an input and an output.
+///
+/// # Errors
+/// Why no command is proposed though there are inputs and outputs.
 pub(crate) fn suggestion<'s>(
     signals: impl Iterator<Item = (&'s str, &'s str)>,
     data: &DataOptions,
     has_time: bool,
-) -> Option<String> {
+) -> Result<Option<String>, String> {
     let Sources::Files(paths) = &data.sources else {
-        return None;
+        return Ok(None);
     };
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for (topic, path) in signals.filter(|it| is_of_the_system(it.1)) {
@@ -89,17 +119,50 @@ pub(crate) fn suggestion<'s>(
         // Which model there is does not depend on the unit of time.
         tried.time.sample_time = tried.time.sample_time.or(Some(1.0));
     }
-    let each = (0..inputs.len()).take(TRIED.0);
-    let (chosen, outputs) = { each }.find_map(|at| {
-        let input = &inputs[at].1;
-        let mut going = going_with(input, &outputs, &tried);
-        let first = going.iter().take(MODELLED).enumerate();
-        let models = first.filter_map(|(at, it)| Some((integrates(input, &it.1, &tried)?, at)));
-        let (_, place) = models.min()?;
-        going[..=place].rotate_right(1);
-        Some((at, going))
-    })?;
+    if inputs.is_empty() || outputs.is_empty() {
+        return Ok(None);
+    }
+    let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
+    let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
+    let mut refusal = None;
+    let found = WAYS.iter().find_map(|(orders, in_second_half)| {
+        trial.from = match in_second_half {
+            true => Some(trial.half(&inputs[0].1, &outputs)?),
+            false => None,
+        };
+        (0..inputs.len()).take(TRIED.0).find_map(|at| {
+            let input = &inputs[at].1;
+            let mut going = trial.going_with(input, &outputs);
+            let first = going.iter().take(MODELLED).enumerate();
+            let models = first.filter_map(|(at, (_, output))| {
+                match trial.integrates(input, output, orders)? {
+                    Ok((integrates, order)) => Some((integrates, at, order)),
+                    Err(verdict) => {
+                        refusal.get_or_insert(format!("{input} -> {output}: {verdict}"));
+                        None
+                    }
+                }
+            });
+            let (_, place, order) = models.min()?;
+            going[..=place].rotate_right(1);
+            Some((at, going, order))
+        })
+    });
+    let Some((chosen, outputs, order)) = found else {
+        let nearest = refusal.map_or_else(String::new, |it| format!(" ({it})"));
+        return Err(format!(
+            "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
+             Choose signals, several inputs, or a --window of an experiment"
+        ));
+    };
     inputs[..=chosen].rotate_right(1);
+    let mut options = time(data, has_time);
+    if order.is_none() {
+        options += " --method process";
+    }
+    if let Some(from) = trial.from {
+        options += &format!(" --window {from}..");
+    }
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
     let files: Vec<String> = paths
         .iter()
@@ -117,79 +180,143 @@ pub(crate) fn suggestion<'s>(
             false => format!(" (or {})", names.join(", ")),
         }
     };
-    Some(format!(
-        "planesman sysid fit {} -i {input} -o {output}{}\n  input {input}{}\n  output {output}{}",
+    Ok(Some(format!(
+        "planesman sysid fit {} -i {input} -o {output}{options}\n  input {input}{}\n  output {output}{}",
         files.join(" "),
-        time(data, has_time),
         others(&inputs),
         others(&outputs)
-    ))
+    )))
 }
 
-/// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
-/// everything that moves the vehicle.
-fn going_with(input: &str, outputs: &[Ranked], data: &DataOptions) -> Vec<Ranked> {
-    let tried = outputs.iter().take(TRIED.1);
-    let mut going: Vec<((bool, u8), Ranked)> = tried
-        .filter_map(|it| {
-            let share = linear_share(input, &it.1, data).filter(|share| *share >= LEAST)?;
-            let is_place = it.1.contains(".position.") || it.1.contains(".translation.");
-            Some(((is_place, (10.0 * (1.0 - share)) as u8), it.clone()))
-        })
-        .collect();
-    going.sort_by_key(|it| it.0);
-    going.into_iter().map(|it| it.1).collect()
-}
-
-/// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence, where
-/// it is more than chance. `None` of a ramp or a stamp, and where they make no record.
-fn linear_share(input: &str, output: &str, data: &DataOptions) -> Option<f64> {
-    let raw = record(input, output, data, Trend::None)?;
-    let longest = raw.segments.iter().max_by_key(|it| it.len())?;
-    if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
-        return None;
-    }
-    let record = record(input, output, data, Trend::Line)?;
-    let (mut with, mut all) = (0.0, 0.0);
-    for point in MeasuredResponse::new(&record).ok()?.points {
-        let moved = point.values[0].norm_sqr() * point.inputs[0];
-        // The frequencies lie evenly over their logarithm.
-        all += point.omega * (moved + point.noise);
-        if point.coherence > point.coherence_by_chance() {
-            with += point.omega * moved;
+impl<'d> Trial<'d> {
+    fn new(data: &'d DataOptions, inputs: Vec<String>, outputs: Vec<String>) -> Self {
+        let signals = [&inputs[..], &outputs].concat();
+        let request = |role| move |name| Request { name, role };
+        let mut requests: Vec<Request> = inputs.into_iter().map(request(Role::Input)).collect();
+        requests.extend(outputs.into_iter().map(request(Role::Output)));
+        let keep = |source| KeptSource::new(source, requests.clone(), MOST_KEPT).ok();
+        let kept = data.each(&signals).ok().and_then(|sources| {
+            let each = sources.into_iter();
+            each.map(|it| Some(Source::Kept(Box::new(keep(it)?))))
+                .collect()
+        });
+        Self {
+            data,
+            kept,
+            from: None,
         }
     }
-    Some(with / all).filter(|share| share.is_finite())
-}
 
-/// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate; `None` where output error, the
-/// quickest method that noise of no colour misleads, finds none that is usable.
-fn integrates(input: &str, output: &str, data: &DataOptions) -> Option<bool> {
-    let record = record(input, output, data, Trend::None)?;
-    if record.samples() > MOST_SAMPLES {
-        return Some(false);
+    /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
+    /// everything that moves the vehicle.
+    fn going_with(&self, input: &str, outputs: &[Ranked]) -> Vec<Ranked> {
+        let tried = outputs.iter().take(TRIED.1);
+        let mut going: Vec<((bool, u8), Ranked)> = tried
+            .filter_map(|it| {
+                let share = self
+                    .linear_share(input, &it.1)
+                    .filter(|share| *share >= LEAST)?;
+                let is_place = it.1.contains(".position.") || it.1.contains(".translation.");
+                Some(((is_place, (10.0 * (1.0 - share)) as u8), it.clone()))
+            })
+            .collect();
+        going.sort_by_key(|it| it.0);
+        going.into_iter().map(|it| it.1).collect()
     }
-    ORDERS.into_iter().find_map(|order| {
-        let options = Options {
-            method: Method::OutputError,
-            order: Some(order),
-            ..Options::default()
+
+    /// The share of an output's variation about a straight line, 0 to 1, that a linear response to an input explains: by their coherence,
+    /// where it is more than chance. `None` of a ramp or a stamp, and where they make no record.
+    fn linear_share(&self, input: &str, output: &str) -> Option<f64> {
+        let raw = self.record(input, output, Trend::None)?;
+        let longest = raw.segments.iter().max_by_key(|it| it.len())?;
+        if StraightLine::nearest_to(longest.outputs.first()?).share > RAMP {
+            return None;
+        }
+        let record = self.record(input, output, Trend::Line)?;
+        let (mut with, mut all) = (0.0, 0.0);
+        for point in MeasuredResponse::new(&record).ok()?.points {
+            let moved = point.values[0].norm_sqr() * point.inputs[0];
+            // The frequencies lie evenly over their logarithm.
+            all += point.omega * (moved + point.noise);
+            if point.coherence > point.coherence_by_chance() {
+                with += point.omega * moved;
+            }
+        }
+        Some(with / all).filter(|share| share.is_finite())
+    }
+
+    /// Whether the pair's model may integrate, as of a position, which is harder to identify than the rate, and the order that found it; the
+    /// verdict where none finds one that is usable. `None` where none can be tried.
+    fn integrates(
+        &self,
+        input: &str,
+        output: &str,
+        orders: &[Option<usize>],
+    ) -> Option<Result<(bool, Option<usize>), String>> {
+        let mut record = self.record(input, output, Trend::None)?;
+        if let Some(part) = searched_part(&record.segments) {
+            record.segments = part;
+        }
+        let mut refusal = None;
+        for order in orders.iter().copied() {
+            let method = match order {
+                Some(_) => Method::OutputError,
+                None if is_of_steps(&record) => Method::Process,
+                None => continue,
+            };
+            let options = Options {
+                method,
+                order,
+                ..Options::default()
+            };
+            let Ok(analysis) = analyse(&record, &options) else {
+                continue;
+            };
+            if analysis.verdict.is_usable() {
+                return Some(Ok((may_integrate(&analysis.estimate), order)));
+            }
+            refusal.get_or_insert(analysis.verdict_words().0.to_owned());
+        }
+        refusal.map(Err)
+    }
+
+    /// The middle of the record of the input with the first output that makes one, in whole s; `None` of short records and of several sources.
+    fn half(&self, input: &str, outputs: &[Ranked]) -> Option<f64> {
+        let [_] = self.kept.as_deref()? else {
+            return None;
         };
-        let analysis = analyse(&record, &options).ok()?;
-        let is_usable = analysis.verdict.is_usable();
-        is_usable.then(|| may_integrate(&analysis.estimate))
-    })
+        let outputs = outputs.iter().take(TRIED.1);
+        let duration = { outputs }
+            .find_map(|it| self.record(input, &it.1, Trend::None))?
+            .duration();
+        (duration >= LONG).then(|| (0.5 * duration).round())
+    }
+
+    fn record(&self, input: &str, output: &str, detrend: Trend) -> Option<Record> {
+        let mut signals = SignalOptions {
+            data: self.data.clone(),
+            input: input.to_owned(),
+            output: output.to_owned(),
+            ..SignalOptions::default()
+        };
+        signals.preparation.detrend = detrend;
+        let window = self.from.map(|from| (from, f64::INFINITY));
+        signals.grid.window.extend(window);
+        let record = match &self.kept {
+            Some(kept) => signals.record_of(kept, &signals.grid, Expected::ANY, false, &()),
+            None => signals.read(&()),
+        };
+        Some(record.ok()?.resampled.record)
+    }
 }
 
-fn record(input: &str, output: &str, data: &DataOptions, detrend: Trend) -> Option<Record> {
-    let mut signals = SignalOptions {
-        data: data.clone(),
-        input: input.to_owned(),
-        output: output.to_owned(),
-        ..SignalOptions::default()
-    };
-    signals.preparation.detrend = detrend;
-    Some(signals.read(&()).ok()?.resampled.record)
+/// Whether the input stands but for a few steps.
+fn is_of_steps(record: &Record) -> bool {
+    let changes = record.segments.iter().map(|segment| {
+        let pairs = segment.inputs[0].windows(2);
+        pairs.filter(|it| it[0] != it[1]).count()
+    });
+    changes.sum::<usize>() * STEPS < record.samples()
 }
 
 /// The options of the time that the data needs.
@@ -218,7 +345,7 @@ fn is_of_the_system(path: &str) -> bool {
         let name = it.to_ascii_lowercase();
         name.starts_with("time_") || name.starts_with("timestamp") || name == "timeus"
     });
-    if is_time {
+    if is_time || STATES.iter().any(|it| path.ends_with(it)) {
         return false;
     }
     !NOT_SIGNALS.iter().any(|it| match it.contains('.') {

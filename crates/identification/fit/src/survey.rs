@@ -154,6 +154,8 @@ pub fn survey(
                 log.read(requests, take, told)
             })
         }
+        // Others have kept it: all of its topics are not there.
+        Source::Kept(_) => Err(FitError::NoData),
         Source::Columns(columns) => {
             let name = "columns".to_owned();
             of_table(name, false, columns.requests(), |requests, take| {
@@ -164,7 +166,7 @@ pub fn survey(
 }
 
 impl Survey {
-    /// Takes the suggestion, for which the data is read once more for each pair of signals that is looked at.
+    /// Takes the suggestion, for which the signals that may be meant are read once more; a note says why there is none.
     ///
     /// # Errors
     /// Data that cannot be read.
@@ -188,7 +190,10 @@ impl Survey {
                 (name, it.path.as_str())
             })
         });
-        self.suggestion = suggestion(varying, data, has_time);
+        match suggestion(varying, data, has_time) {
+            Ok(found) => self.suggestion = found,
+            Err(reason) => self.notes.push(reason),
+        }
         Ok(())
     }
 }

@@ -11,6 +11,7 @@ use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
 use crate::joined_tables::JoinedTables;
+use crate::kept_source::KeptSource;
 use crate::log_source::{LogKind, LogSource};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
@@ -143,6 +144,8 @@ pub enum Source {
     Log(LogSource),
     /// Columns in memory.
     Columns(ColumnSource),
+    /// Samples of some signals of another source, which have been read.
+    Kept(Box<KeptSource>),
 }
 
 impl Source {
@@ -217,6 +220,7 @@ impl Source {
             Self::Ulog(log) => log.path(),
             Self::Log(log) => log.path(),
             Self::Columns(_) => return "columns in memory".to_owned(),
+            Self::Kept(kept) => return kept.source.name(),
         };
         path.display().to_string()
     }
@@ -230,7 +234,7 @@ impl Source {
             Self::Tables(tables) => tables.bytes(),
             Self::Ulog(log) => log.bytes(),
             Self::Log(log) => log.bytes(),
-            Self::Columns(_) => 0,
+            Self::Columns(_) | Self::Kept(_) => 0,
         }
     }
 
@@ -242,6 +246,7 @@ impl Source {
             Self::Csv(table) => table.sample_time(),
             Self::Tables(tables) => tables.tables().iter().find_map(CsvSource::sample_time),
             Self::Columns(columns) => columns.sample_time(),
+            Self::Kept(kept) => kept.source.sample_time(),
         }
     }
 
@@ -252,6 +257,7 @@ impl Source {
             Self::Bag(_) | Self::Ulog(_) | Self::Log(_) | Self::Columns(_) => true,
             Self::Csv(table) => table.has_time(),
             Self::Tables(tables) => tables.tables().iter().all(CsvSource::has_time),
+            Self::Kept(kept) => kept.source.has_time(),
         }
     }
 
@@ -272,6 +278,7 @@ impl Source {
             Self::Ulog(log) => log.read(requests, take, progress),
             Self::Log(log) => log.read(requests, take, progress),
             Self::Columns(columns) => columns.read(requests, take),
+            Self::Kept(kept) => kept.read(requests, take),
         }
     }
 }

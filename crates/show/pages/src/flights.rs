@@ -151,6 +151,9 @@ pub fn comparison(flights: &[Flown]) -> Table {
     let quantities: Vec<_> = flights.iter().map(|it| it.summary.quantities()).collect();
     for row in 0..quantities.first().map_or(0, Vec::len) {
         let values: Vec<_> = quantities.iter().map(|it| &it[row]).collect();
+        if !values.iter().any(|it| it.applies) {
+            continue;
+        }
         let difference = pair.map(|_| values[1].less(values[0]));
         let name = [titles::name(values[0].field)].into_iter();
         let values = values.iter().map(|it| it.text());

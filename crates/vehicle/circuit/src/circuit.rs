@@ -299,17 +299,53 @@ impl Circuit {
         chamber.volume_at(-chamber.area * self.load.travel)
     }
 
+    /// The oil's stiffness where the ram leaves it least, N/m.
+    fn oil_stiffness(&self) -> f64 {
+        let of = |chamber: usize| {
+            let area = self.chambers[chamber].area;
+            area * area * self.oil.bulk_modulus / self.least_volume(chamber)
+        };
+        of(0) + of(1)
+    }
+
     /// The highest frequency, Hz, at which the load can swing on its oil, its spring and its elastic stops.
     #[must_use]
     pub fn highest_frequency(&self) -> f64 {
-        let oil: f64 = (0..2)
-            .map(|chamber| {
-                let area = self.chambers[chamber].area;
-                area * area * self.oil.bulk_modulus / self.least_volume(chamber)
-            })
-            .sum();
         let stop = self.load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
-        ((oil + stop + self.load.spring) / self.load.mass).sqrt() / std::f64::consts::TAU
+        let stiffness = self.oil_stiffness() + stop + self.load.spring;
+        (stiffness / self.load.mass).sqrt() / std::f64::consts::TAU
+    }
+
+    /// The path of the file's field that makes the highest rate of the motion, as `load.viscous`.
+    #[must_use]
+    pub fn fastest_field(&self) -> String {
+        let load = &self.load;
+        let swing = |stiffness: f64| (stiffness / load.mass).sqrt();
+        let stop = load.elastic_stop.map_or(0.0, |stop| stop.stiffness);
+        // 1/s for each m^3/(s Pa) into it.
+        let filling = |chamber: usize| self.oil.bulk_modulus / self.least_volume(chamber);
+        let laminar = self.valves.transition.sqrt();
+        let edges = self.edges.iter().enumerate().map(|(place, edge)| {
+            let flow = edge.valves.iter().sum::<f64>() / laminar;
+            let path = format!("edges.{}", self.edge_name(place));
+            (path, flow * filling(edge.chamber))
+        });
+        let rates = [
+            ("load.viscous", load.viscous / load.mass),
+            ("load.spring", swing(load.spring)),
+            ("load.elastic_stop.stiffness", swing(stop)),
+            ("oil.bulk_modulus", swing(self.oil_stiffness())),
+            (
+                "seal_leakage",
+                self.seal_leakage * filling(0).max(filling(1)),
+            ),
+        ];
+        let all = rates
+            .map(|(path, rate)| (path.to_owned(), rate))
+            .into_iter();
+        let known = all.chain(edges).filter(|(_, rate)| !rate.is_nan());
+        let fastest = known.max_by(|one, other| one.1.total_cmp(&other.1));
+        fastest.map_or_else(|| "load.mass".to_owned(), |(path, _)| path)
     }
 
     /// The largest steady speed without load, m/s: over all pairs of edges, both with all valves open.

@@ -45,6 +45,8 @@ pub struct Summary {
     pub held_ticks: u64,
     /// Pulses that all actuators issued.
     pub pulses: u64,
+    /// Whether hydraulics move one of the planes, as not with an ideal actuator.
+    pub is_hydraulic: bool,
     /// The energies of all actuators; `None` of those without hydraulics.
     pub energy: Option<Energy>,
     /// What an ideal proportional valve would take for the same motion in the actuator's own circuit, J; `None` of several
@@ -70,6 +72,7 @@ impl Summary {
         let model = flight.model.as_ref();
         let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
         let hovers = controller.mode == Mode::Hover;
+        let actuators: ActuatorParameters = scenario.parameters_of("dha_actuator")?;
         Ok(Self {
             hovers,
             track: Track::of(&flight.time_histories.place, &controller, hovers),
@@ -89,7 +92,8 @@ impl Summary {
             energy: (flight.actuators.values().map(|it| it.energy))
                 .reduce(|sum, it| sum + it)
                 .filter(|it| it.supply != 0.0),
-            proportional: proportional(flight, &scenario.parameters_of("dha_actuator")?),
+            is_hydraulic: actuators.is_hydraulic(),
+            proportional: proportional(flight, &actuators),
             notes: flight.notes.clone(),
         })
     }
@@ -117,6 +121,7 @@ impl Summary {
         };
         let signal = self.test_signal.as_deref();
         let energy = self.energy.ok_or("none");
+        let pulses = self.is_hydraulic.then_some(self.pulses as f64);
         let percent = |of: fn(&Energy) -> Option<f64>| {
             Ok(100.0 * energy.and_then(|it| of(&it).ok_or("none"))?)
         };
@@ -143,7 +148,7 @@ impl Summary {
                 response(|it| Some(it.steady_error)),
             ),
             ("test_signal", "", 0, Err(signal.unwrap_or("none"))),
-            ("pulses", "", 0, Ok(self.pulses as f64)),
+            ("pulses", "", 0, pulses.ok_or("none")),
             ("energy_supply", " J", 3, energy.map(|it| it.supply)),
             ("efficiency", " %", 1, percent(Energy::efficiency)),
             (
@@ -156,6 +161,13 @@ impl Summary {
             ("pole_error", " %", 1, pole_error),
         ]
         .map(|(field, unit, decimals, value)| Quantity {
+            applies: match field {
+                "pulses" | "energy_supply" | "efficiency" | "efficiency_proportional" => {
+                    self.is_hydraulic
+                }
+                "pole_error" => !self.hovers,
+                _ => true,
+            },
             field,
             unit,
             decimals,
@@ -342,6 +354,8 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Behind the point.
     pub decimals: usize,
+    /// Whether the flight's vehicle can have it: an ideal actuator has no pulses.
+    pub applies: bool,
     /// Its value, or why there is none.
     value: Result<f64, String>,
 }
@@ -448,11 +462,11 @@ impl Summary {
                 }
             }
         }
-        write!(
-            f,
-            "\nActuator: {} pulses; ticks without its answer: {}",
-            self.pulses, self.held_ticks
-        )?;
+        match self.is_hydraulic {
+            true => write!(f, "\nActuator: {} pulses; ticks", self.pulses)?,
+            false => write!(f, "\nActuator: ticks")?,
+        }
+        write!(f, " without its answer: {}", self.held_ticks)?;
         if let Some(energy) = &self.energy {
             write!(f, "\n{}", energy_line(energy, self.proportional))?;
         }
@@ -469,6 +483,28 @@ mod tests {
         assert_eq!(distance_text(0.0234), "2.3 %");
         for far in [22_519_660_479_084.685, f64::INFINITY, f64::NAN] {
             assert_eq!(distance_text(far), "more than 1000 %");
+        }
+    }
+
+    #[test]
+    fn without_hydraulics_nothing_is_said_of_pulses_and_energy() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (model, is_hydraulic) in [("ideal", false), ("first_order", false), ("dha", true)] {
+            let parameters = format!("parameters:\n  dha_actuator: {{model: {model}}}\n");
+            let text = format!("description: a dive\nduration: 10.0\n{parameters}");
+            let scenario = Scenario::parse(&text).expect("a scenario");
+            let bag = folder.path().join(format!("{model}.mcap"));
+            crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
+            let flight = Flight::read(&bag).expect("a flight");
+            let summary = Summary::new(&flight, &scenario).expect("a summary");
+            assert_eq!(summary.to_string().contains("pulses"), is_hydraulic);
+            let quantities = summary.quantities();
+            let of = |name: &str| quantities.iter().find(|it| it.field == name);
+            for field in ["pulses", "energy_supply", "efficiency"] {
+                let quantity = of(field).expect("a row");
+                assert_eq!(quantity.applies, is_hydraulic, "{model}: {field}");
+                assert_eq!(quantity.text() != "none", is_hydraulic, "{model}: {field}");
+            }
         }
     }
 

@@ -150,10 +150,13 @@ impl ActuatorModel {
 
     /// The field of the actuator's file by which its motion could not be solved, if it could not.
     #[must_use]
-    pub(crate) fn unsolved(&self) -> Option<&'static str> {
+    pub(crate) fn unsolved(&self) -> Option<String> {
         match self {
-            Self::Dha(dha) => dha.hydraulics().unsolved(),
-            Self::Circuit(actuator, _) => actuator.simulation().unsolved().then_some("load"),
+            Self::Dha(dha) => dha.hydraulics().unsolved().map(str::to_owned),
+            Self::Circuit(actuator, _) => {
+                let simulation = actuator.simulation();
+                (simulation.unsolved()).then(|| simulation.circuit().fastest_field())
+            }
             Self::FirstOrder(_) | Self::Ideal(_) => None,
         }
     }

@@ -72,7 +72,7 @@ pub enum Error {
         /// The tick's stamp, s.
         time: f64,
         /// The field by which the motion's events cannot be found; else a number is not finite.
-        unsolved: Option<&'static str>,
+        unsolved: Option<String>,
     },
     /// A number of a plane command is not finite.
     #[error("plane command refused: {0} is not finite")]

@@ -295,6 +295,15 @@ impl Config {
     }
 }
 
+impl ActuatorParameters {
+    /// Whether one of the groups has a hydraulic actuator, digital or a circuit.
+    #[must_use]
+    pub fn is_hydraulic(&self) -> bool {
+        let mut groups = self.groups.groups().iter();
+        groups.any(|group| member(self, *group).model == Model::Dha)
+    }
+}
+
 /// The actuator of a group: its own, or the node's.
 fn member(parameters: &ActuatorParameters, group: Group) -> Member {
     let own = match group {

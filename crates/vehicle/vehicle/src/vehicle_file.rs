@@ -145,13 +145,13 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
     written(name_or_path, &text_of(name_or_path)?).map(|file| file.geometry)
 }
 
-/// The names of the built-in vehicles.
 /// The built-in vehicle that was probably meant, as a question.
 fn meant(name: &str) -> String {
     let plane = BUILT_IN.iter().map(|(name, _)| *name);
     planesman_text::did_you_mean(name, plane.chain(six_dof::built_in()))
 }
 
+/// The names of the built-in vehicles of the vertical plane.
 fn plane_names() -> String {
     let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
     names.join(", ")

@@ -193,7 +193,7 @@ fn judged_on(
         offset: options.offset,
         start: options.start,
     };
-    let part = part(&scaled.segments);
+    let part = searched_part(&scaled.segments);
     let chooser = Chooser::new(part.as_deref().unwrap_or(&scaled.segments), asked);
     let undetermined = IdentificationError::Undetermined(
         "the record determines no model of these inputs: record for longer, with every input moving",
@@ -377,7 +377,8 @@ fn still_input(record: &Record, segments: &[&Segment]) -> Result<()> {
 }
 
 /// The part of long records that is searched: of the longest, where the input that moves least there moves most.
-fn part(segments: &[Segment]) -> Option<Vec<Segment>> {
+#[must_use]
+pub fn searched_part(segments: &[Segment]) -> Option<Vec<Segment>> {
     let longest = segments.iter().max_by_key(|it| it.len())?;
     let all: usize = segments.iter().map(Segment::len).sum();
     if all <= PART || longest.len() < PART / 4 {

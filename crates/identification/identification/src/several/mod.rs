@@ -31,7 +31,9 @@ mod selection;
 mod text;
 mod verdict;
 
-pub use analysis::{Analysis, ChannelModel, InputFindings, Options, analyse, analyse_validated};
+pub use analysis::{
+    Analysis, ChannelModel, InputFindings, Options, analyse, analyse_validated, searched_part,
+};
 pub use excitation::Own;
 pub use finding::Finding;
 pub use given::{Given, Judged};
