@@ -7,7 +7,7 @@ use planesman_identification::frequency::MeasuredResponse;
 use planesman_identification::several::searched_part;
 use planesman_identification::{Record, StraightLine};
 use planesman_signals::{KeptSource, Request, Role, Source, Trend};
-use planesman_text::shell_word;
+use planesman_text::{option, shell_word};
 
 use crate::data::{DataOptions, Sources};
 use crate::options::SignalOptions;
@@ -152,7 +152,8 @@ pub(crate) fn suggestion<'s>(
         let nearest = refusal.map_or_else(String::new, |it| format!(" ({it})"));
         return Err(format!(
             "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
-             Choose signals, several inputs, or a --window of an experiment"
+             Choose signals, several inputs, or a {} of an experiment",
+            option("window")
         ));
     };
     inputs[..=chosen].rotate_right(1);
@@ -275,7 +276,7 @@ impl<'d> Trial<'d> {
             if analysis.verdict.is_usable() {
                 return Some(Ok((may_integrate(&analysis.estimate), order)));
             }
-            refusal.get_or_insert(analysis.verdict_words().0.to_owned());
+            refusal.get_or_insert(analysis.verdict.words().to_owned());
         }
         refusal.map(Err)
     }
