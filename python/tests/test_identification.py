@@ -137,23 +137,18 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("program", "python"),
+    ("keywords", "message"),
     [
-        ("--set depth_controller.depth.P=1: no", "depth_controller.depth.P=1: no"),
-        ("ask for a lower order: --order 1", "ask for a lower order: order=1"),
-        ("subtract the drift: --detrend line", "subtract the drift: detrend='line'"),
-        ("give it: --reference TOPIC:FIELD, or --method armax", "give it: reference=TOPIC:FIELD, or method='armax'"),
-        ("choose a segment: --window FROM..TO", "choose a segment: window=(from, to)"),
-        ("write it: --model model.yaml", "write it: model.save('model.yaml')"),
-        ("--heave and --vehicle are for --method vehicle and kalman", "heave and vehicle are for method='vehicle' and kalman"),
-        ("invalid value '9' for '--numerator <N>': 1 to 8", "invalid value '9' for 'numerator': 1 to 8"),
-        ("add 'speed', in m/s (sysid fit --speed)", "add 'speed', in m/s (fit(speed=...))"),
-        ("what comes -- and goes --", "what comes -- and goes --"),
-        ("ROS's follow --ros-args", "ROS's follow ros_args"),
+        ({"heave": [1.0, 2.0, 3.0, 4.0], "method": "armax"}, "heave and vehicle are for method='vehicle' and kalman"),
+        ({"prewindow": True}, "prewindow needs order"),
+        ({"order": 0, "method": "armax"}, "order=0, a static gain, is none of method='armax': name order=1 or more"),
+        ({"window": (0, 20), "validation": (10, 30)}, "window=(0, 20) overlaps validation=(10, 30)"),
     ],
 )
-def test_messages_are_in_pythons_words(program: str, python: str) -> None:
-    assert _native.in_python(program) == python
+def test_messages_are_in_pythons_words(keywords: dict[str, Any], message: str) -> None:
+    with pytest.raises(planesman.PlanesmanError) as refusal:
+        planesman.fit(arrays(), "u", "y", sample_time=0.05, **keywords)
+    assert message in str(refusal.value)
 
 
 def test_a_verdict_is_in_pythons_words() -> None:

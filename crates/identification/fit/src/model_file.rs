@@ -22,7 +22,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
     let in_s = continuous(&analysis.estimate.model_of_means(analysis.longest)).ok();
     let covariance = analysis.estimate.coefficient_covariance(analysis.longest);
     Ok(ModelFile {
-        format: Format::Two,
+        format: Format::Three,
         input: analysis.input.clone(),
         output: analysis.output.clone(),
         method: analysis.method_name().to_owned(),

@@ -154,7 +154,7 @@ impl SeveralResult {
         let outputs = self.outputs.iter().map(output_model);
         let steps = self.prepared.steps.iter();
         Ok(SeveralModelFile {
-            format: SeveralFormat::Two,
+            format: SeveralFormat::Four,
             inputs: record.inputs.clone(),
             sample_time: record.sample_time,
             outputs: outputs.collect::<Result<_, _>>()?,

@@ -131,10 +131,10 @@ pub enum Format {
     /// The first, without a judgement.
     #[serde(rename = "planesman model 1")]
     One,
-    /// With a judgement.
+    /// With a judgement. What is between is the first of several inputs ([`SeveralFormat`]).
     #[default]
-    #[serde(rename = "planesman model 2")]
-    Two,
+    #[serde(rename = "planesman model 3")]
+    Three,
 }
 
 /// A root with its standard deviations.
@@ -340,7 +340,7 @@ impl ModelFile {
     ) -> Self {
         let count = num.len() + den.len().saturating_sub(1);
         Self {
-            format: Format::Two,
+            format: Format::Three,
             input: input.to_owned(),
             output: output.to_owned(),
             method: "exact".to_owned(),

@@ -11,9 +11,12 @@ use super::{Continuous, Error, Place, Refusal, Syntax, not_finite, text, write_c
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SeveralFormat {
     /// The first of several inputs and outputs.
-    #[default]
     #[serde(rename = "planesman model 2")]
     Two,
+    /// With judgements.
+    #[default]
+    #[serde(rename = "planesman model 4")]
+    Four,
 }
 
 /// What an input does to an output.

@@ -186,11 +186,11 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
         (String::new(), "missing field"),
         ("[1, 2".to_owned(), "sequence"),
         (
-            good.replace("planesman model 1", "planesman model 3"),
-            "planesman model 1",
+            good.replace("planesman model 3", "planesman model 9"),
+            "planesman model 3",
         ),
         (
-            good.replace("planesman model 1", "planesman model 2"),
+            good.replace("planesman model 3", "planesman model 2"),
             "several inputs",
         ),
         (good.replace("offset:", "ofset:"), "ofset"),
@@ -210,7 +210,7 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
     let elsewhere = ModelFile::parse(Path::new("model.txt"), &good).unwrap_err();
     assert!(elsewhere.refusal.to_string().contains("*.json or *.yaml"));
     assert!(!ModelFile::recognises(Path::new("v.yaml"), "name: brunner"));
-    let later = good.replace("planesman model 1", "planesman model 2");
+    let later = good.replace("planesman model 3", "planesman model 2");
     assert!(ModelFile::recognises(Path::new("later.yaml"), &later));
 }
 

@@ -1,6 +1,6 @@
 //! The whole way from a model file to gains, beside peers: scipy's Monte Carlo and brute force.
 
-use planesman_model_file::{ModelFile, Parameter, Process};
+use planesman_model_file::{Judgement, ModelFile, Parameter, Process};
 
 use crate::{Kind, Limits, Method, Seen, TuneError, TuneOptions, tune};
 
@@ -219,6 +219,21 @@ fn what_cannot_be_tuned_is_refused_with_what_to_do() {
         refusal.contains("not usable for simulation") && refusal.contains("anyway"),
         "{refusal}"
     );
+    // By what the file says as data, whatever its sentences.
+    let mut judged = lag(1.0);
+    judged.verdict = vec!["verdict: good. Next: fly".to_owned()];
+    for (standing, code, said) in [
+        ("not_usable", "closed_loop", "the data seems closed-loop"),
+        ("not_usable", "of_tomorrow", "is not known"),
+    ] {
+        judged.judgement = Some(Judgement {
+            standing: standing.to_owned(),
+            code: code.to_owned(),
+            findings: Vec::new(),
+        });
+        let refusal = refused(&judged);
+        assert!(refusal.contains(said), "{refusal}");
+    }
     let anyway = tuned(&doubted, true).unwrap();
     assert!(anyway.notes.iter().any(|it| it.contains("not usable")));
     let without = ModelFile {
