@@ -145,7 +145,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         ({"window": (0, 20), "validation": (10, 30)}, "window=(0, 20) overlaps validation=(10, 30)"),
     ],
 )
-def test_messages_are_in_pythons_words(keywords: dict[str, Any], message: str) -> None:
+def test_messages_are_in_pythons_words(keywords: dict[str, typing.Any], message: str) -> None:
     with pytest.raises(planesman.PlanesmanError) as refusal:
         planesman.fit(arrays(), "u", "y", sample_time=0.05, **keywords)
     assert message in str(refusal.value)
