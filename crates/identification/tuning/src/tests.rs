@@ -375,7 +375,7 @@ fn poles_of_oscillating_and_unstable_models_are_placed() {
 /// e^(-0.05 s)/((4 s + 1)(0.8 s + 1)) at 20 Hz as it was identified: with a sample of delay too many, which a zero of 51 ms makes up for.
 #[test]
 fn a_zero_that_makes_up_for_delay_is_taken_from_the_dead_time() {
-    let num = vec![0.0, 0.0, 0.001_149_107_27, -3.979_735_74e-4, 0.0];
+    let num = vec![0.0, 0.0, 0.001_149_107_27, -3.979_735_74e-4];
     let den = vec![1.0, -1.927_094_78, 0.927_846_017, 0.0, 0.0];
     let found = tune(
         &ModelFile::exact("u", "y", 0.05, num, den),
