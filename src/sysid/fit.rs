@@ -19,7 +19,7 @@ use super::arguments::{SignalArgs, by, together};
 use crate::arguments::{choice, choice_also_known, output_file, speed, within};
 use planesman_flight::sink::write_text;
 use planesman_pages::tables::{notes, tried};
-use planesman_vehicle::pitch::{HeaveError, heave_of};
+use planesman_vehicle::heave::{HeaveError, heave_of};
 
 /// The options that `-h` shows; `--help` shows all.
 const SHORT: [&str; 17] = [

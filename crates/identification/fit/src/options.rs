@@ -321,7 +321,7 @@ impl StructureOptions {
 /// A vehicle whose equations are known.
 #[derive(Clone, Debug, Default)]
 pub struct KnownVehicle {
-    /// Its coefficients of heave at `speed`, as `planesman_vehicle::pitch::heave_of` has them; `None` where no speed was given.
+    /// Its coefficients of heave at `speed`, as `planesman_vehicle::heave::heave_of` has them; `None` where no speed was given.
     pub heave: Option<[f64; 4]>,
 }
 

@@ -19,6 +19,7 @@ mod depth_limits;
 mod dynamics;
 mod energy;
 mod environment;
+pub mod heave;
 pub mod identified;
 pub mod linearised;
 mod motion;

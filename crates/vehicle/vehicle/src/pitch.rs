@@ -3,7 +3,6 @@
 pub use planesman_linear::pitch::*;
 use planesman_linear::{Error, StateSpace};
 
-use crate::vehicle_file::{self, VehicleError};
 use crate::{linearised::state_space_of, vehicle::Derivatives};
 
 /// The coefficients of a vehicle about level flight, with heave.
@@ -23,40 +22,6 @@ pub fn coefficients(derivatives: &Derivatives) -> Result<[f64; PITCH_AND_HEAVE],
     ])
 }
 
-/// Why a vehicle has no coefficients of heave.
-#[derive(Debug, thiserror::Error)]
-pub enum HeaveError {
-    /// A vehicle that is refused.
-    #[error(transparent)]
-    Vehicle(#[from] VehicleError),
-    /// A vehicle without linear equations.
-    #[error("vehicle '{vehicle}' at {speed} m/s")]
-    NotLinear {
-        /// Its name.
-        vehicle: String,
-        /// Its speed, m/s.
-        speed: f64,
-        /// Why.
-        source: Error,
-    },
-}
-
-/// nu, zeta, eta and epsilon of a built-in vehicle or a vehicle file about level flight at a speed, m/s: pitch acceleration per heave,
-/// 1/(m s); damping of heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
-///
-/// # Errors
-/// A vehicle that is refused, or whose numbers overflow.
-pub fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4], HeaveError> {
-    let vehicle = vehicle_file::load(vehicle)?;
-    let coefficients = coefficients(&vehicle.derivatives(speed));
-    let [_, _, _, heave @ ..] = coefficients.map_err(|source| HeaveError::NotLinear {
-        vehicle: vehicle.name,
-        speed,
-        source,
-    })?;
-    Ok(heave)
-}
-
 /// `kappa`, `beta`, `mu` of a vehicle that does not heave.
 #[must_use]
 pub fn without_heave(d: &Derivatives) -> [f64; PITCH] {
@@ -65,8 +30,6 @@ pub fn without_heave(d: &Derivatives) -> [f64; PITCH] {
 
 #[cfg(test)]
 mod tests {
-    use planesman_units::{FOOT, INCH};
-
     use super::*;
     use crate::{
         linearised::{Output, response},
@@ -88,24 +51,6 @@ mod tests {
         }
         for (f, e) in found.num.iter().zip(&expected.num) {
             assert!((f - e).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {
-        // Brunner 1988, Table 1 (p. 41): Z'w -1.295, Z'q + m' 0.196, Z'delta 0.095, M'w 0.088, m' - Z'w_dot 1.046,
-        // I'y 0.072 with M'q_dot; 28 in long.
-        let (speed, length) = (2.1 * FOOT, 28.0 * INCH);
-        let rate = speed / length;
-        let expected = [
-            0.088 / 0.072 * rate / length,
-            1.295 / 1.046 * rate,
-            0.196 / 1.046 * rate * length,
-            0.095 / 1.046 * rate * speed,
-        ];
-        let found = heave_of("brunner", speed).unwrap();
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
         }
     }
 }
