@@ -23,6 +23,8 @@ cd "$folder"
 
 run() { "${program[@]}" "$@" >printed.txt; }
 file() { printf '%s  %s\n' "$(sha256sum <"$1" | cut -c -64)" "$2"; }
+# A model without its sentences, so that they can be reworded: numbers and codes.
+model() { printf '%s  %s\n' "$(sed '/^ *"verdict": \[$/,/\]/d; /^ *"verdict": "/d' "$1" | sha256sum | cut -c -64)" "$2"; }
 
 for scenario in dive open_loop remus_100 way_depths lauv turning_circle zigzag bluerov2; do
     run sim "$scenario" --out "$scenario.mcap"
@@ -41,15 +43,15 @@ if "$flights"; then exit; fi
 # The choice of a model, and each estimator that iterates; the vehicle's coefficients; state equations.
 signals=(--input plane_motion:dive_planes --output state:pitch_rate)
 run sysid fit dive.mcap "${signals[@]}" --model chosen.json
-file chosen.json "fit, chosen"
+model chosen.json "fit, chosen"
 for method in output_error armax n4sid process frf recursive_prediction_error vehicle; do
     options=()
     [[ $method == vehicle ]] && options=(--vehicle brunner --speed 0.64)
     run sysid fit dive.mcap "${signals[@]}" --method "$method" "${options[@]}" --model "$method.json"
-    file "$method.json" "fit, $method"
+    model "$method.json" "fit, $method"
 done
 run sysid fit dive.mcap --equations "$root/launch-scripts/equations/vehicle.yaml" --json
-file printed.txt "fit, equations"
+model printed.txt "fit, equations"
 run tune output_error.json --json
 file printed.txt "gains"
 
