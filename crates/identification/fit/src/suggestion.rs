@@ -68,8 +68,8 @@ type Ranked = ([usize; 2], String);
 /// hold an experiment where the first half holds the way to it.
 const WAYS: [(&[Option<usize>], bool); 3] = [
     (&[Some(2), Some(1)], false),
-    (&[Some(2), Some(1)], true),
     (&[None], false),
+    (&[Some(2), Some(1)], true),
 ];
 
 /// The data of which pairs of signals are tried.
@@ -170,12 +170,8 @@ pub(crate) fn suggestion<'s>(
         .map(|it| shell_word(&it.display().to_string()))
         .collect();
     let others = |of: &[Ranked]| {
-        let names: Vec<String> = of
-            .iter()
-            .skip(1)
-            .take(4)
-            .map(|it| shell_word(&it.1))
-            .collect();
+        let few = of.iter().skip(1).take(4);
+        let names: Vec<String> = few.map(|it| shell_word(&it.1)).collect();
         match names.is_empty() {
             true => String::new(),
             false => format!(" (or {})", names.join(", ")),

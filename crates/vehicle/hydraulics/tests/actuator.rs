@@ -96,7 +96,7 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
     names(&circuit(|it| it.load.viscous = 1e30), "load.viscous");
     names(&circuit(|it| it.load.spring = 1e40), "load.spring");
     names(&circuit(|it| it.seal_leakage = 1e20), "seal_leakage");
-    names(&circuit(|it| it.edges[0].valves[4] = 1e20), "edges.P-A");
+    names(&circuit(|it| it.edges[0].valves[4] = 1e20), "edges.A-T");
 }
 
 #[test]
