@@ -107,12 +107,8 @@ impl TopicSurvey {
     fn found(&mut self, found: StampFindings) {
         self.clock.extend(found.clock);
         let all = found.timing.samples;
-        let refusal = found.timing.refusal(&self.name, all);
-        if let Some(refusal) = refusal.filter(|_| found.change.is_none()) {
-            let prefix = format!("{}: ", self.name);
-            let told = refusal.strip_prefix(&prefix).unwrap_or(&refusal);
-            self.clock.push(told.to_owned());
-        }
+        let refusal = found.timing.refusal(all);
+        (self.clock).extend(refusal.filter(|_| found.change.is_none()));
         self.timing = found.timing;
         self.bursts = found.bursts;
         self.rate = found.rate;
@@ -324,11 +320,10 @@ impl Plan {
         if topic.kind.type_name == "rcl_interfaces/msg/ParameterEvent" {
             return Err(Unreadable::NoSignals("changes of parameters"));
         }
-        let types = signals::types(source.bag(), topic).map_err(|error| {
-            // Topics of a kind share it, each below its own name.
-            let reason = error.to_string();
-            let own = reason.strip_prefix(&format!("{}: ", topic.name));
-            Unreadable::Schema(own.unwrap_or(&reason).to_owned())
+        // Topics of a kind share it, each below its own name.
+        let types = signals::types(source.bag(), topic).map_err(|error| match error {
+            SourceError::Topic { reason, .. } => Unreadable::Schema(reason),
+            other => Unreadable::Schema(other.to_string()),
         })?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
         let by_index = catalogue.fields.clone();
@@ -507,11 +502,8 @@ impl TopicScan {
             _ if standing.is_some() => standing.clone(),
             note => note,
         };
-        let prefix = format!("{}: ", self.topic.name);
         let all = [note, several, publishers, clock].into_iter().flatten();
-        let all: Vec<String> = all
-            .map(|it| it.strip_prefix(&prefix).unwrap_or(&it).to_owned())
-            .collect();
+        let all: Vec<String> = all.collect();
         let note = (!all.is_empty()).then(|| all.join("; "));
         let has_stamp = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
         let is_header = has_stamp && standing.is_none();

@@ -160,7 +160,8 @@ impl BagSource {
                 reading.latencies.extend(latencies);
             }
         }
-        let notes = plans.stamps.iter().filter_map(|it| it.note(clock));
+        let notes = (plans.stamps.iter())
+            .filter_map(|it| Some(format!("{}: {}", it.topic, it.note(clock)?)));
         reading.notes.extend(notes);
         if count == 0
             && let [note] = &reading.notes[..]

@@ -12,7 +12,10 @@ use crate::error::{Result, SourceError};
 /// A line naming the topic, when its messages are not CDR, its schema cannot be read, or its type is not known.
 pub fn types(bag: &BagReader, topic: &Topic) -> Result<Types> {
     let (name, kind) = (&topic.name, &topic.kind);
-    let refuse = |reason: String| Err(SourceError::Data(format!("{name}: {reason}")));
+    let refuse = |reason: String| {
+        let topic = name.clone();
+        Err(SourceError::Topic { topic, reason })
+    };
     if kind.message_encoding == "json" {
         let first = bag.messages_of(|it| it == topic, Order::File).flatten();
         let objects = first.take(OBJECTS).map(|it| it.payload);

@@ -214,12 +214,12 @@ impl Timing {
         }
     }
 
-    /// Why the stamps of a signal, topic or table of that name and so many samples tell no times, with what helps.
+    /// Why the stamps of a signal, topic or table of so many samples tell no times, with what helps.
     #[must_use]
-    pub fn refusal(&self, name: &str, all: u64) -> Option<String> {
+    pub fn refusal(&self, all: u64) -> Option<String> {
         if self.duplicates as f64 > MOSTLY_REPEATED * all as f64 {
             return Some(format!(
-                "{name}: {} of {all} samples have the stamp of another, so their times are not known: name the interval between \
+                "{} of {all} samples have the stamp of another, so their times are not known: name the interval between \
                  the rows of a table ({}) or another column ({}), and of a bag the recorder's time ({})",
                 self.duplicates,
                 setting("sample_time", "SECONDS"),
@@ -229,7 +229,7 @@ impl Timing {
         }
         (self.late as f64 > MOSTLY_LATE * all as f64).then(|| {
             format!(
-                "{name}: {} of {all} samples are stamped before those in front of them: sort them by time, or name another \
+                "{} of {all} samples are stamped before those in front of them: sort them by time, or name another \
                  time: {} of a table, {} of a bag",
                 self.late,
                 setting("time", "COLUMN"),

@@ -22,6 +22,14 @@ pub enum SourceError {
     /// The data is not of its kind, or none of it can be read.
     #[error("{0}")]
     Data(String),
+    /// The messages of a topic cannot be read.
+    #[error("{topic}: {reason}")]
+    Topic {
+        /// Its name.
+        topic: String,
+        /// Why.
+        reason: String,
+    },
     /// The data has no such signal, or the option does not apply to it.
     #[error("{0}")]
     Request(String),

@@ -265,8 +265,8 @@ fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
         let timing = &channel.timing;
         let late = timing.late;
         let all = timing.samples + timing.duplicates + late;
-        if let Some(refusal) = timing.refusal(&channel.name, all) {
-            return Err(SourceError::Data(refusal));
+        if let Some(refusal) = timing.refusal(all) {
+            return Err(SourceError::Data(format!("{}: {refusal}", channel.name)));
         }
         if late as f64 <= LATE * all as f64 {
             continue;

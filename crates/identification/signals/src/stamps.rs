@@ -112,17 +112,17 @@ impl Stamps {
     /// What is to be said of messages that are there twice, or without a stamp.
     #[must_use]
     pub fn note(&self, clock: Clock) -> Option<String> {
-        let (topic, messages) = (&self.topic, self.messages);
+        let messages = self.messages;
         let half = messages / 2;
         if messages >= FEW && self.repeats.abs_diff(half) <= messages / 20 {
             return Some(format!(
-                "{topic}: {} of {messages} messages bear the stamp of the one before: they are recorded twice, or of two publishers",
+                "{} of {messages} messages bear the stamp of the one before: they are recorded twice, or of two publishers",
                 self.repeats
             ));
         }
         (clock == Clock::Header && self.unfilled > 0).then(|| {
             format!(
-                "{topic}: {} of {messages} messages have no stamp (0) and are left out; {} takes the recorder's",
+                "{} of {messages} messages have no stamp (0) and are left out; {} takes the recorder's",
                 self.unfilled,
                 setting("stamp", "log")
             )
