@@ -20,14 +20,13 @@ mod read;
 mod shell_word;
 mod shown;
 mod suggestion;
-mod wording;
 pub mod yaml;
 
 pub use draft::{Draft, write_text, write_whole};
 pub use number::number;
 pub use one_line::in_one_line;
+pub use planesman_wording::{Setting, Wording, option, setting, use_wording};
 pub use read::{LARGEST, decoded, read, unmarked};
 pub use shell_word::shell_word;
 pub use shown::{Shown, shown};
 pub use suggestion::did_you_mean;
-pub use wording::{Setting, Wording, option, setting, use_wording};

@@ -54,7 +54,7 @@ const LEAST: f64 = 0.1;
 /// Outputs of an input that a model is sought of.
 const MODELLED: usize = 4;
 /// Samples of all signals together that are read.
-const MOST_KEPT: usize = 1 << 22;
+const MOST_KEPT: usize = 1 << 19;
 /// How many samples of an input of steps come to each that differs from the one before, at least.
 const STEPS: usize = 20;
 /// The shortest record, s, of which the second half is tried by itself.

@@ -10,7 +10,7 @@ use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion}
 use crate::static_curve::{Side, StaticCurve};
 use crate::structure::Structure;
 use planesman_record::{Record, Run};
-use planesman_text::setting;
+use planesman_wording::setting;
 
 /// What a curve must leave at most of the error of the held-out simulation by the linear model.
 const BETTER: f64 = 0.8;

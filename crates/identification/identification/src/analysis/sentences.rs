@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt;
 
 use planesman_linear::digits::{significant, with_interval};
-use planesman_text::{option, setting};
+use planesman_wording::{option, setting};
 
 use super::Lines;
 use super::reason::{FitRemark, Reason, ResidualFinding};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT, Verdict};
 use planesman_linear::digits::{significant, with_interval};
-use planesman_text::option;
+use planesman_wording::option;
 
 use crate::estimators::Method;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};

@@ -17,7 +17,7 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::identifiability::Doubt;
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
-use planesman_text::{option, setting};
+use planesman_wording::{option, setting};
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
 /// different systems.

@@ -18,7 +18,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop, polar, unwrapped_phases};
-use planesman_text::option;
+use planesman_wording::option;
 
 use super::coloured::{whitened, whitening};
 use super::delayed_transfer::{Held, Orders, slopes};

@@ -1,7 +1,7 @@
 //! The response that a record has by itself: the band in which its coherence holds, and its rows beside those of a model.
 
 use planesman_linear::{Complex, ComplexFunctions as _};
-use planesman_text::setting;
+use planesman_wording::setting;
 
 use super::response::{Columns, DECIBEL, Point, Settings, Spectra};
 use crate::error::{IdentificationError, Result};

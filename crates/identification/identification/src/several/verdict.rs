@@ -6,7 +6,7 @@ use super::analysis::{Analysis, ChannelModel, InputFindings};
 use super::finding::Finding;
 use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
 use crate::analysis::UNINFORMATIVE_FIT;
-use planesman_text::{option, setting};
+use planesman_wording::{option, setting};
 
 use crate::analysis::verdict::{
     DRIFTS, GOOD, PRECISE, STEADY, USABLE, feeds_back, few_samples, fit_remark,
