@@ -193,7 +193,7 @@ impl Keywords {
         let names: Vec<&str> = all.iter().map(|it| described(*it).0).collect();
         let meant = did_you_mean(&name, names.iter().copied());
         let (option, names) = (option.replace('_', "-"), names.join(", "));
-        bail!("invalid value '{name}' for '--{option}' [possible values: {names}]{meant}")
+        bail!("invalid value '{name}' for '{option}' [possible values: {names}]{meant}")
     }
 
     fn spans(&mut self, option: &'static str, rule: Span) -> Result<Vec<(f64, f64)>> {
@@ -392,6 +392,6 @@ fn one(option: &str, spans: Vec<(f64, f64)>) -> Result<Option<(f64, f64)>> {
     match spans[..] {
         [] => Ok(None),
         [span] => Ok(Some(span)),
-        _ => bail!("the argument '--{option}' cannot be used multiple times"),
+        _ => bail!("the argument '{option}' cannot be used multiple times"),
     }
 }

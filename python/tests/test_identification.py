@@ -141,7 +141,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
     [
         ({"heave": [1.0, 2.0, 3.0, 4.0], "method": "armax"}, "heave and vehicle are for method='vehicle' and kalman"),
         ({"prewindow": True}, "prewindow needs order"),
-        ({"order": 0, "method": "armax"}, "order=0, a static gain, is none of method='armax': name order=1 or more"),
+        ({"forgetting": 0.9, "method": "armax"}, "are for the recursive methods, as method='recursive_least_squares'"),
         ({"window": (0, 20), "validation": (10, 30)}, "window=(0, 20) overlaps validation=(10, 30)"),
     ],
 )
