@@ -5,7 +5,7 @@ use planesman_identification::analysis::{Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
 use planesman_identification::several::searched_part;
-use planesman_identification::{Record, StraightLine};
+use planesman_identification::{Record, Segment, StraightLine};
 use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::{option, shell_word};
 
@@ -55,6 +55,8 @@ const LEAST: f64 = 0.1;
 const MODELLED: usize = 4;
 /// Samples of all signals together that are read.
 const MOST_KEPT: usize = 1 << 19;
+/// Segments of a record that are tried, the longest.
+const SEGMENTS: usize = 20;
 /// How many samples of an input of steps come to each that differs from the one before, at least.
 const STEPS: usize = 20;
 /// The shortest record, s, of which the second half is tried by itself.
@@ -251,6 +253,12 @@ impl<'d> Trial<'d> {
         orders: &[Option<usize>],
     ) -> Option<Result<(bool, Option<usize>), String>> {
         let mut record = self.record(input, output, Trend::None)?;
+        // Each has an offset of its own, which a quick fit of hundreds would seek.
+        if record.segments.len() > SEGMENTS {
+            let by_length = |it: &Segment| std::cmp::Reverse(it.len());
+            record.segments.sort_by_key(by_length);
+            record.segments.truncate(SEGMENTS);
+        }
         if let Some(part) = searched_part(&record.segments) {
             record.segments = part;
         }
