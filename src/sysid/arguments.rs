@@ -78,8 +78,6 @@ impl DataArgs {
 
 impl From<&DataArgs> for DataOptions {
     fn from(args: &DataArgs) -> Self {
-        // Whoever gives these arguments is told of options as of a command line.
-        planesman_text::use_wording(planesman_text::Wording::CommandLine);
         args.options(args.data.clone())
     }
 }

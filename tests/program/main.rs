@@ -41,3 +41,8 @@ mod sysid_fit;
 mod topics;
 mod tune;
 mod walls;
+
+/// What is computed in this process words its messages as the program does.
+fn by_command_line() {
+    planesman_text::use_wording(planesman_text::Wording::CommandLine);
+}

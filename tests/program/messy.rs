@@ -510,6 +510,7 @@ fn judged(case: &Case, found: Result<FitResult, String>) -> (String, Option<Stri
 
 #[test]
 fn messy_data_gives_the_truth_or_a_warning() {
+    crate::by_command_line();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data.csv");
     println!(

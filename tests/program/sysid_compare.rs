@@ -36,6 +36,7 @@ fn table(folder: &Path, name: &str, seed: u32, b: &[f64], size: f64) -> PathBuf 
 }
 
 fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
+    crate::by_command_line();
     let args = ["fit", "-i", "u", "-o", "y", data.to_str().unwrap()];
     let args = FitArgs::try_parse_from(args.into_iter().chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
@@ -58,6 +59,7 @@ fn written(data: &Path, name: &str, more: &str) -> PathBuf {
 }
 
 fn try_compare(files: &[&Path], more: &str) -> Result<Comparison, String> {
+    crate::by_command_line();
     let files = files.iter().map(|path| path.to_str().unwrap());
     let args = ["compare"].into_iter().chain(files);
     let args = CompareArgs::try_parse_from(args.chain(more.split_whitespace()));

@@ -17,6 +17,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
 fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
+    crate::by_command_line();
     let data = data.to_str().unwrap();
     let args = ["fit", data].into_iter().chain(more.split_whitespace());
     let args = FitArgs::try_parse_from(args).map_err(|error| error.to_string())?;
@@ -32,6 +33,7 @@ fn fit(data: &Path, more: &str) -> FitResult {
 }
 
 fn survey(data: &Path) -> Result<Survey, String> {
+    crate::by_command_line();
     planesman_fit::survey(&DataOptions::files([data]), None, &())
         .map_err(|error| in_one_line(&error))
 }

@@ -30,6 +30,7 @@ fn table(folder: &Path, name: &str, columns: &[(&str, &[f64])]) -> PathBuf {
 }
 
 fn try_fit(data: &[PathBuf], more: &str) -> Result<FitResult, String> {
+    crate::by_command_line();
     let data = data.iter().map(|path| path.to_str().unwrap());
     let args = ["fit", "-i", "u", "-o", "y"].into_iter().chain(data);
     let args = FitArgs::try_parse_from(args.chain(more.split_whitespace()));
