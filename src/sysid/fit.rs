@@ -283,10 +283,9 @@ pub fn run(args: &FitArgs) -> Result<()> {
             planesman_console::print(format!("\n{}", tried(&found.tried)))?;
             print_wrapped(notes(&found.tried))?;
         }
-        let text = match args.once_written() {
-            Some(next) => found.analysis.text_once_written(&next),
-            None => found.analysis.text(),
-        };
+        let text = found
+            .analysis
+            .text_once_written(args.once_written().as_deref());
         print_wrapped(format!("\n{text}"))?;
     }
     if let Some(path) = &args.model {
@@ -374,10 +373,7 @@ fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
         if let Some(validation) = &found.validation {
             print_wrapped(format!("validation data\n{}", validation.description()))?;
         }
-        let text = match args.once_written() {
-            Some(next) => found.text_once_written(&next),
-            None => found.text(),
-        };
+        let text = found.text_once_written(args.once_written().as_deref());
         print_wrapped(format!("\n{text}"))?;
     }
     if let Some(path) = &args.model {

@@ -1,6 +1,6 @@
 //! A model as a file that other programs load.
 
-use planesman_identification::analysis::{Analysis, Curved};
+use planesman_identification::analysis::{Analysis, Curved, Reason, Verdict};
 use planesman_identification::estimators::{Error, Method, Physical, ProcessModel, UNKNOWNS};
 use planesman_identification::selection::Kind;
 use planesman_identification::static_curve::{Side, StaticCurve};
@@ -69,17 +69,21 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
         fit: analysis.fit,
         held_out_fit: analysis.held_out_fit,
         preparation: Vec::new(),
-        judgement: Some(Judgement {
-            standing: analysis.verdict.standing().name().to_owned(),
-            code: analysis.verdict.code().to_owned(),
-            findings: analysis
-                .reasons
-                .iter()
-                .map(|it| it.code().to_owned())
-                .collect(),
-        }),
+        judgement: Some(judgement(analysis.verdict, analysis.reasons.iter())),
         verdict: analysis.sentences(),
     })
+}
+
+/// A verdict with its reasons as data.
+pub(crate) fn judgement<'a>(
+    verdict: Verdict,
+    reasons: impl Iterator<Item = &'a Reason>,
+) -> Judgement {
+    Judgement {
+        standing: verdict.standing().name().to_owned(),
+        code: verdict.code().to_owned(),
+        findings: reasons.map(|it| it.code().to_owned()).collect(),
+    }
 }
 
 fn curve_file(found: &Curved) -> StaticCurveFile {

@@ -7,8 +7,8 @@ use planesman_identification::several::{
 };
 use planesman_identification::{GivenModel, continuous};
 use planesman_model_file::{
-    ChannelModel as ChannelFile, Continuous, Judgement, LeftOut, OutputModel, SeveralFormat,
-    SeveralModelFile, StateSpace,
+    ChannelModel as ChannelFile, Continuous, LeftOut, OutputModel, SeveralFormat, SeveralModelFile,
+    StateSpace,
 };
 use planesman_parallel::{Progress, stop_point};
 use planesman_signals::PreparedRecord;
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::compare::{CompareOptions, name};
 use crate::error::FitError;
 use crate::fit::{doubted, told};
-use crate::model_file::{given_channel, place};
+use crate::model_file::{given_channel, judgement, place};
 use crate::options::{FitOptions, SignalOptions};
 use crate::record::Expected;
 use crate::rules::{AHEAD, count};
@@ -79,13 +79,12 @@ impl SeveralResult {
     /// The models as text: each output's table of channels, numbers, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        let outputs: Vec<String> = self.outputs.iter().map(Analysis::text).collect();
-        outputs.join("\n")
+        self.text_once_written(None)
     }
 
-    /// The same of models that are written already: what is next where writing them would be.
+    /// The same; of models that are written already, with what is next where writing them would be.
     #[must_use]
-    pub fn text_once_written(&self, next: &str) -> String {
+    pub fn text_once_written(&self, next: Option<&str>) -> String {
         let outputs = self.outputs.iter().map(|it| it.text_once_written(next));
         outputs.collect::<Vec<_>>().join("\n")
     }
@@ -210,15 +209,10 @@ fn output_model(found: &Analysis) -> Result<OutputModel, FitError> {
         noise_denominator: found.noise_denominator.clone(),
         fit: found.fit,
         held_out_fit: found.held_out_fit,
-        judgement: Some(Judgement {
-            standing: found.verdict.standing().name().to_owned(),
-            code: found.verdict.code().to_owned(),
-            findings: found
-                .reasons
-                .iter()
-                .map(|it| it.reason.code().to_owned())
-                .collect(),
-        }),
+        judgement: Some(judgement(
+            found.verdict,
+            found.reasons.iter().map(|it| &it.reason),
+        )),
         verdict: found.sentences(),
     })
 }

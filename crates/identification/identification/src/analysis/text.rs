@@ -1,8 +1,8 @@
 //! The results as text for the terminal.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
-use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT, Verdict};
+use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_wording::option;
 
@@ -12,28 +12,24 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 /// Candidates, and offsets, printed.
 const SHOWN: usize = 8;
 
+/// Reasons and the verdict, a line each.
+pub(crate) fn listed(reasons: &[impl Display], verdict: &str) -> String {
+    let reasons = reasons.iter().map(|it| format!("- {it}\n"));
+    reasons.collect::<String>() + &format!("- {verdict}\n")
+}
+
 impl Analysis {
     /// Results, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        self.told(&self.verdict_text())
+        self.text_once_written(None)
     }
 
-    /// The same of a model that is written already: what is next where writing it would be.
+    /// The same; of a model that is written already, with what is next where writing it would be.
     #[must_use]
-    pub fn text_once_written(&self, next: &str) -> String {
-        match self.verdict {
-            Verdict::Good | Verdict::NoiseLimited { .. } => self.told(&self.verdict.text(next)),
-            _ => self.text(),
-        }
-    }
-
-    fn told(&self, verdict: &str) -> String {
-        let mut text = self.numbers();
-        for reason in &self.reasons {
-            let _ = writeln!(text, "- {reason}");
-        }
-        text + &format!("- {verdict}\n")
+    pub fn text_once_written(&self, next: Option<&str>) -> String {
+        let next = self.verdict.next_once(next, || self.next());
+        self.numbers() + &listed(&self.reasons, &self.verdict.text(next))
     }
 
     /// The results in numbers.

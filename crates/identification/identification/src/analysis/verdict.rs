@@ -241,6 +241,18 @@ impl Verdict {
         Self::ALL.into_iter().find(is_it)
     }
 
+    /// What is next: `once_written`, where that is given and the model would be to write, else `otherwise`.
+    pub(crate) fn next_once(
+        self,
+        once_written: Option<&str>,
+        otherwise: impl FnOnce() -> String,
+    ) -> String {
+        match (self, once_written) {
+            (Self::Good | Self::NoiseLimited { .. }, Some(next)) => next.to_owned(),
+            _ => otherwise(),
+        }
+    }
+
     /// Whether the model may be used, if with care.
     #[must_use]
     pub const fn is_usable(self) -> bool {

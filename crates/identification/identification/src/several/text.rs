@@ -5,9 +5,8 @@ use std::fmt::Write as _;
 use planesman_linear::digits::significant;
 
 use super::analysis::{Analysis, ChannelModel};
-use crate::analysis::Verdict;
 use crate::analysis::text::{
-    denominator, interval, interval_of_delay, noise, numerator, percent, to_a_nanosecond,
+    denominator, interval, interval_of_delay, listed, noise, numerator, percent, to_a_nanosecond,
     what_the_noise_leaves,
 };
 
@@ -18,24 +17,14 @@ impl Analysis {
     /// Results, reasons and verdict.
     #[must_use]
     pub fn text(&self) -> String {
-        self.told(&self.verdict_text())
+        self.text_once_written(None)
     }
 
-    /// The same of a model that is written already: what is next where writing it would be.
+    /// The same; of a model that is written already, with what is next where writing it would be.
     #[must_use]
-    pub fn text_once_written(&self, next: &str) -> String {
-        match self.verdict {
-            Verdict::Good | Verdict::NoiseLimited { .. } => self.told(&self.verdict.text(next)),
-            _ => self.text(),
-        }
-    }
-
-    fn told(&self, verdict: &str) -> String {
-        let mut text = self.numbers();
-        for reason in &self.reasons {
-            let _ = writeln!(text, "- {reason}");
-        }
-        text + &format!("- {verdict}\n")
+    pub fn text_once_written(&self, next: Option<&str>) -> String {
+        let next = self.verdict.next_once(next, || self.next());
+        self.numbers() + &listed(&self.reasons, &self.verdict.text(next))
     }
 
     /// The results in numbers: a table of the channels, then each.

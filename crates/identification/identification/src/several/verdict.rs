@@ -45,10 +45,16 @@ impl Analysis {
         reasons.chain([self.verdict_text()]).collect()
     }
 
-    /// The verdict, and what to do next with several inputs.
+    /// The verdict, and what to do next.
     #[must_use]
     pub fn verdict_text(&self) -> String {
-        self.verdict.text(match self.verdict {
+        self.verdict.text(self.next())
+    }
+
+    /// What to do next with several inputs.
+    #[must_use]
+    pub fn next(&self) -> String {
+        match self.verdict {
             Verdict::ClosedLoop { .. } => format!(
                 "record with steps added to each input from outside the loop, or fit one input at a time with {}",
                 option("reference")
@@ -66,7 +72,7 @@ impl Analysis {
                 setting("html", "model.html")
             ),
             _ => self.verdict.next(),
-        })
+        }
     }
 
     fn judged(&self, undetermined: bool) -> Verdict {
