@@ -129,8 +129,8 @@ fn lost(out: &Path) -> BTreeMap<String, u64> {
 }
 
 /// The flight came to its end. It says so if all that was published is in the bag; otherwise what is lost, in its
-/// exit code and in its last line.
-pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) {
+/// exit code and in its last line. Returns that, by topic.
+pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) -> BTreeMap<String, u64> {
     let lost = lost(out);
     match outcome.status.code() {
         Some(0) => assert!(lost.is_empty(), "lost without a report: {lost:?}"),
@@ -142,6 +142,7 @@ pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) {
         }
         _ => panic!("{outcome:#?}"),
     }
+    lost
 }
 
 /// The bag was closed.
