@@ -74,7 +74,7 @@ impl Machine {
     }
 
     /// It ends by itself, its vehicle where its own controller was to bring it, and has told of the other dive. In lockstep nothing is
-    /// lost; by the clock, a recorder that gets too little of the processor for 8 MiB of packets to wait loses some, and the dive says how many.
+    /// lost; by the clock a recorder whose receive buffer overflows on a busy computer loses messages, and the dive says how many.
     fn ends_by_itself(self, pace: Pace, seconds: f64) {
         let outcome = self.dive.finish_within(LONG_WORK);
         let lost = match pace {
@@ -99,7 +99,7 @@ impl Machine {
         };
         assert!(
             lost as usize <= flight.states.len(),
-            "of another dive? {lost} states are lost"
+            "{lost} states are lost: was the other dive recorded?"
         );
         assert_eq!(ticks as f64, (seconds * 1e9 / TICK as f64).round());
         let gap = |pair: &[_]| match pair {
@@ -142,7 +142,8 @@ fn both_fly_on(pace: Pace, seconds: f64) {
         .iter()
         .map(|(name, value)| (*name, value.as_str()))
         .collect();
-    // It flies alone first; without a pace for longer, so that it still flies when the other does: reading a made clock costs that one much.
+    // It flies alone first. In lockstep it flies for longer, so that it does not end before the other, which the faked clock slows down: a
+    // lockstep dive may stand when the other one ends (docs/reliability.md).
     let first = match pace {
         Pace::Lockstep => 3.0 * seconds,
         Pace::Real(_) => seconds,
