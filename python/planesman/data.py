@@ -76,8 +76,8 @@ def read_bag(
     named.
 
     `stamp` chooses the clock of a bag: of the messages' headers, the default if all have one, or of the recorder (log). `time`,
-    `time_unit` and `sample_time` (s) say how the time of a table is read. Of each file of a bag at most `most_unpacked` MB of unpacked
-    chunks are read: a small file can unpack to thousands of times its size.
+    `time_unit` and `sample_time` (s) say how the time of a table is read. Each file of a bag is read up to `most_unpacked` MB
+    once unpacked: a small file can unpack to thousands of times its size.
 
     What could not be read does not end the rest; a warning says what it was.
 

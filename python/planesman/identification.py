@@ -63,7 +63,7 @@ class FitOptions(TypedDict, total=False):
     sample_time: float | str
     """Interval between two rows of a table or of arrays without a time, s."""
     most_unpacked: int
-    """Read of each file of a bag at most so many MB of unpacked chunks: a small file can unpack to thousands of times its size."""
+    """Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size."""
     rate: float
     """Sampling rate of the grid, Hz; that of the slowest output without."""
     window: Span | Sequence[Span]

@@ -53,14 +53,25 @@ pub(crate) fn unpack(
     Ok(())
 }
 
-/// Unpacks a message that rosbag2 has packed with zstd, to at most so many bytes.
-pub(crate) fn unpack_message(packed: &[u8], most: u64) -> Result<Vec<u8>, Defect> {
+/// Unpacks a message that rosbag2 has packed with zstd, of a file of which so many bytes have been `unpacked`.
+pub(crate) fn unpack_message(
+    packed: &[u8],
+    limits: &Limits,
+    unpacked: &mut u64,
+) -> Result<Vec<u8>, Defect> {
     let mut payload = Vec::new();
+    let left = limits.unpacked.saturating_sub(*unpacked);
+    let most = limits.chunk.min(left);
     zstd::stream::read::Decoder::with_buffer(packed)
-        .and_then(|zstd| zstd.take(most + 1).read_to_end(&mut payload))
+        .and_then(|zstd| zstd.take(most.saturating_add(1)).read_to_end(&mut payload))
         .map_err(|error| Defect::MessagePacked(error.to_string()))?;
-    if payload.len() as u64 > most {
+    let length = payload.len() as u64;
+    if length > left {
+        return Err(Defect::Unpacked(limits.unpacked));
+    }
+    if length > most {
         return Err(Defect::MessageLength(most));
     }
+    *unpacked += length;
     Ok(payload)
 }

@@ -40,8 +40,8 @@ pub enum Defect {
     /// A chunk beyond the [limit](crate::Limits).
     #[error("a chunk claims {length} bytes unpacked; at most {limit} are taken")]
     ChunkLength { length: u64, limit: u64 },
-    /// Chunks beyond the [limit](crate::Limits) of all together.
-    #[error("its chunks unpack to more than the {0} bytes asked for")]
+    /// Chunks, or messages packed one by one, beyond the [limit](crate::Limits) of all together.
+    #[error("it unpacks to more than the {0} bytes asked for")]
     Unpacked(u64),
     /// A chunk's packed bytes are damaged; what the decompressor says.
     #[error("a chunk that its header says holds {length} bytes does not unpack: {reason}")]

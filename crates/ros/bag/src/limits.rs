@@ -9,12 +9,13 @@ pub struct Limits {
     /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
     /// beyond is reported as [`BagReader::omitted`](crate::BagReader::omitted).
     pub definitions: u64,
-    /// Bytes of all chunks of one file when unpacked: what is beyond is not read. No limit.
+    /// Bytes of all chunks and messages of one file when unpacked: what is beyond is not read. No limit. Messages that are packed one
+    /// by one count twice: as the chunk holds them, and unpacked, each up to the limit.
     pub unpacked: u64,
 }
 
 impl Limits {
-    /// The defaults, with so many bytes in all chunks of a file at most, where there is a limit.
+    /// The defaults, with so many unpacked bytes of a file at most, where there is a limit.
     #[must_use]
     pub fn unpacked(most: Option<u64>) -> Self {
         Self {

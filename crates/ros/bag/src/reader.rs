@@ -115,8 +115,8 @@ pub struct BagReader {
     recordings: Vec<Recording>,
     topics: Vec<TopicCount>,
     completeness: Completeness,
-    /// The bytes that a message is unpacked to at most, if rosbag2 has packed each by itself.
-    unpack: Option<u64>,
+    /// How far messages are unpacked, if rosbag2 has packed each by itself.
+    unpack: Option<Limits>,
     renamed: Option<String>,
 }
 
@@ -219,7 +219,7 @@ impl BagReader {
                 format: metadata.compression_format,
             });
         }
-        let unpack = are_packed.then_some(limits.chunk);
+        let unpack = are_packed.then(|| limits.clone());
         // More files than it lists are not all its own.
         let is_its = files.len() <= metadata.relative_file_paths.len();
         let bag = Self::open_files(folder, files, is_its.then_some(metadata), None, limits)?;
@@ -363,7 +363,8 @@ impl BagReader {
             passed: 0,
             current: None,
             order,
-            unpack: self.unpack,
+            unpack: self.unpack.as_ref(),
+            unpacked: 0,
             wanted: Box::new(wanted),
             are_wanted: BTreeMap::new(),
         }
@@ -378,7 +379,9 @@ pub struct Messages<'a> {
     /// The file being read.
     current: Option<(&'a Recording, Stream)>,
     order: Order,
-    unpack: Option<u64>,
+    unpack: Option<&'a Limits>,
+    /// Bytes of the current file's messages that were packed one by one, unpacked so far.
+    unpacked: u64,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
     /// Its statements on the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
@@ -392,6 +395,7 @@ impl Iterator for Messages<'_> {
             let Some((recording, stream)) = &mut self.current else {
                 let recording = self.remaining.next()?;
                 self.are_wanted.clear();
+                self.unpacked = 0;
                 match recording.stream(self.order) {
                     Ok(stream) => self.current = Some((recording, stream)),
                     Err(error) => return self.end_with(error),
@@ -409,7 +413,9 @@ impl Iterator for Messages<'_> {
                     }
                     let payload = match self.unpack {
                         None => Ok(message.payload.to_vec()),
-                        Some(most) => chunk::unpack_message(message.payload, most),
+                        Some(limits) => {
+                            chunk::unpack_message(message.payload, limits, &mut self.unpacked)
+                        }
                     };
                     match payload {
                         Ok(payload) => {

@@ -30,7 +30,7 @@ pub(crate) struct Walk {
     pub(crate) definitions: Definitions,
     /// A chunk's records unpacked, or one message.
     unpacked: Vec<u8>,
-    /// Bytes of the chunks unpacked so far.
+    /// Bytes of the chunks unpacked so far, and of the messages outside chunks.
     unpacked_bytes: u64,
     left: Left,
     /// Messages met, those of omitted topics included.
@@ -143,6 +143,8 @@ impl Walk {
                 .take(record.opcode, record.body)
                 .map_err(damage)?,
             op::MESSAGE => {
+                let size = record.body.len() as u64;
+                within(&mut self.unpacked_bytes, size, &self.limits).map_err(damage)?;
                 checked(record.body, &self.definitions).map_err(damage)?;
                 self.unpacked.clear();
                 self.unpacked.extend_from_slice(record.body);
@@ -151,10 +153,8 @@ impl Walk {
             op::CHUNK => {
                 self.left = Left::Nothing;
                 let chunk = fields::Chunk::read(record.body).map_err(damage)?;
-                self.unpacked_bytes = self.unpacked_bytes.saturating_add(chunk.unpacked_size);
-                if self.unpacked_bytes > self.limits.unpacked {
-                    return Err(damage(Defect::Unpacked(self.limits.unpacked)));
-                }
+                within(&mut self.unpacked_bytes, chunk.unpacked_size, &self.limits)
+                    .map_err(damage)?;
                 chunk::unpack(&chunk, &self.limits, &mut self.unpacked).map_err(damage)?;
                 self.open_chunk()
                     .map_err(|reason| damage(Defect::InChunk(Box::new(reason))))?;
@@ -194,6 +194,15 @@ impl Walk {
             }
         };
         Ok(())
+    }
+}
+
+/// Counts unpacked bytes.
+fn within(bytes: &mut u64, more: u64, limits: &Limits) -> Result<(), Defect> {
+    *bytes = bytes.saturating_add(more);
+    match *bytes > limits.unpacked {
+        true => Err(Defect::Unpacked(limits.unpacked)),
+        false => Ok(()),
     }
 }
 

@@ -470,6 +470,47 @@ fn a_bag_is_read_up_to_the_unpacked_bytes_that_are_asked_for() {
 }
 
 #[test]
+fn messages_packed_one_by_one_are_read_up_to_the_unpacked_bytes_that_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("bag");
+    let empty = BagWriter::create(&path, WriterOptions::default()).expect("a new bag");
+    empty.close().expect("room on the disk");
+    let metadata = path.join("metadata.yaml");
+    let text = (fs::read_to_string(&metadata).expect("the metadata"))
+        .replace("compression_mode: ''", "compression_mode: MESSAGE")
+        .replace("compression_format: ''", "compression_format: zstd");
+    fs::write(&metadata, text).expect("room on the disk");
+    let packed = zstd::encode_all(&[0; 1000][..], 1).expect("packed");
+    let mut bytes = [
+        beginning(),
+        schema(1, "std_msgs/msg/Float64", "ros2msg", "float64 data\n"),
+        channel(1, 1, "/depth", "cdr"),
+    ]
+    .concat();
+    for _ in 0..5 {
+        bytes.extend(message(1, 0, &packed));
+    }
+    bytes.extend(end());
+    file_with(&path, "bag_0.mcap", &bytes);
+    let read = |most| {
+        let bag = BagReader::open_within(&path, Limits::unpacked(most)).expect("a bag");
+        let all: Vec<_> = bag.messages(Order::File).collect();
+        let whole = all.iter().flatten().filter(|it| it.payload == [0; 1000]);
+        let said = all.iter().find_map(|it| it.as_ref().err());
+        (whole.count(), said.map(ToString::to_string))
+    };
+    assert_eq!(read(None), (5, None));
+    assert_eq!(read(Some(5000)), (5, None));
+    let (count, said) = read(Some(3001));
+    assert_eq!(count, 3, "{said:?}");
+    let said = said.expect("a limit");
+    assert!(
+        said.contains("more than the 3001 bytes asked for"),
+        "{said}"
+    );
+}
+
+#[test]
 fn an_index_that_lies_is_not_believed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, bytes) in hostile::indexes() {
