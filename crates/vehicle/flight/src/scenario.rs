@@ -184,9 +184,9 @@ fn known_node(name: &str) -> Result<&'static str> {
     let known = NODES.into_iter().find(|it| *it == name);
     known.ok_or_else(|| {
         refused!(
-            "there is no node '{name}'{}; there are {}",
-            did_you_mean(name, NODES),
-            NODES.join(", ")
+            "there is no node '{name}'; there are {}{}",
+            NODES.join(", "),
+            did_you_mean(name, NODES)
         )
     })
 }
@@ -252,16 +252,21 @@ impl Scenario {
                 .during(|| setting("set", change).to_string())?;
         }
         scenario.find_files(Path::new(""))?;
-        scenario.hover_what_flies()?;
-        scenario.check().during(|| name.to_owned())?;
+        let checked = scenario.hover_what_flies().and_then(|()| scenario.check());
+        checked.during(|| name.to_owned())?;
         Ok(scenario)
     }
 
     /// The controller commands the thrusters of the vehicle that flies, unless another `hover.vehicle` is given.
+    ///
+    /// # Errors
+    /// When the vehicle that flies cannot be loaded. The controller's check would refuse the missing `hover.vehicle` instead.
     fn hover_what_flies(&mut self) -> Result<()> {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let is_given = self.given("depth_controller", "hover.vehicle").is_some();
-        if !is_given && Craft::load(&plant).is_ok_and(|it| !it.thrusters().is_empty()) {
+        let craft =
+            Craft::load(&plant).map_err(|reason| refused!("plant_sim.vehicle: {reason}"))?;
+        if !is_given && !craft.thrusters().is_empty() {
             let given = self.parameters.entry("depth_controller").or_default();
             given.insert("hover.vehicle".to_owned(), plant.vehicle.as_str().into());
         }
@@ -691,13 +696,14 @@ fn known_names() -> BTreeSet<String> {
 fn read(path: &Path) -> Result<String> {
     let names: Vec<String> = known_names().into_iter().collect();
     let meant = did_you_mean(&path.to_string_lossy(), names.iter().map(String::as_str));
-    file::read(path).during(|| {
-        format!(
-            "no scenario '{}'{meant}; a YAML file or one of {} is expected",
+    if !path.exists() {
+        refuse!(
+            "no scenario '{}'; a YAML file or one of {} is expected{meant}",
             path.display(),
             names.join(", ")
-        )
-    })
+        );
+    }
+    file::read(path).during(|| format!("scenario '{}'", path.display()))
 }
 
 #[cfg(test)]
