@@ -217,3 +217,34 @@ fn two_records_share_one_process_and_each_has_its_offset_and_its_start() {
         assert!(worst < 0.05, "{run}: {worst}");
     }
 }
+
+/// A motor's position, 8/(s (0.12 s + 1)), with a constant beside its input: a model with a pole at z = 1 has a constant at its output
+/// alone, and followed the drift by its poles.
+#[test]
+fn the_default_finds_an_integrator_with_a_constant_at_its_input() {
+    let step = 0.01;
+    let decay = libm::exp(-step / 0.12);
+    for (seed, count) in [(13, 2000), (14, 1500)] {
+        let signs = noise(seed, count / 50);
+        let input: Vec<f64> = (0..count).map(|k| 0.5 * signs[k / 50].signum()).collect();
+        let (mut position, mut rate) = (0.0, 0.0);
+        let output: Vec<f64> = input
+            .iter()
+            .map(|u| {
+                let before = position;
+                let steady = 8.0 * (u + 0.067);
+                position += steady * step + (rate - steady) * 0.12 * (1.0 - decay);
+                rate = steady + (rate - steady) * decay;
+                before
+            })
+            .collect();
+        let output = with_noise(&output, seed + 100, 0.05);
+        let of = Record::of_run(step, vec![("u", input)], vec![("y", output)]).unwrap();
+        let found = analyse(&of, &Options::default()).unwrap();
+        let verdict = found.verdict.to_string();
+        assert!(verdict.starts_with("verdict: good"), "{}", found.text());
+        assert_eq!(model(&found).form, Form::IntegratorWithLag);
+        let gain = model(&found).values[0];
+        assert!((gain / 8.0 - 1.0).abs() < 0.01, "{}", found.text());
+    }
+}

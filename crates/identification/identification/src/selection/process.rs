@@ -174,15 +174,21 @@ fn chosen(problem: &Problem<'_>, named: Option<Form>, stood: bool) -> Result<Cho
 /// Whether a real pole of a model is at z = 1, or as near to it as records of that length can tell: a memory of half the record or more.
 #[must_use]
 pub fn may_integrate(of: &Estimate) -> bool {
+    slow_poles(of).iter().any(|z| z.im == 0.0)
+}
+
+/// The poles of a model that are as near to z = 1 as records of that length can tell.
+fn slow_poles(of: &Estimate) -> Vec<Complex<f64>> {
     let samples = of.residuals.iter().map(Vec::len).max().unwrap_or_default();
     let poles = Reading::new(of, 0).poles().unwrap_or_default();
-    let distance = |z: Complex<f64>| (1.0 - z.re).abs() * samples as f64;
-    let mut real = poles.iter().filter(|it| it.value.im == 0.0);
-    real.any(|it| distance(it.value) <= MEMORY)
+    let distance = |z: &Complex<f64>| (1.0 - z).norm_sqr().sqrt() * samples as f64;
+    let values = poles.iter().map(|it| it.value);
+    values.filter(|z| distance(z) <= MEMORY).collect()
 }
 
 /// The best process model of a step test, or of records in which another model may integrate, whose criterion is no worse than that of
-/// the other.
+/// the other. Where the other integrates for certain, or has a slow pair of poles in place of an integrator with a constant at its input,
+/// the criterion of an integrating process model has to be clearly better: only process models have such a constant.
 pub(crate) fn instead_of(
     problem: &Problem<'_>,
     other: Option<&Estimate>,
@@ -190,10 +196,14 @@ pub(crate) fn instead_of(
 ) -> Option<Chosen> {
     let is_at_one = |of: &Estimate| of.layout.structure.known_denominator.len() > 1;
     let is_doubtful = other.is_some_and(|it| may_integrate(it) && !is_at_one(it));
-    if !is_step_test(problem) && !is_doubtful {
+    let is_asked = is_step_test(problem) || is_doubtful;
+    if !is_asked && other.is_none_or(|it| slow_poles(it).is_empty()) {
         return None;
     }
     let chosen = choose(problem, None, stood).ok()?;
+    if !is_asked && !chosen.estimator.form.integrates() {
+        return None;
+    }
     let Some(other) = other else {
         return Some(chosen);
     };
@@ -206,7 +216,11 @@ pub(crate) fn instead_of(
     );
     // Its delay was sought, too.
     let of_other = criterion(&errors(other, runs, &lead), other.theta.len() + 1);
-    (of_chosen <= of_other + BEYOND_DOUBT).then_some(chosen)
+    let allowed = match is_asked {
+        true => of_other + BEYOND_DOUBT,
+        false => of_other - BEYOND_DOUBT,
+    };
+    (of_chosen <= allowed).then_some(chosen)
 }
 
 /// The input that records in motion begin with, where they may begin at rest: all with the same, and with none before it.
