@@ -817,6 +817,38 @@ fn what_is_proposed_gives_a_model_that_is_usable() {
     assert!(last.starts_with("- verdict: good"), "{last}");
 }
 
+/// Of a dive without a test signal a quick fit finds a usable model of some pairs where the fit that is proposed finds none.
+#[test]
+fn what_is_proposed_is_usable_by_the_command_s_own_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let kalman = "depth_controller.feedback.source=kalman";
+    let dives = [
+        ["depth_controller.depth_setpoint=0.6", kalman],
+        [
+            "depth_controller.depth_setpoint=0.3",
+            "dha_actuator.model=ideal",
+        ],
+    ];
+    for (file, changes) in ["a.mcap", "b.mcap"].into_iter().zip(dives) {
+        let still = "depth_controller.identification.signal=none";
+        let flown = Command::new(env!("CARGO_BIN_EXE_planesman"))
+            .args(["sim", "dive", "--out", file, "--set", still])
+            .args(changes.iter().flat_map(|it| ["--set", it]))
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(flown.status.success(), "{flown:?}");
+        let Some((proposed, last)) = obeyed(folder.path(), file) else {
+            continue;
+        };
+        let usable = ["- verdict: good", "- verdict: usable"];
+        assert!(
+            usable.iter().any(|it| last.starts_with(it)),
+            "{proposed}: {last}"
+        );
+    }
+}
+
 /// The dive's place along its heading grows whatever the planes do: an unstable model of it, whose input accounts for nothing, was good.
 #[test]
 fn a_ramp_has_no_model_of_what_the_planes_do() {

@@ -1,7 +1,8 @@
 //! What of a log may be identified from what: a first command to run. Names propose inputs and outputs, the share of an output's
 //! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
+//! The pair is then fitted as the command would fit it; a pair whose model is not usable gives way to the next.
 
-use planesman_identification::analysis::{Options, analyse, may_integrate};
+use planesman_identification::analysis::{CurveChoice, Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
 use planesman_identification::several::searched_part;
@@ -53,6 +54,8 @@ const RAMP: f64 = 0.98;
 const LEAST: f64 = 0.1;
 /// Outputs of an input that a model is sought of.
 const MODELLED: usize = 4;
+/// Pairs that are fitted as the command would fit them, at most: each takes as long as ten quick fits.
+const OBEYED: usize = 3;
 /// Samples of all signals together that are read.
 const MOST_KEPT: usize = 1 << 19;
 /// Segments of a record that are tried, the longest.
@@ -127,6 +130,7 @@ pub(crate) fn suggestion<'s>(
     let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
     let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
     let mut refusal = None;
+    let mut left = OBEYED;
     let found = WAYS.iter().find_map(|(orders, in_second_half)| {
         trial.from = match in_second_half {
             true => Some(trial.half(&inputs[0].1, &outputs)?),
@@ -145,7 +149,21 @@ pub(crate) fn suggestion<'s>(
                     }
                 }
             });
-            let (_, place, order) = models.min()?;
+            let mut models: Vec<_> = models.collect();
+            models.sort_unstable();
+            let (_, place, order) = models.into_iter().find(|(_, place, order)| {
+                // The quick fit of a process model is the command's own.
+                if order.is_none() || left == 0 {
+                    return order.is_none();
+                }
+                left -= 1;
+                let output = &going[*place].1;
+                let obeyed = trial.obeyed(input, output);
+                if let Err(reason) = &obeyed {
+                    refusal.get_or_insert(format!("{input} -> {output}: {reason}"));
+                }
+                obeyed.is_ok()
+            })?;
             going[..=place].rotate_right(1);
             Some((at, going, order))
         })
@@ -252,16 +270,7 @@ impl<'d> Trial<'d> {
         output: &str,
         orders: &[Option<usize>],
     ) -> Option<Result<(bool, Option<usize>), String>> {
-        let mut record = self.record(input, output, Trend::None)?;
-        // Each has an offset of its own, which a quick fit of hundreds would seek.
-        if record.segments.len() > SEGMENTS {
-            let by_length = |it: &Segment| std::cmp::Reverse(it.len());
-            record.segments.sort_by_key(by_length);
-            record.segments.truncate(SEGMENTS);
-        }
-        if let Some(part) = searched_part(&record.segments) {
-            record.segments = part;
-        }
+        let record = shortened(self.record(input, output, Trend::None)?);
         let mut refusal = None;
         for order in orders.iter().copied() {
             let method = match order {
@@ -285,6 +294,24 @@ impl<'d> Trial<'d> {
         refusal.map(Err)
     }
 
+    /// Fits a pair as the proposed command does, but for static curves: one is taken only where it simulates better.
+    ///
+    /// # Errors
+    /// In words: the verdict on a model that is not usable, or why there is none.
+    fn obeyed(&self, input: &str, output: &str) -> Result<(), String> {
+        let record = self.record_for_fit(input, output, Trend::None, true);
+        let record = record.ok_or("there is no record to fit")?;
+        let options = Options {
+            curve: CurveChoice::None,
+            ..Options::default()
+        };
+        let found = analyse(&shortened(record), &options).map_err(|error| error.to_string())?;
+        match found.verdict.is_usable() {
+            true => Ok(()),
+            false => Err(found.verdict.words().to_owned()),
+        }
+    }
+
     /// The middle of the record of the input with the first output that makes one, in whole s; `None` of short records and of several sources.
     fn half(&self, input: &str, outputs: &[Ranked]) -> Option<f64> {
         let [_] = self.kept.as_deref()? else {
@@ -298,6 +325,17 @@ impl<'d> Trial<'d> {
     }
 
     fn record(&self, input: &str, output: &str, detrend: Trend) -> Option<Record> {
+        self.record_for_fit(input, output, detrend, false)
+    }
+
+    /// The record of a pair; decimated, where it is sampled far faster than it moves, if that is allowed.
+    fn record_for_fit(
+        &self,
+        input: &str,
+        output: &str,
+        detrend: Trend,
+        decimate: bool,
+    ) -> Option<Record> {
         let mut signals = SignalOptions {
             data: self.data.clone(),
             input: input.to_owned(),
@@ -308,11 +346,25 @@ impl<'d> Trial<'d> {
         let window = self.from.map(|from| (from, f64::INFINITY));
         signals.grid.window.extend(window);
         let record = match &self.kept {
-            Some(kept) => signals.record_of(kept, &signals.grid, Expected::ANY, false, &()),
+            Some(kept) => signals.record_of(kept, &signals.grid, Expected::ANY, decimate, &()),
             None => signals.read(&()),
         };
         Some(record.ok()?.resampled.record)
     }
+}
+
+/// The longest segments of a record, or the part of it in which a model is searched.
+fn shortened(mut record: Record) -> Record {
+    // Each has an offset of its own, which a quick fit of hundreds would seek.
+    if record.segments.len() > SEGMENTS {
+        let by_length = |it: &Segment| std::cmp::Reverse(it.len());
+        record.segments.sort_by_key(by_length);
+        record.segments.truncate(SEGMENTS);
+    }
+    if let Some(part) = searched_part(&record.segments) {
+        record.segments = part;
+    }
+    record
 }
 
 /// Whether the input stands but for a few steps.
