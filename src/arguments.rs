@@ -1,12 +1,13 @@
 //! Values on the command line, read and written: what several commands share.
 
+use std::any::TypeId;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::CommandFactory;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser};
 use planesman_console::Format;
 use planesman_text::{did_you_mean, in_one_line, shown};
 use planesman_units::{Dimension, Quantity};
@@ -80,6 +81,34 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
     Ok(path.to_owned())
 }
 
+/// The arguments of the program, as it was called. An option for a number takes one below 0 as its value, so that the option's own
+/// range refuses it.
+///
+/// # Errors
+/// As clap's `try_parse`.
+pub fn parsed<C: Parser>() -> Result<C, clap::Error> {
+    let mut matches = with_negative_numbers(C::command()).try_get_matches()?;
+    C::from_arg_matches_mut(&mut matches)
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let numbers = [
+        TypeId::of::<f64>(),
+        TypeId::of::<(f64, f64)>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<u16>(),
+        TypeId::of::<u32>(),
+    ];
+    let taking = command.mut_args(move |argument| {
+        let of = argument.get_value_parser().type_id();
+        match numbers.iter().any(|it| of == *it) {
+            true => argument.allow_hyphen_values(true),
+            false => argument,
+        }
+    });
+    taking.mut_subcommands(with_negative_numbers)
+}
+
 /// A command-line error as one line: the error and the suggestion, without the usage.
 #[must_use]
 pub fn one_line(error: &clap::Error) -> String {
@@ -94,6 +123,13 @@ pub fn one_line(error: &clap::Error) -> String {
     ] {
         wrong = wrong.replace(reason, "a whole number is expected");
     }
+    // Ranges are written as in Rust.
+    if let Some((value, range)) = wrong.split_once(" is not in ")
+        && let Some((least, most)) = range.split_once("..=")
+        && let Some((option, _)) = value.rsplit_once(": ")
+    {
+        wrong = format!("{option}: a whole number from {least} to {most} is expected");
+    }
     wrong = wrong.replace("invalid float literal", "a number is expected");
     wrong = wrong.replace(
         "number too large to fit in target type",
@@ -105,9 +141,16 @@ pub fn one_line(error: &clap::Error) -> String {
     }
 }
 
-/// Why the command line is wrong: with the option that was probably meant, where clap knows none.
+/// Why the command line is wrong: with the command or option that was probably meant, where clap knows none.
 fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     let reason = one_line(error);
+    if let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) {
+        let known = command.get_subcommands().map(clap::Command::get_name);
+        return format!(
+            "there is no command '{unknown}'{}",
+            did_you_mean(unknown, known)
+        );
+    }
     let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown,
         _ => return reason,
@@ -123,7 +166,7 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     format!("{wrong}{meant}")
 }
 
-/// The command that the arguments begin with, and how it is called.
+/// The command that the arguments begin with, or that `help` is asked for, and how it is called.
 #[must_use]
 pub fn command_of<C: CommandFactory>(
     arguments: impl Iterator<Item = OsString>,
@@ -131,7 +174,7 @@ pub fn command_of<C: CommandFactory>(
     let mut program = C::command();
     program.build();
     let (mut command, mut name) = (&program, program.get_name().to_owned());
-    for argument in arguments {
+    for argument in arguments.filter(|it| it != "help") {
         let Some(found) = command.find_subcommand(&argument) else {
             break;
         };

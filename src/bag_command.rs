@@ -136,9 +136,9 @@ pub struct DiffArgs {
     /// Pair the messages of a topic by their number instead of by their stamps
     #[arg(long)]
     by_index: bool,
-    /// Read of each file at most so many MB of unpacked chunks: a small file can unpack to thousands of times its size
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
-    most_unpacked: Option<u64>,
+    /// Read of each file at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    most_unpacked: Option<u32>,
     /// Write a page with the fields that differ over time
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
@@ -182,7 +182,7 @@ pub fn compare(args: &DiffArgs) -> Result<bool> {
     let columns: Vec<ColumnOf<'_>> = COLUMNS.iter().map(|it| (it.0, it.1)).collect();
     let mut options = args.rules.options(&columns);
     options.by_index = args.by_index;
-    options.most_unpacked = args.most_unpacked.map(|it| it * 1_000_000);
+    options.most_unpacked = args.most_unpacked.map(|it| u64::from(it) * 1_000_000);
     let working = planesman_console::progress::spinner("messages");
     let found = diff(&args.a, &args.b, &options);
     working.finish_and_clear();

@@ -11,7 +11,6 @@ use planesman_pages::coefficients::{in_one, text};
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub struct CoefficientsArgs {
     /// A built-in vehicle (brunner), a vehicle file, or a model file
     vehicle: String,

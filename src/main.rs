@@ -9,7 +9,7 @@ use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use planesman::arguments::{command_of, ended, is_help, refused};
+use planesman::arguments::{command_of, ended, is_help, parsed, refused};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -310,10 +310,17 @@ struct NodeArgs {
 
 /// A real-time factor within the range of the parameter.
 fn factor(text: &str) -> Result<f64, String> {
-    let factor: f64 = text.parse().map_err(|_| "expected a number")?;
-    PlantParameters::default()
-        .with(&[("factor", factor.into())])
-        .map_err(|refusal| refusal.to_string())?;
+    let factor: f64 = text.parse().map_err(|_| "a number is expected")?;
+    let taken = PlantParameters::default().with(&[("factor", factor.into())]);
+    // The option's name and value are named already.
+    let rule = |reason: &str| {
+        reason
+            .split(" refused: ")
+            .last()
+            .unwrap_or_default()
+            .to_owned()
+    };
+    taken.map_err(|refusal| rule(&refusal.reason))?;
     Ok(factor)
 }
 
@@ -321,6 +328,7 @@ fn factor(text: &str) -> Result<f64, String> {
 fn unknown_word(error: &clap::Error) -> Option<String> {
     let word = std::env::args_os().nth(1)?.into_string().ok()?;
     let is_known = word.starts_with('-')
+        || word == "help"
         || Cli::command().find_subcommand(&word).is_some()
         || Scenario::is_there(&word);
     (!is_help(error) && !is_known).then_some(word)
@@ -341,7 +349,7 @@ fn unknown(word: &str) -> ExitCode {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match parsed::<Cli>() {
         Ok(cli) => cli,
         Err(error) => {
             return match unknown_word(&error) {

@@ -21,9 +21,9 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
         "recorder" => recorder::node::main(args),
         other => {
             planesman_console::err!(
-                "planesman: there is no node '{other}'{}; there are {}",
-                did_you_mean(other, NODES),
-                NODES.join(", ")
+                "planesman: there is no node '{other}'; there are {}{}",
+                NODES.join(", "),
+                did_you_mean(other, NODES)
             );
             ExitCode::FAILURE
         }

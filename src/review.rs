@@ -82,9 +82,14 @@ pub struct ReviewArgs {
 }
 
 impl ReviewArgs {
+    /// Whether no signals are named: those of the suite's own bags are meant.
+    fn is_own(&self) -> bool {
+        self.signals.input.is_empty() && self.signals.output.is_empty()
+    }
+
     fn options(&self) -> Result<FitOptions> {
         let mut signals = self.signals.clone();
-        let is_own = signals.input.is_empty() && signals.output.is_empty();
+        let is_own = self.is_own();
         if is_own {
             [signals.input, signals.output] = OWN.map(|it| vec![it.to_owned()]);
         }
@@ -116,7 +121,12 @@ impl ReviewArgs {
 pub fn run(args: &ReviewArgs) -> Result<()> {
     let options = args.options()?;
     let progress = args.signals.data.progress();
-    let data = FitData::read(&options, &*progress)?;
+    let data = FitData::read(&options, &*progress).map_err(|refusal| match args.is_own() {
+        true => {
+            anyhow!(refusal).context("without --input and --output the bag of a dive is expected")
+        }
+        false => refusal.into(),
+    })?;
     let record = &data.prepared.resampled.record;
     let sample_time = record.sample_time;
     let model = model_for_gains(&data, &options, &*progress);

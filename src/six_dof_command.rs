@@ -50,14 +50,13 @@ struct Flown {
 
 /// Options of `fly`.
 #[derive(Clone, Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub struct FlyArgs {
     #[command(flatten)]
     flown: Flown,
-    /// How long \[s\]
+    /// How long (s)
     #[arg(long, default_value_t = 60.0, value_parser = within(0.001, 1e5))]
     duration: f64,
-    /// Time between the rows of the file \[s\]
+    /// Time between the rows of the file (s)
     #[arg(long, default_value_t = 0.1, value_parser = within(1e-4, 1e3))]
     tick: f64,
     /// Surge over ground at the start (m/s, or with its unit)
@@ -75,14 +74,14 @@ pub struct FlyArgs {
     /// Heading at the start, from north over east
     #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
     heading: f64,
-    /// Current: north, east, down \[m/s\]
-    #[arg(long, value_name = "N,E,D", value_parser = current, default_value = "0,0,0")]
+    /// Current: north, east, down (m/s)
+    #[arg(long, value_name = "N,E,D", value_parser = current, default_value = "0,0,0", allow_hyphen_values = true)]
     current: Three,
-    /// How fast the current turns about down \[rad/s\]
+    /// How fast the current turns about down (rad/s)
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
     current_turning: f64,
-    /// A wave on deep water: amplitude \[m\], period \[s\], where it goes to, from north over east \[rad\]; may be repeated
-    #[arg(long = "wave", value_name = "A,T,DIRECTION", value_parser = three)]
+    /// A wave on deep water: amplitude (m), period (s), where it goes to, from north over east (rad); may be repeated
+    #[arg(long = "wave", value_name = "A,T,DIRECTION", value_parser = three, allow_hyphen_values = true)]
     waves: Vec<Three>,
     /// Error allowed in each step, relative and absolute
     #[arg(long, default_value_t = 1e-9, value_parser = within(1e-13, 1e-2))]
@@ -97,7 +96,6 @@ pub struct FlyArgs {
 
 /// Options of `torpedo`.
 #[derive(Clone, Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub struct TorpedoArgs {
     /// The vehicle's name
     #[arg(long, default_value = "torpedo")]
@@ -111,7 +109,7 @@ pub struct TorpedoArgs {
     /// The hull's volume over that of its cylinder
     #[arg(long, default_value_t = 0.85, value_parser = within(0.5, 1.0))]
     prismatic: f64,
-    /// Density of the water \[kg/m^3\]
+    /// Density of the water (kg/m^3)
     #[arg(long, default_value_t = 1025.0, value_parser = within(900.0, 1200.0))]
     density: f64,
     /// Buoyancy less weight, over buoyancy
@@ -167,7 +165,6 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
 
 /// Options of `turn`.
 #[derive(Clone, Debug, clap::Args)]
-#[command(allow_negative_numbers = true)]
 pub struct TurnArgs {
     #[command(flatten)]
     flown: Flown,
@@ -177,7 +174,7 @@ pub struct TurnArgs {
     /// Where one more search begins: surge (m/s, or with its unit)
     #[arg(long, default_value_t = 1.4, value_parser = speed(-20.0, 20.0))]
     speed: f64,
-    /// Where one more search begins: rate of the heading, positive to starboard \[rad/s\]
+    /// Where one more search begins: rate of the heading, positive to starboard (rad/s)
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
     yaw_rate: f64,
 }
@@ -219,7 +216,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
     }
 }
 
-/// When \[s\] the inputs change, and to what.
+/// When (s) the inputs change, and to what.
 type Schedule = Vec<(f64, Vec<f64>)>;
 
 impl Flown {

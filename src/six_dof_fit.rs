@@ -43,11 +43,11 @@ pub struct FitArgs {
         default_value = "u,v,w,p,q,r"
     )]
     bias: Vec<String>,
-    /// The longest time that the motion is simulated on from one initial state \[s\]
+    /// The longest time that the motion is simulated on from one initial state (s)
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = within(1.0, 1e5))]
     horizon: f64,
     /// Use only data between these times, in seconds from the first sample of the motion; may be repeated
-    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW), allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW))]
     window: Vec<(f64, f64)>,
     /// Print everything as JSON
     #[arg(long)]

@@ -18,7 +18,6 @@ use planesman_console::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
 pub struct TfArgs {
     /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file
     pub vehicle: String,

@@ -13,7 +13,7 @@ use crate::arguments::{output_file, speed, within};
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, next_help_heading = "Analysis")]
+#[command(next_help_heading = "Analysis")]
 pub struct AnalyseArgs {
     #[command(flatten)]
     subject: SubjectArgs,

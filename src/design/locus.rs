@@ -13,7 +13,7 @@ use crate::arguments::{choice, output_file, speed, within};
 
 /// The quantity that varies, and its range.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, next_help_heading = "Locus")]
+#[command(next_help_heading = "Locus")]
 pub struct LocusArgs {
     #[command(flatten)]
     subject: SubjectArgs,
@@ -26,10 +26,10 @@ pub struct LocusArgs {
     #[arg(long, value_parser = choice(&Varied::ALL, Varied::described))]
     vary: Varied,
     /// First value; a speed in m/s or with its unit: 1ft/s
-    #[arg(long, default_value = "0", value_parser = bound)]
+    #[arg(long, default_value = "0", value_parser = bound, allow_hyphen_values = true)]
     from: Bound,
     /// Last value; a speed in m/s or with its unit: 3ft/s
-    #[arg(long, value_parser = bound)]
+    #[arg(long, value_parser = bound, allow_hyphen_values = true)]
     to: Bound,
     /// Number of rows of the table
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]

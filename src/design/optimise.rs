@@ -12,7 +12,7 @@ use planesman_console::print_wrapped;
 
 /// The requirements.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, next_help_heading = "Requirements")]
+#[command(next_help_heading = "Requirements")]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: SubjectArgs,

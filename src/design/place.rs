@@ -15,7 +15,7 @@ use planesman_console::print_wrapped;
 
 /// The vehicle and the wanted poles.
 #[derive(Args)]
-#[command(allow_negative_numbers = true, next_help_heading = "Poles")]
+#[command(next_help_heading = "Poles")]
 pub struct PlaceArgs {
     #[command(flatten)]
     subject: SubjectArgs,

@@ -13,7 +13,6 @@ use crate::arguments::{length, output_file, speed, within};
 
 /// The flights to simulate.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
 pub struct TableArgs {
     /// A built-in vehicle or a vehicle file
     #[arg(default_value = "brunner")]

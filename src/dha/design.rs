@@ -42,8 +42,8 @@ pub struct DesignArgs {
     #[arg(long, value_name = "NAMES", default_value = "nearest,model,pwm")]
     pub controllers: List<Named<Law>>,
     /// Evaluate each design with so many seeds of the valves' scatter
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
-    pub seeds: u64,
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub seeds: u32,
     /// Print all designs, not only those that are not beaten
     #[arg(long)]
     pub all: bool,
@@ -152,7 +152,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     }
     let begun = Instant::now();
     let figures = on_all_cores("designs", &designs, |design| {
-        evaluate(design, &cycle, args.seeds)
+        evaluate(design, &cycle, args.seeds.into())
     });
     let seconds = begun.elapsed().as_secs_f64();
     planesman_console::err!("{} designs in {seconds:.1} s", designs.len());

@@ -34,7 +34,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Fly only part I of N of the combinations, as 1/4: for N machines, or tasks of a batch system, that share a folder
-    #[arg(long, value_name = "I/N", value_parser = shard)]
+    #[arg(long, value_name = "I/N", value_parser = shard, allow_hyphen_values = true)]
     shard: Option<Part>,
     /// Flights at the same time [default: as many as there are cores]
     #[arg(long, value_name = "N")]

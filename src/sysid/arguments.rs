@@ -44,9 +44,9 @@ pub(crate) struct DataArgs {
     /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, rules::SAMPLE_TIME.least, rules::SAMPLE_TIME.most))]
     sample_time: Option<f64>,
-    /// Read of each file of a bag at most so many MB of unpacked chunks: a small file can unpack to thousands of times its size
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
-    most_unpacked: Option<u64>,
+    /// Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
+    most_unpacked: Option<u32>,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
@@ -71,7 +71,7 @@ impl DataArgs {
                 unit: self.time_unit,
                 sample_time: self.sample_time,
             },
-            most_unpacked: self.most_unpacked.map(|it| it * 1_000_000),
+            most_unpacked: self.most_unpacked.map(|it| u64::from(it) * 1_000_000),
         }
     }
 }
@@ -167,11 +167,11 @@ impl From<&PreparationArgs> for PreparationOptions {
 #[command(next_help_heading = "Grid")]
 pub(crate) struct GridArgs {
     /// Sampling rate of the grid [default: that of the slowest output]
-    #[arg(long, value_name = "HZ", value_parser = by(rules::RATE), allow_hyphen_values = true)]
+    #[arg(long, value_name = "HZ", value_parser = by(rules::RATE))]
     rate: Option<f64>,
     /// Use only data between these times, in seconds from the first output's first sample; several windows are
     /// runs of one model
-    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW), allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW))]
     window: Vec<(f64, f64)>,
     /// Resampling of inputs
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "mean")]
@@ -180,10 +180,10 @@ pub(crate) struct GridArgs {
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "linear")]
     output_method: Method,
     /// Longest interval between two samples that is not a gap [default: five sample intervals; none for a held input]
-    #[arg(long, value_name = "SECONDS", value_parser = by(rules::MAX_GAP), allow_hyphen_values = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = by(rules::MAX_GAP))]
     max_gap: Option<f64>,
     /// Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not
-    #[arg(long, value_name = "360|2pi|65536|no", value_parser = rules::unwrap, default_value = "automatic")]
+    #[arg(long, value_name = "360|2pi|65536|no", value_parser = rules::unwrap, default_value = "automatic", allow_hyphen_values = true)]
     unwrap: Unwrap,
 }
 

@@ -261,6 +261,10 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let options = FitOptions::try_from(args)?;
+    let measures_response = args.method == MethodChoice::One(Method::Frf);
+    if args.response.is_some() && (args.equations.is_some() || !measures_response) {
+        return Err(FitError::NoResponse.into());
+    }
     if let Some(path) = &args.equations {
         return run_equations(args, &options, path);
     }
@@ -317,9 +321,6 @@ pub fn run(args: &FitArgs) -> Result<()> {
 
 /// The same of equations of one's own.
 fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()> {
-    if args.response.is_some() {
-        return Err(FitError::NoResponse.into());
-    }
     let file = EquationsFile::read(path)?;
     let found = fit_equations(options, file, &*args.signals.data.progress());
     let found = found.with_context(|| path.display().to_string())?;

@@ -35,10 +35,10 @@ pub struct ReplayArgs {
     #[arg(long, short, value_name = "SIGNAL")]
     output: Option<String>,
     /// Sampling rate of a table or log (Hz) [default: 1/sample_time if that parameter is given, else that of the output]
-    #[arg(long, value_name = "HZ", value_parser = by(RATE), allow_hyphen_values = true)]
+    #[arg(long, value_name = "HZ", value_parser = by(RATE))]
     rate: Option<f64>,
     /// Use only data of a table or log between these times, in seconds from the output's first sample
-    #[arg(long, value_name = "FROM..TO", value_parser = span(WINDOW), allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM..TO", value_parser = span(WINDOW))]
     window: Vec<(f64, f64)>,
     /// A ROS 2 parameter file; the entries for the node sysid are used
     #[arg(long, value_name = "FILE")]

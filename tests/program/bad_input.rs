@@ -13,6 +13,10 @@ use stage::{Signal, Stage, eventually, scenario};
 /// The vehicle of the report, for a copy with a fault.
 const VEHICLE: &str = include_str!("../../crates/vehicle/vehicle/vehicles/brunner.yaml");
 
+/// One with six degrees of freedom and thrusters.
+const SIX_DOF: &str =
+    include_str!("../../crates/vehicle/vehicle/vehicles/six_dof/bluerov2_heavy.yaml");
+
 /// The first bytes of a photograph.
 const JPEG: &[u8] = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x01\x00H\x00H\x00\x00\xff\xdb\x00C";
 
@@ -129,6 +133,23 @@ fn a_vehicle_file_with_a_negative_mass_names_the_file_the_field_and_the_rule() {
     let vehicle = format!("vehicle:={vehicle}");
     let arguments = ["node", "plant_sim", "--ros-args", "-p", &vehicle];
     refused(&stage, 1, &arguments, &says);
+}
+
+/// The default of `hover.vehicle`, which nobody wrote, is the vehicle that flies.
+#[test]
+fn a_broken_vehicle_is_refused_by_the_parameter_that_names_it() {
+    let stage = Stage::new();
+    let broken = SIX_DOF.replace("\nmass:", "\nmas:");
+    assert_ne!(broken, SIX_DOF);
+    let vehicle = stage.file("broken.yaml", broken);
+    let set = format!("plant_sim.vehicle={vehicle}");
+    let out = stage.path("out.csv");
+    let says = ["plant_sim.vehicle: ", "broken.yaml", "mas"];
+    let arguments = ["sim", "bluerov2", "--set", &set, "--out", &out];
+    refused(&stage, 1, &arguments, &says);
+    let hovers = format!("depth_controller.hover.vehicle={vehicle}");
+    let arguments = ["sim", "bluerov2", "--set", &hovers, "--out", &out];
+    refused(&stage, 1, &arguments, &["'hover.vehicle'", "broken.yaml"]);
 }
 
 #[test]
@@ -292,9 +313,34 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
             "a number from 0.01 to 10000",
         ),
         (vec!["design", "locus"], "see planesman design locus --help"),
+        (
+            vec!["help", "tun"],
+            "there is no command 'tun'; did you mean 'tune'? (see planesman --help)",
+        ),
+        (
+            vec!["sysid", "help", "fti"],
+            "there is no command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
+        ),
+        (
+            vec!["help", "sysid", "fti"],
+            "there is no command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
+        ),
+        (
+            vec!["bag", "dif"],
+            "there is no command 'dif'; did you mean 'diff'?",
+        ),
     ] {
         refused(&stage, 2, &arguments, &["planesman: ", says]);
     }
+    let doubled = [
+        "there are recorder, ",
+        "plant_sim; did you mean 'plant_sim'?",
+    ];
+    let set = ["sim", "dive", "--out", &out, "--set", "plantsim.speed=1"];
+    refused(&stage, 1, &set, &doubled);
+    refused(&stage, 1, &["params", "plantsim"], &doubled);
+    let scenario = ["is expected; did you mean 'dive'?"];
+    refused(&stage, 1, &["sim", "dvie", "--out", &out], &scenario);
     for (arguments, says) in [
         (vec!["dive", "--namespace", "2nd", "--out", &out], "2nd"),
         (vec!["params", "rudder"], "'rudder'"),
@@ -302,6 +348,89 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
     ] {
         refused(&stage, 1, &arguments, &["planesman: ", says]);
     }
+}
+
+#[test]
+fn a_number_below_zero_is_refused_by_the_range_of_its_option() {
+    let stage = Stage::new();
+    let whole = "a whole number from ";
+    for (command, option, value, says) in [
+        ("dive", "--factor", "-1", "': it must lie in [0.01, 100]"),
+        ("sweep dive", "--seeds", "-1", whole),
+        ("sweep dive", "--samples", "-3", whole),
+        ("sweep dive", "--shard", "-1/4", "I from 1 to N"),
+        ("watch", "--port", "-1", "from 0 to 65535"),
+        ("sysid topics a.csv", "--most-unpacked", "-1", whole),
+        ("sysid topics a.csv", "--most-unpacked", "0", whole),
+        (
+            "sysid topics a.csv",
+            "--sample-time",
+            "-1s",
+            "from 0.000001",
+        ),
+        (
+            "sysid fit a.csv",
+            "--delay",
+            "-1",
+            "from 0 to 1000 is expected",
+        ),
+        (
+            "sysid fit a.csv",
+            "--order",
+            "-1",
+            "from 0 to 64 is expected",
+        ),
+        (
+            "sysid fit a.csv",
+            "--order",
+            "400",
+            "from 0 to 64 is expected",
+        ),
+        ("sysid fit a.csv", "--numerator", "-2", whole),
+        ("sysid fit a.csv", "--bootstrap", "-2", whole),
+        (
+            "sysid fit a.csv",
+            "--coherence",
+            "-0.5",
+            "from 0.05 to 0.999",
+        ),
+        ("sysid fit a.csv", "--inertia", "-0.5", "a number above 0"),
+        ("sysid fit a.csv", "--noise", "-1e-3", "a number above 0"),
+        ("sysid fit a.csv", "--bias-drift", "-1", "0 or more"),
+        (
+            "sysid fit a.csv",
+            "--speed",
+            "-1ft/s",
+            "from 0.001 to 100 m/s",
+        ),
+        ("sysid fit a.csv", "--prefilter", "-1..2", "--prefilter"),
+        ("sysid fit a.csv", "--unwrap", "-1", "a period above 0"),
+        ("sysid compare m.yaml a.csv", "--ahead", "-1", whole),
+        ("tune m.yaml", "--ms", "-1", "from 1.05 to 100"),
+        ("tune m.yaml", "--seed", "-1", "from 0 to 4294967295"),
+        ("bag diff a b", "--most-unpacked", "-3", whole),
+        ("dha design dfcu --load-cycle a", "--seeds", "-1", whole),
+        ("six-dof fly lauv", "--wave", "-1,2", "three numbers"),
+        (
+            "design locus --vary speed",
+            "--to",
+            "-1m/s",
+            "from 0 to 1000",
+        ),
+        (
+            "six-dof fit a --like lauv",
+            "--horizon",
+            "-1",
+            "from 1 to 100000",
+        ),
+    ] {
+        let arguments: Vec<&str> = command.split(' ').chain([option, value]).collect();
+        let named = format!("invalid value '{value}' for '{option} <");
+        refused(&stage, 2, &arguments, &["planesman: ", &named, says]);
+    }
+    let current = ["six-dof", "fly", "lauv", "--duration", "1"];
+    let current = [&current[..], &["--current", "-0.1,0,0"]].concat();
+    stage.run(&current).success();
 }
 
 #[test]

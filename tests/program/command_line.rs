@@ -432,7 +432,7 @@ fn a_slip_of_the_hand_is_answered_with_what_was_meant_and_what_is_taken() {
         (
             1,
             vec!["sim", "dives"],
-            "did you mean 'dive'?; a YAML file or one of bluerov2, dive, ",
+            "a YAML file or one of bluerov2, dive, ",
         ),
         (2, vec!["sim", "dive", "--ot", "x"], "did you mean '--out'?"),
         (

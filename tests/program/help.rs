@@ -67,6 +67,7 @@ fn every_help_text_has_an_example_within_eighty_columns() {
             assert!(examples.contains(called.trim_end()), "{name}: {examples}");
             for line in text.lines() {
                 assert!(line.chars().count() <= 80, "{name}: {line}");
+                assert!(!line.contains("\\["), "{name}: {line}");
             }
             for line in examples.lines() {
                 assert!(!has_a_bare_bracket(line), "{name}: {line}");

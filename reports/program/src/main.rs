@@ -8,7 +8,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use planesman::arguments::{ended, refused};
+use planesman::arguments::{ended, parsed, refused};
 use planesman_console::print_wrapped;
 use planesman_hydraulics::actuator_file;
 
@@ -56,7 +56,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match parsed::<Cli>() {
         Ok(cli) => cli,
         Err(error) => return refused::<Cli>(&error),
     };

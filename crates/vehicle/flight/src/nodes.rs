@@ -88,9 +88,9 @@ pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
         .collect();
     if let (Some(name), []) = (node, nodes.as_slice()) {
         refuse!(
-            "there is no node '{name}'{}; there are {}",
-            did_you_mean(name, NODES),
-            NODES.join(", ")
+            "there is no node '{name}'; there are {}{}",
+            NODES.join(", "),
+            did_you_mean(name, NODES)
         );
     }
     Ok(nodes)

@@ -40,7 +40,7 @@ pub enum Error {
     },
     /// Nothing of that name is built in, and no file is there.
     #[error(
-        "no actuator is built in as '{name}' ({actuators}){meant}; as a vehicle or a model: {reason}"
+        "no actuator is built in as '{name}' ({actuators}); as a vehicle or a model: {reason}{meant}"
     )]
     NoSubject {
         /// The name.
