@@ -32,7 +32,7 @@ mod sensors;
 mod six_dof;
 #[path = "../stage/mod.rs"]
 mod stage;
-#[path = "../../reports/brunner_1988/src/identification/synthetic.rs"]
+#[path = "../../reports/src/brunner_1988/identification/synthetic.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod synthetic;
 mod sysid_compare;

@@ -1,0 +1,132 @@
+//! `planesman-reports reproduce`: every number of the two historical reports, and of Hopsan's recorded validations, compared with the recomputed value.
+//!
+//! - [`listing`]: the numbers as text; [`page`]: as an HTML page.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result, bail};
+use planesman_reports::book::rows::{self, Row};
+use planesman_reports::book::{Comparison, Line, Report, Verdict};
+use planesman_reports::{brunner_1988, hopsan, ibm_1966};
+
+use planesman::arguments::output_file;
+use planesman_console::print_wrapped;
+use planesman_console::progress::{end_with_reader, on_all_cores, spinner};
+use planesman_flight::sink::write_text;
+
+mod listing;
+mod page;
+
+/// The reports.
+const REPORTS: [Report; 3] = [brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT];
+
+/// The output of `reproduce`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ReproduceArgs {
+    /// Print every number and the identification step by step, not only the totals and what is contradicted
+    #[arg(long)]
+    all: bool,
+    /// Also write numbers and redrawn figures as one HTML page
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
+    /// Also write the numbers as JSON
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    json: Option<PathBuf>,
+    /// Also write the numbers as CSV
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    csv: Option<PathBuf>,
+}
+
+impl ReproduceArgs {
+    fn writes(&self) -> bool {
+        [&self.html, &self.json, &self.csv]
+            .iter()
+            .any(|it| it.is_some())
+    }
+}
+
+/// Prints the books of numbers, and writes what is asked for.
+///
+/// # Errors
+/// When a verdict is not the one that stands in the book, when a number moved away from its reference,
+/// or when a file cannot be written.
+pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
+    if !args.writes() {
+        end_with_reader();
+    }
+    let mut page = page::Page::default();
+    let mut all_rows = Vec::new();
+    let mut changes = 0;
+    let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
+    for (report, values) in REPORTS.iter().zip(recomputed) {
+        let (book, names) = ((report.book)()?, (report.names)()?);
+        let comparison = Comparison::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        print_wrapped(format_args!("{}\n", report.citation))?;
+        planesman_console::print(listing::totals(&comparison))?;
+        let told = |line: &&Line<'_>| {
+            args.all || line.verdict == Some(Verdict::Contradicts) || line.change().is_some()
+        };
+        planesman_console::out!("{}", listing::text(&book, &comparison, told)?)?;
+        let procedure = match args.all || args.html.is_some() {
+            true => report.procedure.map(|text| text()).transpose()?,
+            false => None,
+        };
+        if let (true, Some(procedure)) = (args.all, &procedure) {
+            print_wrapped(format_args!("{procedure}\n"))?;
+        }
+        changes += comparison.changes().len();
+        all_rows.extend(rows::of(report, &book, &names, &comparison));
+        if args.html.is_some() {
+            let _working = spinner("figures");
+            page.add(
+                report,
+                &book,
+                &names,
+                &comparison,
+                &(report.figures)()?,
+                procedure.as_deref(),
+            );
+        }
+    }
+    if !args.all {
+        planesman_console::out!("Every number: --all, or --html, --json, --csv FILE.")?;
+    }
+    if let Some(path) = &args.html {
+        write_text(path, page.text())?;
+        planesman_console::out!("{}: the numbers and the redrawn figures", path.display())?;
+    }
+    if let Some(path) = &args.json {
+        write_text(path, json(&all_rows)?)?;
+        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
+    }
+    if let Some(path) = &args.csv {
+        write_text(path, csv(&all_rows)?)?;
+        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
+    }
+    match changes {
+        0 => Ok(()),
+        1 => bail!("1 number differs from the book"),
+        n => bail!("{n} numbers are not as they stand in the book"),
+    }
+}
+
+/// A list of objects.
+///
+/// # Errors
+/// None in practice: writing to memory.
+fn json(rows: &[Row]) -> Result<String> {
+    Ok(serde_json::to_string_pretty(rows)? + "\n")
+}
+
+/// A header row, and a row for each number.
+///
+/// # Errors
+/// None in practice: writing to memory.
+fn csv(rows: &[Row]) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    let bytes = writer.into_inner().ok().context("a table in memory")?;
+    Ok(String::from_utf8(bytes)?)
+}

@@ -1,0 +1,61 @@
+//! A digital flight control as it is put to the test: missile, actuator, autopilot, pulse logic.
+
+use crate::ibm_1966::autopilot::Gains;
+use crate::ibm_1966::missile::{Surrogate, YawPlant};
+use planesman_hydraulics::{ActuatorSet, Condition, Options};
+
+/// Where the autopilot has psi' from, which the report does not say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateSignal {
+    /// A rate gyro.
+    Gyro,
+    /// The first difference of psi.
+    Difference,
+}
+
+/// A digital flight control to be tested.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The missile.
+    pub surrogate: Surrogate,
+    /// Its yaw dynamics: the surrogate's, unless another point of its valley is tried.
+    pub plant: YawPlant,
+    /// How psi' is had.
+    pub rate: RateSignal,
+    /// The actuator.
+    pub set: ActuatorSet,
+    /// The autopilot.
+    pub gains: Gains,
+    /// The pulse logic's options.
+    pub options: Options,
+    /// Wear and faults of the actuator.
+    pub condition: Condition,
+}
+
+impl Case {
+    /// The case with a surrogate's own gains.
+    #[must_use]
+    pub fn new(surrogate: Surrogate, set: ActuatorSet) -> Self {
+        Self {
+            surrogate,
+            plant: surrogate.plant(),
+            rate: RateSignal::Gyro,
+            set,
+            gains: Gains::new(surrogate),
+            options: Options::SINGLE_SPEED,
+            condition: Condition::SOUND,
+        }
+    }
+
+    /// The same with all gains times K_g.
+    #[must_use]
+    pub fn with_gain(&self, overall: f64) -> Self {
+        Self {
+            gains: Gains {
+                overall,
+                ..self.gains
+            },
+            ..self.clone()
+        }
+    }
+}

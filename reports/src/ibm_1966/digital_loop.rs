@@ -1,0 +1,160 @@
+//! The digital flight control whole: autopilot, pulse logic, hydraulics and missile (Figure 2-4).
+//!
+//! The actuator is in the report's simulation mode: open loop, the position error is found by the
+//! loop around the missile. At the begin of each valve cycle the autopilot samples the missile and
+//! the logic commands at most one volume; in between the missile is integrated under the nozzle
+//! angle of the exactly integrated ram.
+
+use crate::ibm_1966::autopilot::DigitalAutopilot;
+use crate::ibm_1966::case::{Case, RateSignal};
+use crate::ibm_1966::missile::{Yaw, YawPlant};
+use planesman_hydraulics::{Hydraulics, PulseLogic};
+
+/// Runge-Kutta steps of the missile in a valve cycle. The missile's poles are two orders of
+/// magnitude below the sampling frequency; it is the ram's motion, at 50 Hz, that has to be resolved.
+const STEPS: u32 = 12;
+
+/// How a run begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// psi_0, rad, without sideslip.
+    pub yaw: f64,
+    /// Where the ram rests, m.
+    pub ram: f64,
+}
+
+/// An instant of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// s from the start.
+    pub time: f64,
+    /// The missile.
+    pub yaw: Yaw,
+    /// delta_a, rad.
+    pub nozzle: f64,
+    /// X_1, m.
+    pub ram: f64,
+    /// P_d, Pa.
+    pub pressure: f64,
+    /// The large volume commanded at the begin of this cycle: +1, 0 or -1.
+    pub quanta: i8,
+}
+
+/// The loop. Copying it copies its whole future.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DigitalLoop {
+    period: f64,
+    moment_arm: f64,
+    plant: YawPlant,
+    rate: RateSignal,
+    /// psi at the begin of the last cycle, rad.
+    last: f64,
+    yaw: Yaw,
+    autopilot: DigitalAutopilot,
+    logic: PulseLogic,
+    hydraulics: Hydraulics,
+    /// Ram position at the begin of the next cycle, m.
+    ram: f64,
+    cycles: u32,
+}
+
+impl Case {
+    /// The loop, ready to fly.
+    #[must_use]
+    pub fn fly(&self, start: Start) -> DigitalLoop {
+        DigitalLoop::new(self, start)
+    }
+}
+
+impl DigitalLoop {
+    /// The loop of a case, everything at rest but what `start` says.
+    #[must_use]
+    pub fn new(case: &Case, start: Start) -> Self {
+        let set = case.surrogate.fitted(case.set.clone());
+        let mut hydraulics = Hydraulics::resting_at(&set, 1, start.ram);
+        hydraulics.set_condition(case.condition);
+        Self {
+            period: set.cycle(),
+            moment_arm: set.moment_arm,
+            plant: case.plant,
+            rate: case.rate,
+            last: start.yaw,
+            yaw: Yaw {
+                angle: start.yaw,
+                ..Yaw::default()
+            },
+            autopilot: DigitalAutopilot::new(case.gains),
+            logic: PulseLogic::with_options(&set, case.options),
+            hydraulics,
+            ram: start.ram,
+            cycles: 0,
+        }
+    }
+
+    /// s from the start to the begin of the next cycle.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        f64::from(self.cycles) * self.period
+    }
+
+    /// The missile at that time.
+    #[must_use]
+    pub fn yaw(&self) -> Yaw {
+        self.yaw
+    }
+
+    /// X_1 at that time, m.
+    #[must_use]
+    pub fn ram(&self) -> f64 {
+        self.ram
+    }
+
+    /// eps, rad, at the last decision of the pulse logic.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.logic.error()
+    }
+
+    /// One valve cycle under `steering` pulses. `watch` sees it from its begin in equal steps, its
+    /// end excluded; returned is the volume commanded: +1, 0 or -1.
+    pub fn cycle(&mut self, steering: f64, mut watch: impl FnMut(&Instant)) -> i8 {
+        let rate = match self.rate {
+            RateSignal::Gyro => self.yaw.rate,
+            RateSignal::Difference => (self.yaw.angle - self.last) / self.period,
+        };
+        self.last = self.yaw.angle;
+        let input = self.autopilot.input(steering, self.yaw.angle, rate);
+        let decision = self.logic.accumulate(input, self.ram);
+        let quanta = self.hydraulics.begin_cycle(decision.command).large;
+        let begin = self.time();
+        let h = self.period / f64::from(STEPS);
+        let (mut nozzle, mut pressure) = self.seen_at(0.0);
+        for i in 0..STEPS {
+            let at = f64::from(i) * h;
+            watch(&Instant {
+                time: begin + at,
+                yaw: self.yaw,
+                nozzle,
+                ram: nozzle * self.moment_arm,
+                pressure,
+                quanta,
+            });
+            let (middle, _) = self.seen_at(at + 0.5 * h);
+            let (end, pressure_after) = self.seen_at(at + h);
+            self.yaw = self.plant.step(self.yaw, [nozzle, middle, end], h);
+            (nozzle, pressure) = (end, pressure_after);
+        }
+        self.hydraulics.finish_cycle();
+        self.ram = self.hydraulics.reading(self.period).ram.position;
+        self.cycles += 1;
+        quanta
+    }
+
+    /// delta_a, rad, and P_d, Pa, at `time` s into the cycle; times must not go back.
+    fn seen_at(&mut self, time: f64) -> (f64, f64) {
+        let time = time.min(self.period);
+        self.hydraulics.advance(time);
+        let reading = self.hydraulics.reading(time);
+        (reading.ram.position / self.moment_arm, reading.pressure)
+    }
+}

@@ -1,0 +1,183 @@
+//! The rows of the report's Tables 2-1, 3-2 and 4-2: what each one changes.
+//!
+//! Table 2-1 shows that Phase III's way of simulating agrees with Phase I's. Table 4-2 is the flight simulation of Table 4-1's actuator. Table 3-2 compares the laboratory
+//! hardware with its mathematical model, on Table 3-1's actuator.
+//!
+//! **Table 3-2 does not follow from the same loop**: its gain margins lie 1.5 to 3 below the simulated
+//! ones, its negative steps 2 to 5. [`Case::adjusted`] holds what explains most of it with the same missile: 10 ms of
+//! transport delay more (about one cycle; the hardware's interface had a "delay generation logic", and
+//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture; docs/dha.md has the missile and the
+//! delay with which all of it comes out.
+
+use crate::ibm_1966::case::Case;
+use crate::ibm_1966::digital_loop::Start;
+use crate::ibm_1966::missile::Surrogate;
+use planesman_hydraulics::actuator_file::{self, ActuatorFileError};
+use planesman_units::{INCH, POUND_FORCE as POUND, PSI};
+
+/// A row of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Its name among the book's entries.
+    pub id: &'static str,
+    /// The change, as text.
+    pub label: &'static str,
+    change: fn(&mut Case),
+}
+
+/// The results of the tests of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// The largest stable positive step, pulses.
+    pub plus: i32,
+    /// The largest stable negative step, pulses, below zero.
+    pub minus: i32,
+    /// The gain margin: the largest stable K_g.
+    pub gain: f64,
+}
+
+/// One in^3/s, m^3/s.
+const FLOW: f64 = INCH * INCH * INCH;
+
+/// Phase III's runs of Table 2-1 without leakage and compensation.
+pub const TABLE_2_1: [Row; 1] = [Row {
+    id: "phase_3",
+    label: "K = 0, no leakage",
+    change: |case| {
+        (case.set.rate_gain, case.set.error_rate) = (0.0, 0.0);
+        case.gains.compensation = 0.0;
+    },
+}];
+
+/// Table 4-2, in its order.
+pub const TABLE_4_2: [Row; 8] = [
+    Row {
+        id: "base",
+        label: "Table 4-1",
+        change: |_| (),
+    },
+    Row {
+        id: "qL=.150",
+        label: "q_L = 0.150 in^3/s",
+        change: |case| case.set.rate_gain = 0.150 * FLOW,
+    },
+    Row {
+        id: "qLC=-.0165",
+        label: "q_LC = -0.0165 in^3/s",
+        change: |case| case.set.error_rate = -0.0165 * FLOW,
+    },
+    Row {
+        id: "qL=qLC=0",
+        label: "no leakage",
+        change: |case| (case.set.rate_gain, case.set.error_rate) = (0.0, 0.0),
+    },
+    Row {
+        id: "worst",
+        label: "worst leakage",
+        change: |case| (case.set.rate_gain, case.set.error_rate) = (0.150 * FLOW, -0.0165 * FLOW),
+    },
+    Row {
+        id: "K=2^-16",
+        label: "K = 2^-16",
+        change: |case| case.gains.compensation = 0.5f64.powi(16),
+    },
+    Row {
+        id: "K=2^-5",
+        label: "K = 2^-5",
+        change: |case| case.gains.compensation = 0.5f64.powi(5),
+    },
+    Row {
+        id: "K=2^-9",
+        label: "K = 2^-9",
+        change: |case| case.gains.compensation = 0.5f64.powi(9),
+    },
+];
+
+/// Table 3-2, without the row of the hardware, which printed the same as its model.
+pub const TABLE_3_2: [Row; 6] = [
+    Row {
+        id: "model",
+        label: "Table 3-1",
+        change: |_| (),
+    },
+    Row {
+        id: "C=6",
+        label: "C = 6 lb s/in",
+        change: |case| case.set.viscous = 6.0 * POUND / INCH,
+    },
+    Row {
+        id: "C=18",
+        label: "C = 18 lb s/in",
+        change: |case| case.set.viscous = 18.0 * POUND / INCH,
+    },
+    Row {
+        id: "beta_V=13300",
+        label: "beta/V = 13 300 lb/in^5",
+        change: |case| case.set.stiffness = 13_300.0 * PSI / FLOW,
+    },
+    Row {
+        id: "beta_V=100000",
+        label: "beta/V = 100 000 lb/in^5",
+        change: |case| case.set.stiffness = 100_000.0 * PSI / FLOW,
+    },
+    Row {
+        id: "dF=0",
+        label: "no friction",
+        change: |case| case.set.coulomb = 0.0,
+    },
+];
+
+impl Row {
+    /// `base` with this row's change.
+    #[must_use]
+    pub fn of(&self, base: &Case) -> Case {
+        let mut case = base.clone();
+        (self.change)(&mut case);
+        case
+    }
+}
+
+impl Case {
+    /// Table 3-1's actuator, the hardware's.
+    ///
+    /// # Errors
+    /// [`ActuatorFileError`]; the file is built in, and a test reads it.
+    pub fn table_3_1(surrogate: Surrogate) -> Result<Self, ActuatorFileError> {
+        Ok(Self::new(surrogate, actuator_file::load("table_3_1")?))
+    }
+
+    /// Table 4-1's actuator, the flight simulation's.
+    ///
+    /// # Errors
+    /// [`ActuatorFileError`]; the file is built in, and a test reads it.
+    pub fn table_4_1(surrogate: Surrogate) -> Result<Self, ActuatorFileError> {
+        Ok(Self::new(surrogate, actuator_file::load("table_4_1")?))
+    }
+
+    /// The conjecture on Table 3-2: T_D = 10 ms and 8 % more friction.
+    #[must_use]
+    pub fn adjusted(mut self) -> Self {
+        self.set.extra_delay = 0.010;
+        self.set.coulomb *= 1.08;
+        self
+    }
+
+    /// Step tests and gain margin.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.outcome_from(Start::default())
+    }
+
+    /// The same from a start, its ram the gain test's too where it is not in the middle.
+    #[must_use]
+    pub fn outcome_from(&self, start: Start) -> Outcome {
+        Outcome {
+            plus: self.step_limit_from(1, start),
+            minus: self.step_limit_from(-1, start),
+            gain: match start.ram {
+                0.0 => self.gain_limit(),
+                ram => self.gain_limit_from(ram),
+            },
+        }
+    }
+}
