@@ -16,14 +16,14 @@ use crate::arguments::output_file;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_console::{Format, print_wrapped};
 use planesman_decode::{StampDecoder, Values};
-use planesman_diff::{
-    CanonicalOrder, ColumnOf, Comparison, Options, Rule, Tolerance, WALL_TIME, diff, histories,
-    stamp_decoder,
-};
 use planesman_flight::flight::recorded;
 use planesman_flight::nodes::NODES;
 use planesman_flight::sink::{COLUMNS, write_text};
-use planesman_pages::flights::Count;
+use planesman_show::diff::{
+    CanonicalOrder, ColumnOf, Comparison, Options, Rule, Tolerance, WALL_TIME, diff, histories,
+    stamp_decoder,
+};
+use planesman_show::pages::flights::Count;
 
 /// Prints what the bag at `path` holds and lacks.
 ///
@@ -191,7 +191,7 @@ pub fn compare(args: &DiffArgs) -> Result<bool> {
         /// Fields of a topic that are drawn.
         const DRAWN: usize = 3;
         let drawn = histories([&args.a, &args.b], &options, &found, DRAWN)?;
-        write_text(path, planesman_pages::diff::page(&found, &drawn))?;
+        write_text(path, planesman_show::pages::diff::page(&found, &drawn))?;
     }
     print(&found, args.format)?;
     if let Some(path) = &args.html {

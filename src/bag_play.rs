@@ -15,13 +15,13 @@ use clap::Args;
 use planesman_bag::qos::Durability;
 use planesman_bag::{BagReader, BagWriter, Order, Topic, TopicId, WriterOptions};
 use planesman_decode::{StampDecoder, Values};
-use planesman_diff::{Options, diff, stamp_decoder};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_node::{
     Definitions, Direction, Next, NodeSpec, Publisher, Qos, RawPublisher, RawSample, Runtime,
     STRICT_PARAMETERS, args,
 };
+use planesman_show::diff::{Options, diff, stamp_decoder};
 use planesman_signals::types;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -345,7 +345,7 @@ struct Plan {
 /// A bag's topics but these and those of wall time.
 fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     let of_wall_time = |it: &Topic| {
-        planesman_diff::WALL_TIME
+        planesman_show::diff::WALL_TIME
             .iter()
             .any(|wall| it.name.ends_with(wall))
     };

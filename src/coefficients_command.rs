@@ -7,7 +7,7 @@ use planesman_vehicle::vehicle_file;
 
 use crate::arguments::speed;
 use planesman_console::Format;
-use planesman_pages::coefficients::{in_one, text};
+use planesman_show::pages::coefficients::{in_one, text};
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]

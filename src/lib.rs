@@ -2,7 +2,7 @@
 //!
 //! This package is the program around the nodes and the libraries. From a scenario it flies the vehicle two
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
-//! ([`planesman_flight`]). Either way a bag remains, from which [`planesman_pages`] tells what happened. [`sweep`] flies a scenario many
+//! ([`planesman_flight`]). Either way a bag remains, from which [`planesman_show::pages`] tells what happened. [`sweep`] flies a scenario many
 //! times.
 //!
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`]

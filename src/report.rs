@@ -9,7 +9,7 @@ use crate::arguments::output_file;
 use crate::run_folder::RunFolder;
 use planesman_console::{Format, print_wrapped};
 use planesman_flight::sink::write_text;
-use planesman_pages::flights::{Flown, comparison, difference_note, page};
+use planesman_show::pages::flights::{Flown, comparison, difference_note, page};
 
 /// The flights.
 #[derive(Args)]

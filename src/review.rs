@@ -11,7 +11,7 @@ use planesman_fit::{
 use planesman_flight::sink::write_text;
 use planesman_flight::titles;
 use planesman_identification::frequency::MeasuredResponse;
-use planesman_pages::review::{self, Review};
+use planesman_show::pages::review::{self, Review};
 use planesman_text::{in_one_line, shell_word};
 use serde_json::json;
 
@@ -116,7 +116,7 @@ impl ReviewArgs {
 /// Runs the command: writes the page, prints its conclusion. Without a usable model the page says so, and what to do.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_design::DiveTask::gains`], the page written but where no data is
+/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`], the page written but where no data is
 /// read; a page that cannot be written.
 pub fn run(args: &ReviewArgs) -> Result<()> {
     let options = args.options()?;

@@ -16,7 +16,7 @@ use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
-use planesman_pages::flights::{self, Count, Flown, published_and_lost};
+use planesman_show::pages::flights::{self, Count, Flown, published_and_lost};
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -282,7 +282,7 @@ fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
 
 /// Whether loss on a topic means anything: the others are spoken before the recorder listens.
 fn is_counted(topic: &str) -> bool {
-    !planesman_diff::WALL_TIME.contains(&topic)
+    !planesman_show::diff::WALL_TIME.contains(&topic)
 }
 
 /// The messages that a node published, by its exit report; `None` without a report.

@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use planesman_bag::reader::Limits;
 use planesman_bag::{BagInfo, BagReader, Order};
-use planesman_diff::{Options, diff};
+use planesman_show::diff::{Options, diff};
 use planesman_fuzz::InMemory;
 
 /// Small enough that what is refused for its size is met often.

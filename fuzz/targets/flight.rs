@@ -8,7 +8,7 @@ use planesman_flight::flight::Flight;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::Summary;
 use planesman_fuzz::InMemory;
-use planesman_pages::flights::{Flown, page};
+use planesman_show::pages::flights::{Flown, page};
 
 static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| Scenario::load("dive").expect("built in"));
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use planesman_console::print_wrapped;
-use planesman_design::Analysis;
 use planesman_flight::sink::write_text;
+use planesman_show::design::Analysis;
 
 use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{output_file, speed, within};

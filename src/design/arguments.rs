@@ -3,7 +3,7 @@
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
-use planesman_design::{ACTUATOR, Body, Law, RATE, Subject, TABLE_3, default_gains};
+use planesman_show::design::{ACTUATOR, Body, Law, RATE, Subject, TABLE_3, default_gains};
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::within;

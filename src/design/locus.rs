@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Args;
 use planesman_console::{print_wrapped, wrapped};
-use planesman_design::{Locus, Varied, heading};
 use planesman_flight::sink::write_text;
+use planesman_show::design::{Locus, Varied, heading};
 
 use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{choice, output_file, speed, within};

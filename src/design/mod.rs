@@ -7,7 +7,7 @@
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
 //! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
-//! What they compute is [`planesman_design`].
+//! What they compute is [`planesman_show::design`].
 
 pub mod analyse;
 mod arguments;

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use planesman_control::design::optimise::Wishes;
 
-use planesman_design::{described, gains_text, heading, speed_text};
+use planesman_show::design::{described, gains_text, heading, speed_text};
 
 use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{length, speed, within};

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::design::placement::{self, Poles};
-use planesman_design::{described, gains_text, heading, speed_text};
+use planesman_show::design::{described, gains_text, heading, speed_text};
 
 use super::arguments::SubjectArgs;
 use crate::arguments::{speed, within};

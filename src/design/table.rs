@@ -6,8 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
-use planesman_design::DepthSteps;
 use planesman_flight::sink::write_text;
+use planesman_show::design::DepthSteps;
 
 use crate::arguments::{length, output_file, speed, within};
 

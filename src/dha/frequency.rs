@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use planesman_console::print_wrapped;
-use planesman_design::frequency_text;
 use planesman_hydraulics::actuator_file;
+use planesman_show::design::frequency_text;
 
 use crate::reports_program;
 

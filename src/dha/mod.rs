@@ -4,7 +4,7 @@
 //! - [`frequency`]: the linear model beside the full one.
 //! - [`design`]: designs of a circuit of on/off valves over a load cycle.
 //!
-//! What they compute is [`planesman_design`]; the 1966 study's tables and the limit cycles are the reports' program's.
+//! What they compute is [`planesman_show::design`]; the 1966 study's tables and the limit cycles are the reports' program's.
 
 use anyhow::Result;
 

@@ -2,9 +2,9 @@
 
 use anyhow::{Result, anyhow};
 use planesman_console::{Format, print_wrapped};
-use planesman_design::{size_table, size_text};
 use planesman_hydraulics::sizing::{Load, for_load};
 use planesman_hydraulics::{ActuatorSet, actuator_file};
+use planesman_show::design::{size_table, size_text};
 use planesman_units::{DEGREE, Dimension, Quantity};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.

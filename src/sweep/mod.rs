@@ -89,7 +89,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     let path = folder.join("report.html");
     write_text(
         &path,
-        planesman_pages::sweep::page(scenario, signal.as_deref(), space, &outcomes),
+        planesman_show::pages::sweep::page(scenario, signal.as_deref(), space, &outcomes),
     )?;
     planesman_console::out!("{file}: {all} cases")?;
     if outcomes.failed > 0 {

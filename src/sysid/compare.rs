@@ -12,7 +12,7 @@ use planesman_model_file::{ModelFile, SeveralModelFile};
 use super::arguments::{DataArgs, GridArgs, PreparationArgs, together};
 use crate::arguments::output_file;
 use planesman_flight::sink::write_text;
-use planesman_pages::tables::{numbers, of_several, tables};
+use planesman_show::pages::tables::{numbers, of_several, tables};
 
 /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response.
 ///
@@ -104,7 +104,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         }
     }
     if let Some(path) = &args.html {
-        let page = planesman_pages::compare::page(&found.models, &found.prepared);
+        let page = planesman_show::pages::compare::page(&found.models, &found.prepared);
         write_text(path, page)?;
         planesman_console::err!("{}: the page", path.display());
     }

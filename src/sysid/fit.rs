@@ -18,7 +18,7 @@ use planesman_model_file::ModelFile;
 use super::arguments::{SignalArgs, by, together};
 use crate::arguments::{choice, choice_also_known, output_file, speed, within};
 use planesman_flight::sink::write_text;
-use planesman_pages::tables::{notes, tried};
+use planesman_show::pages::tables::{notes, tried};
 use planesman_vehicle::heave::{HeaveError, heave_of};
 
 /// The options that `-h` shows; `--help` shows all.
@@ -306,11 +306,11 @@ pub fn run(args: &FitArgs) -> Result<()> {
                 let (analysis, prepared) = (&found.analysis, &found.prepared);
                 let columns = [&analysis.input, &analysis.output];
                 let columns = columns.map(|it| prepared.reading.column(it));
-                planesman_pages::fit::page(analysis, &prepared.resampled.record, columns)?
+                planesman_show::pages::fit::page(analysis, &prepared.resampled.record, columns)?
             }
             tried => {
                 let prepared = found.validation.as_ref().unwrap_or(&found.prepared);
-                planesman_pages::compare::page(&compared(tried, prepared)?, prepared)
+                planesman_show::pages::compare::page(&compared(tried, prepared)?, prepared)
             }
         };
         write_text(path, page)?;
@@ -328,14 +328,14 @@ fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
     } else {
-        print_wrapped(planesman_pages::equations::text(&found))?;
+        print_wrapped(planesman_show::pages::equations::text(&found))?;
     }
     if let Some(path) = &args.model {
         found.file().write(path)?;
         planesman_console::err!("{}: the equations", path.display());
     }
     if let Some(path) = &args.html {
-        write_text(path, planesman_pages::equations::page(&found))?;
+        write_text(path, planesman_show::pages::equations::page(&found))?;
         planesman_console::err!("{}: the page", path.display());
     }
     Ok(())
@@ -354,10 +354,10 @@ fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
     } else {
-        print_wrapped(planesman_pages::continuous::text(&found))?;
+        print_wrapped(planesman_show::pages::continuous::text(&found))?;
     }
     if let Some(path) = &args.html {
-        write_text(path, planesman_pages::continuous::page(&found))?;
+        write_text(path, planesman_show::pages::continuous::page(&found))?;
         planesman_console::err!("{}: the page", path.display());
     }
     Ok(())
@@ -382,7 +382,7 @@ fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
         planesman_console::err!("{}: the model", path.display());
     }
     if let Some(path) = &args.html {
-        write_text(path, planesman_pages::several::page(&found))?;
+        write_text(path, planesman_show::pages::several::page(&found))?;
         planesman_console::err!("{}: the page", path.display());
     }
     Ok(())

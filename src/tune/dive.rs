@@ -7,13 +7,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use clap::Args;
 use planesman_console::{Format, Table, print_wrapped};
-use planesman_design::{ACTUATOR, DiveGains, DiveTask, Subject, described, gains_text, speed_text};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::write_text;
 use planesman_flight::sweep::Sweep;
 use planesman_flight::sweep::outcomes::Outcomes;
 use planesman_model_file::ModelFile;
-use planesman_pages::review::{Gains, drawn_text, of_dive, worst};
+use planesman_show::design::{
+    ACTUATOR, DiveGains, DiveTask, Subject, described, gains_text, speed_text,
+};
+use planesman_show::pages::review::{Gains, drawn_text, of_dive, worst};
 use planesman_tuning::{MISSED, Spread, drawn};
 use planesman_vehicle::vehicle_file;
 use serde_json::json;

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use clap::Args;
-use planesman_design::{DiveGains, DiveTask};
 use planesman_model_file::ModelFile;
+use planesman_show::design::{DiveGains, DiveTask};
 use planesman_tuning::{TuneOptions, Tuning, tune};
 use planesman_vehicle::identified;
 

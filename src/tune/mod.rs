@@ -14,8 +14,8 @@ use planesman_fit::{FitData, FitError, FitOptions, FitResult, MethodChoice};
 use planesman_flight::sink::write_text;
 use planesman_identification::estimators::Method as Estimator;
 use planesman_model_file::ModelFile;
-use planesman_pages::tuning;
 use planesman_parallel::Progress;
+use planesman_show::pages::tuning;
 
 use self::dive::DiveFileArgs;
 pub(crate) use self::dive::{as_json as json_of_dive, review as review_of_dive};
@@ -121,7 +121,7 @@ impl TuneArgs {
 /// Runs the command: prints the gains, writes the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_design::DiveTask::gains`]; a page that cannot be written.
+/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; a page that cannot be written.
 pub fn run(args: &TuneArgs) -> Result<()> {
     let found = match args.gains.gains(args.model()?)? {
         Gains::Dive(task, found) => return args.files.write(&task, &found, args.json),

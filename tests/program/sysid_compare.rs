@@ -12,7 +12,7 @@ use planesman_console::Format;
 use planesman_fit::{CompareOptions, Compared, Comparison, FitResult};
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
-use planesman_pages::tables::{numbers, tables};
+use planesman_show::pages::tables::{numbers, tables};
 use planesman_testing::{content, hostile::mutated};
 use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};

@@ -8,10 +8,10 @@ use peers::program;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
 use planesman_control::{Controller, ControllerParameters};
-use planesman_design::{Body, Subject, default_gains};
 use planesman_hydraulics::{Actuator, ActuatorParameters, Model, actuator_file, linearised};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_plant::{Plant, PlantParameters};
+use planesman_show::design::{Body, Subject, default_gains};
 use planesman_units::{DEGREE, FOOT};
 
 /// Ticks with the gains as they are, until the vehicle is in trim, and then with the loop's gain changed.

@@ -10,8 +10,8 @@ use planesman::sysid::fit::FitArgs;
 use planesman::sysid::topics;
 use planesman_bag::{BagReader, Message, Order};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
-use planesman_diff::{Options, diff};
 use planesman_fit::{DataOptions, FitResult};
+use planesman_show::diff::{Options, diff};
 use serde_json::Value;
 
 /// The output of a peer; `None` where there is no Python with `rosbags`.

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use planesman_plot::Plot;
+use planesman_show::plot::Plot;
 
 use crate::book::{Book, BookError, Names};
 

@@ -6,7 +6,7 @@
 use planesman_plant::gyro::{self, Calibration};
 use planesman_plant::plane_signal::{self, PlaneSignal};
 use planesman_plant::pressure_cell::{self, FULL_SCALE, MANOMETER_WATER, TANK_WATER};
-use planesman_plot::Plot;
+use planesman_show::plot::Plot;
 use planesman_units::INCH;
 
 /// Depth at which the bench calibration gives full scale \[in\] (p. 76).

@@ -4,7 +4,7 @@
 //! with its acceleration. Axes are those of the report: feet for depth, and units of `L / U` for time,
 //! which the report calls seconds (erratum E2).
 
-use planesman_plot::Plot;
+use planesman_show::plot::Plot;
 
 use crate::brunner_1988::programs::{FEET_PER_LENGTH, Program, STEP, T2, T3, T4, T5};
 

@@ -15,7 +15,7 @@ use crate::book::{Book, BookError, Chapter, Names, Recomputed, Report, ReportErr
 use planesman_circuit::{
     Chamber, Circuit, Control, Edge, Law, Level, Load, MOST_EDGES, Oil, Simulation, Valves,
 };
-use planesman_plot::{Plot, Style};
+use planesman_show::plot::{Plot, Style};
 
 /// The report.
 pub const REPORT: Report = Report {

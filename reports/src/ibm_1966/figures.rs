@@ -20,7 +20,7 @@ use planesman_linear::ComplexFunctions as _;
 use planesman_units::{DEGREE, INCH};
 
 use crate::book::{Chapter, ReportError};
-use planesman_plot::{Plot, Style};
+use planesman_show::plot::{Plot, Style};
 
 /// The missile of all figures.
 const SURROGATE: Surrogate = Surrogate::Ps2;

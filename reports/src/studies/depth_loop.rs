@@ -10,9 +10,9 @@
 
 use planesman_control::LimitError;
 use planesman_control::gains::PitchModel;
-use planesman_design::{DepthLoop, Describing, Prediction};
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::{ActuatorSet, Demand, Dha, Options};
+use planesman_show::design::{DepthLoop, Describing, Prediction};
 use planesman_units::{DEGREE, INCH};
 use serde::Deserialize;
 

@@ -8,8 +8,8 @@ use crate::brunner_1988::controllers::program_t6::{Motion, Plant};
 use planesman_control::{
     AntiWindup, ControllerParameters, DepthLoop, Integral, Limit, LimitError, PitchLoop,
 };
-use planesman_design::default_gains;
 use planesman_hydraulics::{Demand, Dha};
+use planesman_show::design::default_gains;
 use planesman_units::FOOT;
 
 use crate::studies::orbit::{Body, SCALE, State};

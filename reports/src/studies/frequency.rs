@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
-use planesman_design::{MOST_RESIDUAL, gain_and_phase};
 use planesman_hydraulics::ActuatorSet;
 use planesman_hydraulics::describing_function::toggling;
 use planesman_hydraulics::frequency_response::Periods;
 use planesman_hydraulics::linearised::Ram;
 use planesman_linear::{Complex, ComplexFunctions as _};
+use planesman_show::design::{MOST_RESIDUAL, gain_and_phase};
 use planesman_units::DEGREE;
 
 use crate::ibm_1966::flight_control::{self, FlightControl};

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use maud::html;
 use planesman_console::{Format, Table, wrapped};
-use planesman_design::{Describing, MOST_RESIDUAL, Prediction};
 use planesman_linear::digits::significant;
-use planesman_pages::{document, figures};
-use planesman_plot::{Plot, Style};
+use planesman_show::design::{Describing, MOST_RESIDUAL, Prediction};
+use planesman_show::pages::{document, figures};
+use planesman_show::plot::{Plot, Style};
 use planesman_units::{DEGREE, INCH};
 
 use crate::studies::depth_loop::{Case, Dive, DiveError, Figure, LimitCycle, STARTS};

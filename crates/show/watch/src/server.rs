@@ -76,12 +76,12 @@ const FILES: &[(&str, &str, &str)] = &[
     (
         "/uPlot.js",
         SCRIPT,
-        include_str!("../../plot/uplot/uPlot.iife.min.js"),
+        include_str!("../../show/uplot/uPlot.iife.min.js"),
     ),
     (
         "/uPlot.css",
         CSS,
-        include_str!("../../plot/uplot/uPlot.min.css"),
+        include_str!("../../show/uplot/uPlot.min.css"),
     ),
 ];
 const HTML: &str = "text/html; charset=utf-8";

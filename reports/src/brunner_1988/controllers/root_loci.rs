@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use planesman_linear::{Complex, Error, polynomial};
 
-use planesman_plot::{Plot, Series, Style};
+use planesman_show::plot::{Plot, Series, Style};
 
 use super::axis::{DampedInertia, Gains};
 use super::depth::DepthDesign;

@@ -10,7 +10,7 @@ use planesman_control::LimitError;
 use planesman_control::design::step;
 use planesman_linear::Error;
 
-use planesman_plot::Plot;
+use planesman_show::plot::Plot;
 
 use super::axis::Gains;
 use super::depth::DepthDesign;

@@ -6,7 +6,7 @@
 //! Table 8 stands beside every fit.
 
 use planesman_identification::IdentificationError;
-use planesman_plot::{Plot, Style};
+use planesman_show::plot::{Plot, Style};
 
 use super::procedure::{Comparison, Detrend, Identification};
 use super::procedure_text::{Relation, nearness, roots};

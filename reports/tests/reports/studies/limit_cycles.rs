@@ -1,12 +1,12 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
 //! of the same loop (`reports/data/studies/limit_cycles.json`): the limit cycles of the quantum.
 
-use planesman_design::Describing;
 use planesman_reports::brunner_1988::controllers::pitch;
 use planesman_reports::studies::depth_loop::{Case, Leakage, Logic, cases};
 use planesman_reports::studies::orbit::{Growth, Orbit};
 use planesman_reports::studies::position_loop;
 use planesman_reports::studies::watched::Motion;
+use planesman_show::design::Describing;
 use planesman_units::{DEGREE, INCH};
 
 /// The row of the comparison with these options and M_theta = 0.
@@ -222,5 +222,5 @@ fn a_depth_that_still_settles_is_said_to_and_the_orbit_is_compared_with_what_is_
 #[test]
 fn the_vehicle_of_table_3_that_is_designed_for_is_the_thesis_own() {
     let thesis = pitch::model();
-    assert_eq!(thesis, planesman_design::TABLE_3);
+    assert_eq!(thesis, planesman_show::design::TABLE_3);
 }

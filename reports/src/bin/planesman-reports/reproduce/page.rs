@@ -4,7 +4,7 @@
 use maud::{Markup, html};
 use planesman_reports::book::{Book, Chapter, Comparison, Line, Names, Report, VERDICTS};
 
-use planesman_pages::{document, figures};
+use planesman_show::pages::{document, figures};
 use planesman_text::number;
 
 const STYLE: &str = "

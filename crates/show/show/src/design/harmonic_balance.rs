@@ -1,0 +1,111 @@
+//! Harmonic balance around a digital hydraulic actuator in the depth loop: the limit cycle that its quantum leaves.
+//!
+//! ```text
+//! H(s) = [Kpy (1 + K_i/s) (Kpz U/s + Kdz U + 1) + Kr s] K/(s^2 + B s + M) e^(-s T/2)
+//! ```
+//! with the depth controller's default gains, at its sampling time T.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use planesman_control::gains::PitchModel;
+use planesman_hydraulics::describing_function::{Search, balance};
+use planesman_hydraulics::frequency_response::{self, Periods};
+use planesman_hydraulics::{ActuatorSet, Demand};
+use planesman_linear::{Complex, ComplexFunctions as _};
+
+use crate::design::subject::{RATE, default_gains};
+
+/// An actuator's describing function, where it was measured: by the bits of amplitude, rad, and frequency, rad/s.
+pub type Describing = RefCell<BTreeMap<(u64, u64), Complex<f64>>>;
+
+/// Above this much of 1 + N H a harmonic balance is no cycle.
+pub const MOST_RESIDUAL: f64 = 0.1;
+
+/// Below this the describing function is measured over one period, rad/s.
+const SLOW: f64 = 0.05 * TAU;
+
+/// The depth loop of a vehicle in pitch alone, under the depth controller's default gains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthLoop {
+    /// The vehicle in pitch.
+    pub model: PitchModel,
+    /// U, m/s.
+    pub speed: f64,
+    /// K_i, 1/s.
+    pub integral: f64,
+}
+
+/// A cycle that harmonic balance predicts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prediction {
+    /// Hz.
+    pub frequency: f64,
+    /// Depth, peak to peak, m.
+    pub depth: f64,
+    /// |1 + N H|: 0 where the balance holds.
+    pub residual: f64,
+}
+
+impl DepthLoop {
+    /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
+    /// the actuator's command) from and to. The actuator's describing function is taken from the
+    /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
+    /// an amplitude, `known` what was measured of the same actuator before.
+    #[must_use]
+    pub fn predict(
+        &self,
+        set: &ActuatorSet,
+        amplitudes: (f64, f64),
+        known: &Describing,
+        demand: impl Fn(f64) -> Demand,
+    ) -> Prediction {
+        let measured = |amplitude: f64, frequency: f64| {
+            let periods = Periods {
+                settling: 1,
+                // Of a slow sinusoid one period has hundreds of samples.
+                measured: if frequency < SLOW { 1 } else { 3 },
+            };
+            frequency_response::actuator(set, demand(amplitude), frequency, periods)
+        };
+        let describing_function = |amplitude: f64, frequency: f64| {
+            let place = (amplitude.to_bits(), frequency.to_bits());
+            *known
+                .borrow_mut()
+                .entry(place)
+                .or_insert_with(|| measured(amplitude, frequency))
+        };
+        let search = Search {
+            amplitudes,
+            frequencies: (0.02 * TAU, 0.5 * TAU),
+        };
+        let found = balance(&search, describing_function, |w| self.around_the_planes(w));
+        let planes =
+            found.amplitude * describing_function(found.amplitude, found.frequency).modulus();
+        let climb = self.pitch(found.frequency) * self.speed;
+        Prediction {
+            frequency: found.frequency / TAU,
+            depth: 2.0 * planes * climb.modulus() / found.frequency,
+            residual: found.residual,
+        }
+    }
+
+    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
+    fn pitch(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        let model = &self.model;
+        Complex::from(model.plane) / (s * s + s * model.damping + model.restoring)
+    }
+
+    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
+    /// actuator. The computer's sampling is a dead time of half a tick.
+    fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        let (gains, speed) = (default_gains(), self.speed);
+        let integral = self.integral / s + 1.0;
+        let pitch_error = gains.depth_p * speed / s + gains.depth_d * speed + 1.0;
+        let feedback = gains.pitch_p * integral * pitch_error + gains.pitch_rate * s;
+        feedback * self.pitch(frequency) * (-s * (0.5 / RATE)).exp()
+    }
+}

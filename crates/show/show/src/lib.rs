@@ -1,0 +1,11 @@
+//! Results as text and on self-contained pages, and recordings compared.
+//!
+//! - [`plot`]: plots as data, with the style and scripts of all pages (`page/`) and uPlot (`uplot/`).
+//! - [`diff`]: two recordings compared message by message.
+//! - [`pages`]: flights, sweeps, models, gains and reviews on pages.
+//! - [`design`]: the depth and pitch loops of a vehicle behind an actuator, the actuator by itself, circuits of on/off valves.
+
+pub mod design;
+pub mod diff;
+pub mod pages;
+pub mod plot;

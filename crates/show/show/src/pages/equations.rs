@@ -1,0 +1,188 @@
+//! Equations of one's own and their fit: as text for a terminal, and on one self-contained HTML page.
+
+use crate::plot::{Plot, Style};
+use maud::html;
+use planesman_console::{Format, Table};
+use planesman_equations::{Found, Run, Track};
+use planesman_fit::{EquationsResult, StampedRuns};
+use planesman_identification::SIGMAS_95;
+use planesman_linear::digits::{significant, value_and_interval};
+
+use crate::pages::fit::{RECORD, TIME};
+use crate::pages::{document, figures};
+
+/// Segments that are shown one by one.
+const SHOWN: usize = 6;
+
+/// Tables, reasons and verdict.
+#[must_use]
+pub fn text(of: &EquationsResult) -> String {
+    let fit = &of.fit;
+    let mut text = format!("{}\n", of.data.description.join("\n"));
+    text += &format!("{}\n", span(&of.data));
+    text += &parameters(of).text(Format::Table);
+    let initial = initial(of);
+    if !initial.is_empty() {
+        text += &format!("\n{}", initial.text(Format::Table));
+    }
+    text += &format!("\n{}\n", outputs(of).text(Format::Table));
+    for reason in &fit.reasons {
+        text += &format!("- {reason}\n");
+    }
+    text + &format!("- {}\n", fit.verdict_text())
+}
+
+/// How long the data is.
+pub(crate) fn span(data: &StampedRuns) -> String {
+    let seconds: f64 = data.runs.iter().map(Run::end).sum();
+    let count = data.runs.len();
+    let s = if count == 1 { "" } else { "s" };
+    format!("{count} segment{s}, {seconds:.3} s, at the stamps themselves\n")
+}
+
+/// A segment as the titles of several have it.
+fn named(segment: Option<usize>) -> String {
+    segment.map_or(String::new(), |number| format!(", segment {number}"))
+}
+
+/// An output measured and simulated, and what lies between.
+pub(crate) fn measured_and_simulated<'a>(
+    name: &'a str,
+    track: &Track,
+    values: &[f64],
+    segment: Option<usize>,
+) -> [Plot<'a>; 2] {
+    let points = |of: &[f64]| {
+        track
+            .times
+            .iter()
+            .copied()
+            .zip(of.iter().copied())
+            .collect::<Vec<_>>()
+    };
+    let errors: Vec<f64> = track
+        .values
+        .iter()
+        .zip(values)
+        .map(|(y, x)| y - x)
+        .collect();
+    let of = named(segment);
+    [
+        Plot::new(format!("{name}, measured and simulated{of}"), [TIME, name])
+            .note("The model is simulated on the inputs alone.")
+            .linked(RECORD)
+            .with(Style::Broad, "measured", points(&track.values))
+            .line("simulated", points(values)),
+        Plot::new(format!("{name}, measured less simulated{of}"), [TIME, name])
+            .note("What the model does not explain.")
+            .linked(RECORD)
+            .line("error", points(&errors)),
+    ]
+}
+
+fn row(found: &Found) -> Vec<String> {
+    let half = found.deviation.map(|it| SIGMAS_95 * it);
+    let (value, half) = match half {
+        Some(half) => value_and_interval(found.value, half),
+        None if found.is_at_bound => (significant(found.value, 6), "at its bound".to_owned()),
+        None => (significant(found.value, 4), "not determined".to_owned()),
+    };
+    vec![
+        found.unknown.name.clone(),
+        value,
+        half,
+        found.unknown.unit.clone(),
+    ]
+}
+
+fn parameters(of: &EquationsResult) -> Table {
+    let mut table = Table::new(["parameter", "value", "± 95 %", "unit"]);
+    for found in &of.fit.parameters {
+        table.row(row(found));
+    }
+    table
+}
+
+fn initial(of: &EquationsResult) -> Table {
+    let mut table = Table::new(["segment", "initial state", "value", "± 95 %", "unit"]);
+    for (number, states) in of.fit.initial.iter().enumerate().take(SHOWN) {
+        for found in states {
+            table.row([vec![(number + 1).to_string()], row(found)].concat());
+        }
+    }
+    table
+}
+
+fn outputs(of: &EquationsResult) -> Table {
+    let mut table = Table::new([
+        "output",
+        "samples",
+        "fit, %",
+        "held-out fit, %",
+        "rms left",
+        "noise",
+    ]);
+    let percent = |it: Option<f64>| it.map_or("none".to_owned(), |it| format!("{it:.2}"));
+    for it in &of.fit.outputs {
+        table.row([
+            it.name.clone(),
+            it.samples.to_string(),
+            percent(it.fit),
+            percent(it.held_out_fit),
+            significant(it.left, 4),
+            it.noise.map_or(String::new(), |it| significant(it, 4)),
+        ]);
+    }
+    table
+}
+
+/// The page: verdict, parameters, and each output measured and simulated, segment by segment.
+#[must_use]
+pub fn page(of: &EquationsResult) -> String {
+    let fit = &of.fit;
+    let file = &fit.equations.file;
+    let title = file
+        .description
+        .clone()
+        .unwrap_or_else(|| "Equations".to_owned());
+    let title = title.lines().next().unwrap_or_default().to_owned();
+    let mut plots = Vec::new();
+    for (number, (run, simulated)) in of
+        .data
+        .runs
+        .iter()
+        .zip(&fit.simulated)
+        .enumerate()
+        .take(SHOWN)
+    {
+        let segment = (of.data.runs.len() > 1).then_some(number + 1);
+        for ((output, track), values) in fit.outputs.iter().zip(&run.outputs).zip(simulated) {
+            plots.extend(measured_and_simulated(&output.name, track, values, segment));
+        }
+        for (name, track) in file.inputs.names().zip(&run.inputs) {
+            let points = track
+                .times
+                .iter()
+                .copied()
+                .zip(track.values.iter().copied());
+            let within: Vec<(f64, f64)> = points.filter(|it| it.0 >= 0.0).collect();
+            plots.push(
+                Plot::new(
+                    format!("Input {name}{}", named(segment)),
+                    [TIME, name.as_str()],
+                )
+                .linked(RECORD)
+                .line("input", within),
+            );
+        }
+    }
+    let body = html! {
+        h1 { (title) }
+        ul.verdict { li { (fit.verdict_text()) } @for reason in &fit.reasons { li { (reason) } } }
+        (parameters(of).html())
+        (outputs(of).html())
+        (figures(&plots))
+        details { summary { "All numbers" } pre { (text(of)) } }
+    };
+    document(&title, "", &body, "")
+}

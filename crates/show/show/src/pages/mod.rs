@@ -1,0 +1,126 @@
+//! Results on one self-contained HTML page: text, tables, and plots that the reader's browser draws.
+//!
+//! Each page is a function of results; it reads and writes no file.
+//!
+//! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
+//! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
+//! - [`equations`]: state equations of one's own, also as text for a terminal; [`continuous`]: a transfer function in s, likewise.
+//! - [`tuning`]: gains for a model, also as text for a terminal.
+//! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
+//! - [`diff`]: two recordings beside each other.
+//! - [`coefficients`]: a vehicle's coefficients, as tables for a terminal.
+//! - [`document`], [`figures`]: any other page, and the plots on it.
+
+use crate::plot::{HeatMap, PAGE, PLOTS, Plot, PlotError, THEME, THEME_SCRIPT, UPLOT, UPLOT_STYLE};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use planesman_text::shown;
+
+pub mod coefficients;
+pub mod compare;
+pub mod continuous;
+pub mod diff;
+pub mod equations;
+mod evidence;
+pub mod fit;
+pub mod flights;
+mod poles;
+pub mod review;
+pub mod several;
+mod space;
+pub mod sweep;
+pub mod tables;
+pub mod tuning;
+
+/// Nothing is loaded from elsewhere, whatever should stand in a text.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
+
+/// A self-contained page, `own_style` behind the common one and `own_script` behind that of the plots. Texts of others in it
+/// are [`shown`].
+#[must_use]
+pub fn document(title: &str, own_style: &str, body: &Markup, own_script: &str) -> String {
+    // The page itself has no carriage returns; a file from elsewhere may.
+    let text = |text: &str| shown(text.replace('\r', "")).to_string();
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                title { (text(title)) }
+                @for style in [THEME, PAGE, UPLOT_STYLE, own_style] { style { (PreEscaped(style)) } }
+            }
+            body {
+                header {}
+                main {
+                    (PreEscaped(text(&body.0)))
+                    noscript { p.warn { "The plots need JavaScript, which is off in this browser." } }
+                }
+                @for script in [UPLOT, THEME_SCRIPT, PLOTS, own_script] { script { (PreEscaped(script)) } }
+            }
+        }
+    }
+    .into_string()
+}
+
+/// A plot with its heading and note; nothing for a plot of nothing. Of one that cannot be drawn, as with numbers beyond all
+/// sense, it is said why: the rest of the page stands.
+pub(crate) fn figure(plot: &Plot<'_>) -> Markup {
+    if plot.is_empty() {
+        return html! {};
+    }
+    drawn(&plot.title, &plot.note, plot.data())
+}
+
+/// A heat map with its heading.
+pub(crate) fn heat_map(title: &str, map: &HeatMap) -> Markup {
+    drawn(title, "", map.data())
+}
+
+fn drawn(title: &str, note: &str, data: Result<String, PlotError>) -> Markup {
+    html! {
+        figure.plot {
+            div.head { h2 { (title) } }
+            @if !note.is_empty() { p { (note) } }
+            @match data {
+                Ok(data) => {
+                    script type="application/json" { (PreEscaped(data)) }
+                    div.legend {}
+                    div.area {}
+                }
+                Err(error) => p.warn { (error) },
+            }
+        }
+    }
+}
+
+/// Plots side by side where there is room.
+#[must_use]
+pub fn figures(plots: &[Plot<'_>]) -> Markup {
+    html! { div.plots { @for plot in plots { (figure(plot)) } } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_holds_text_of_others_as_text_and_loads_nothing() {
+        let hostile = "<script>alert(1)</script>\u{1b}[31m\u{202e}";
+        let plot = Plot::new(hostile, [hostile, hostile]).line(hostile, [(0.0, 1.0)]);
+        let page = document(hostile, "", &html! { p { (hostile) } (figure(&plot)) }, "");
+        assert!(!page.contains("<script>alert") && !page.contains('\u{1b}'));
+        assert!(!page.contains('\u{202e}'));
+        for tag in ["<link", "<img", "<iframe", " src="] {
+            assert!(!page.contains(tag), "{tag}");
+        }
+        assert!(page.ends_with("</html>"));
+    }
+
+    #[test]
+    fn a_plot_that_cannot_be_drawn_says_why() {
+        let plot = Plot::new("far", ["s", "m"]).line("a", [(0.0, 1e300)]);
+        assert!(figure(&plot).0.contains("1e300"));
+        assert_eq!(figure(&Plot::new("none", ["s", "m"])).0, "");
+    }
+}

@@ -1,0 +1,492 @@
+//! The review of an identified model and its gains, for colleagues: one self-contained page, conclusion first, that prints on some A4
+//! pages. Each number is a link to the entry that says by what method and from which samples it was found (`evidence`); from there links
+//! lead back to the plots, in which that range is shaded.
+
+use crate::plot::Plot;
+use maud::{Markup, html};
+use planesman_console::Table;
+use planesman_fit::{FitData, FitResult};
+use planesman_flight::titles;
+use planesman_identification::analysis::{Analysis, Standing, Verdict};
+use planesman_identification::frequency::{COHERENCE, MeasuredResponse};
+use planesman_linear::digits::significant;
+use planesman_tuning::{Band, MISSED, Spread, Tuning};
+
+use crate::pages::evidence::{Entry, Evidence, linked};
+use crate::pages::fit::{FREQUENCY, SINCE_STEP, bode, correlation, map, measured, step, words};
+use crate::pages::tables::{TESTS, of_test};
+use crate::pages::{document, figure, poles, tuning};
+
+/// The width of a printed plot, px: two stand side by side on A4.
+const PAPER: u32 = 345;
+/// Links as quiet as the numbers that they are.
+const STYLE: &str = "
+a.n { color: inherit; text-decoration: underline dotted var(--muted); text-underline-offset: 2px; }
+nav a { margin-right: 1rem; display: inline-block; min-height: 24px; }
+td.links a { display: inline-block; min-height: 24px; }
+:target { scroll-margin-top: 1rem; }
+tr:target, .anchor:target { outline: 2px solid var(--accent); outline-offset: 2px; }
+code { overflow-wrap: anywhere; background: var(--surface); padding: .1rem .3rem; }
+@media print {
+  @page { size: A4; margin: 12mm; }
+  body { font-size: 9pt; line-height: 1.35; }
+  h1 { font-size: 15pt; margin-right: 0; } h2 { font-size: 12pt; margin: 1rem 0 .2rem; break-after: avoid; }
+  nav { display: none; }
+  .plots { display: grid; grid-template-columns: 1fr 1fr; gap: .4rem 1rem; }
+  .plots > * { break-inside: avoid; } figure { margin-bottom: 0; } figure > p, .plot .legend { font-size: 7.5pt; line-height: 1.25; }
+  .plot .head h2 { font-size: 9pt; } .plot .area { min-height: 0; }
+  td.links a { display: inline; }
+  th, td { padding: .1rem .5rem .1rem 0; } tr { break-inside: avoid; } p, ul.verdict li { max-width: none; }
+}";
+
+/// Gains and what they do, of whichever controller.
+pub struct Gains<'a> {
+    /// Whether the limits are kept.
+    pub keeps_limits: bool,
+    /// The same in words, the margins, what limits them: a sentence each.
+    pub sentences: Vec<String>,
+    /// The gains and how they were found: what, and its value.
+    pub lines: Vec<(&'static str, String)>,
+    /// The gain crossover, rad/s.
+    pub crossover: Option<f64>,
+    /// The plants over which they are judged, in words.
+    pub plants: String,
+    /// The margins' table.
+    pub margins: Table,
+    /// That of steps.
+    pub steps: Table,
+    /// What makes the margins uncertain.
+    pub causes: Option<Table>,
+    /// Plots of margins, and of steps.
+    pub plots: [Vec<Plot<'a>>; 2],
+}
+
+impl<'a> Gains<'a> {
+    /// Of a PI or PID controller; `titles` are those of input and output. The plants were drawn with that seed.
+    #[must_use]
+    pub fn of_tuning(of: &Tuning, titles: [&'a str; 2], seed: u32) -> Self {
+        let robustness = &of.robustness;
+        let mut sentences = vec![
+            tuning::verdict(of),
+            worst(
+                [
+                    robustness.phase(),
+                    robustness.gain(),
+                    robustness.sensitivity(),
+                ],
+                robustness.draws.len(),
+            ),
+        ];
+        if !of.causes.is_empty() {
+            sentences.push(tuning::limiting(of));
+        }
+        let mut lines = vec![
+            ("parallel form", tuning::parallel_text(of)),
+            ("ideal form", tuning::ideal_text(of)),
+            (
+                "sample time",
+                format!(
+                    "{} s, computing delay {} s",
+                    tuning::number(of.sampling.tick),
+                    tuning::number(of.sampling.computing_delay)
+                ),
+            ),
+            ("method", tuning::method_text(of)),
+            ("model", of.model.description.clone()),
+        ];
+        lines.extend(tuning::reduced_text(of).map(|it| ("reduced", it)));
+        lines.extend(of.notes.iter().map(|it| ("note", it.clone())));
+        Self {
+            keeps_limits: of.keeps_limits(),
+            sentences,
+            lines,
+            crossover: robustness.model.crossover,
+            plants: drawn_text(robustness.draws.len(), seed),
+            margins: tuning::margins(of),
+            steps: tuning::responses(of),
+            causes: (!of.causes.is_empty()).then(|| tuning::causes(of)),
+            plots: [
+                tuning::of_margins(of),
+                tuning::after_steps(of, titles[0], titles[1]),
+            ],
+        }
+    }
+}
+
+/// The plants over which gains are judged, in words.
+#[must_use]
+pub fn drawn_text(draws: usize, seed: u32) -> String {
+    match draws {
+        0 => "the model alone, which is taken as exact".to_owned(),
+        n => format!("the model and {n} plants drawn from its covariance, seed {seed}"),
+    }
+}
+
+/// Phase margin, degrees, gain margin, dB, and sensitivity peak at the worst of 95 % of so many plants, in a sentence.
+#[must_use]
+pub fn worst([phase, gain, peak]: [Spread; 3], draws: usize) -> String {
+    let cell = |value: f64, decimals: usize, unit: &str| match value.is_finite() {
+        true => format!("{value:.decimals$}{unit}"),
+        false => "none".to_owned(),
+    };
+    let of = match draws {
+        0 => "margins of the model".to_owned(),
+        n => format!("worst of 95 % of {n} plants"),
+    };
+    format!(
+        "{of}: phase margin {}, gain margin {}, sensitivity peak Ms {}",
+        cell(phase.quantile(MISSED), 1, " deg"),
+        cell(gain.quantile(MISSED), 1, " dB"),
+        cell(peak.quantile(1.0 - MISSED), 2, "")
+    )
+}
+
+/// The plots of the dive loops: the phase margin's distribution with the least asked for, rad, and the depth after a unit step.
+#[must_use]
+pub fn of_dive(phase: &Spread, least: f64, depth: &Band) -> [Vec<Plot<'static>>; 2] {
+    let step = Plot::new(
+        "Depth after a unit step of its setpoint",
+        [SINCE_STEP, "depth [m]"],
+    )
+    .note(
+        "The linear loop. The band holds 90 % of the vehicles that the model's uncertainty allows.",
+    )
+    .y_down();
+    [
+        tuning::histogram(phase, least).into_iter().collect(),
+        vec![tuning::banded(step, depth)],
+    ]
+}
+
+/// What is reviewed. A reason, with what to do next, stands for what there is not.
+pub struct Review<'a> {
+    /// The command that repeats it.
+    pub command: &'a str,
+    /// The program that made it.
+    pub program: &'a str,
+    /// The data.
+    pub data: &'a FitData,
+    /// Its frequency response.
+    pub response: Result<&'a MeasuredResponse, String>,
+    /// The model.
+    pub model: Result<&'a FitResult, String>,
+    /// The gains.
+    pub gains: Result<Gains<'a>, String>,
+}
+
+impl Review<'_> {
+    fn analysis(&self) -> Option<&Analysis> {
+        self.model.as_ref().ok().map(|it| &it.analysis)
+    }
+
+    /// The conclusion in sentences, each with what it rests on.
+    fn conclusion(&self) -> Vec<(String, Entry)> {
+        let mut told = Vec::new();
+        let verdict = self.analysis().map(|it| it.verdict);
+        let words = verdict.map_or("", Verdict::words);
+        let next = self.analysis().map(Analysis::next).unwrap_or_default();
+        told.push(match (&self.model, &self.gains) {
+            (Err(reason), _) => (format!("NOT USABLE, because {reason}"), Entry::Model),
+            (Ok(_), Err(reason)) => (
+                format!("NOT USABLE, because {reason}. Do this: {next}"),
+                Entry::Margins,
+            ),
+            (Ok(_), Ok(gains)) => (
+                match (gains.keeps_limits, verdict.map(Verdict::standing)) {
+                    (false, _) => {
+                        format!("NOT AS ASKED: the limits are not kept; the model is {words}")
+                    }
+                    (_, Some(Standing::Good | Standing::Usable)) => {
+                        format!("USABLE: the model is {words}")
+                    }
+                    (_, Some(Standing::UsableWithCare)) => {
+                        format!("USABLE, though the model is {words}. Next: {next}")
+                    }
+                    _ => format!("DOUBTFUL: the model is {words}. Next: {next}"),
+                },
+                Entry::Validation,
+            ),
+        });
+        if let Some(found) = self.analysis() {
+            let percent = |it: f64| format!("{it:.1} %");
+            let held_out = found.held_out_fit.map_or_else(
+                || "nothing that was held out judges the model".to_owned(),
+                |it| {
+                    format!(
+                        "the model simulates held-out data with a fit of {}",
+                        percent(it)
+                    )
+                },
+            );
+            let all = found
+                .fit
+                .map(|it| format!(", all of the longest segment with {}", percent(it)));
+            told.push((held_out + &all.unwrap_or_default(), Entry::Validation));
+        }
+        let Ok(gains) = &self.gains else {
+            return told;
+        };
+        if let Some((name, value)) = gains.lines.first() {
+            told.push((format!("gains, {name}: {value}"), Entry::Margins));
+        }
+        let entries = [Entry::Margins, Entry::Margins, Entry::Causes];
+        told.extend(gains.sentences.iter().cloned().zip(entries));
+        told.extend(
+            self.in_band(gains.crossover)
+                .map(|it| (it, Entry::Response)),
+        );
+        told
+    }
+
+    /// The conclusion, a line each.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let lines = self.conclusion().into_iter();
+        lines.map(|it| format!("- {}\n", it.0)).collect()
+    }
+
+    /// Whether the crossover lies where the record tells of the plant.
+    fn in_band(&self, crossover: Option<f64>) -> Option<String> {
+        let crossover = crossover?;
+        let at = significant(crossover, 3);
+        let Some((low, high)) = self.response.as_ref().ok()?.band() else {
+            return Some(format!(
+                "the crossover, {at} rad/s, is not backed by the record: its coherence holds in no band"
+            ));
+        };
+        let band = format!(
+            "the band where the output follows the input, {} to {} rad/s",
+            significant(low, 3),
+            significant(high, 3)
+        );
+        Some(match (low..=high).contains(&crossover) {
+            true => format!("the crossover, {at} rad/s, lies within {band}"),
+            false => format!(
+                "the crossover, {at} rad/s, lies OUTSIDE {band}: there the gains rest on the model's form. Next: excite the plant about {at} rad/s too"
+            ),
+        })
+    }
+}
+
+/// The page.
+#[must_use]
+pub fn page(review: &Review<'_>) -> String {
+    let record = &review.data.prepared.resampled.record;
+    let first = |names: &[String]| names.first().cloned().unwrap_or_default();
+    let names = [first(&record.inputs), first(&record.outputs)];
+    let columns =
+        [&names[0], &names[1]].map(|it| titles::title(review.data.prepared.reading.column(it)));
+    let title = format!(
+        "Review: {} to {}",
+        titles::name(&names[0]),
+        titles::name(&names[1])
+    );
+    let mut evidence = Evidence::new(review.data, review.analysis());
+    let mut sections = vec![(
+        "Conclusion",
+        html! {
+            ul.verdict { @for (text, entry) in review.conclusion() { li { (linked(&text, entry.id())) } } }
+            p { "Each number leads to the " a href="#evidence" { "method and the samples" } " that it is from. Repeated by" br; code { (review.command) } br; (review.program) }
+        },
+    )];
+    sections.push((
+        "Data",
+        data(review, &mut evidence, [&columns[0], &columns[1]]),
+    ));
+    sections.push(("Excitation", excitation(review, &mut evidence, &columns[0])));
+    sections.push(("Frequency response", response(review, &mut evidence)));
+    sections.push(("Model", model(review, &mut evidence, &columns[1])));
+    sections.push(("Validation", validation(review, &mut evidence, &columns[1])));
+    sections.extend(gains(review, &mut evidence));
+    sections.push(("Evidence", evidence.table()));
+    let id = |name: &str| name.to_lowercase().replace(' ', "-");
+    let body = html! {
+        div data-paper=(PAPER) {
+            h1 { (title) }
+            nav { @for (name, _) in &sections { a href=(format!("#{}", id(name))) { (name) } } }
+            @for (number, (name, content)) in (1..).zip(&sections) {
+                h2 #(id(name)) { (number) " " (name) }
+                (content)
+            }
+        }
+    };
+    document(&title, STYLE, &body, "")
+}
+
+/// What there is not, and why.
+fn missing(reason: &str) -> Markup {
+    html! { p.warn { "None: " (reason) } }
+}
+
+/// Plots side by side, each with its anchor.
+fn anchored(plots: &[Plot<'_>], mut id: impl FnMut(&Plot<'_>) -> String) -> Markup {
+    html! { div.plots { @for plot in plots.iter().filter(|it| !it.is_empty()) {
+        div.anchor #(id(plot)) { (figure(plot)) }
+    } } }
+}
+
+/// The same, of an entry.
+fn of_entry(evidence: &mut Evidence<'_>, entry: Entry, plots: &[Plot<'_>]) -> Markup {
+    anchored(plots, |plot| evidence.plot(entry, &plot.title))
+}
+
+fn data(review: &Review<'_>, evidence: &mut Evidence<'_>, columns: [&str; 2]) -> Markup {
+    let cleaned = evidence.cleaned();
+    let (ids, plots): (Vec<_>, Vec<_>) = evidence
+        .of_files(columns, review.analysis())
+        .into_iter()
+        .unzip();
+    let mut ids = ids.into_iter();
+    html! {
+        (evidence.channels().html_with(|cell| linked(cell, Entry::Data.id())))
+        @if cleaned.is_empty() { p { "Nothing was cleaned: every sample is used as it was recorded." } }
+        @else { ul { @for line in &cleaned { li { (linked(line, Entry::Data.id())) } } } }
+        (anchored(&plots, |_| ids.next().unwrap_or_default()))
+    }
+}
+
+fn excitation(review: &Review<'_>, evidence: &mut Evidence<'_>, input: &str) -> Markup {
+    let found = match &review.response {
+        Ok(found) => found,
+        Err(reason) => return missing(reason),
+    };
+    let sample_time = review.data.prepared.resampled.record.sample_time;
+    let density = |it: &f64| 10.0 * libm::log10(2.0 * sample_time * it);
+    let points = found.points.iter();
+    let points = points.filter_map(|it| Some((it.omega, density(it.inputs.first()?))));
+    let points: Vec<(f64, f64)> = points.filter(|it| it.1.is_finite()).collect();
+    let heights = points.iter().map(|it| it.1);
+    let (low, high) = (
+        heights.clone().fold(f64::INFINITY, f64::min),
+        heights.fold(f64::NEG_INFINITY, f64::max),
+    );
+    let plot = Plot::new(
+        format!("Spectrum of the input, {input}"),
+        ["frequency [rad/s]", "power spectral density [dB]"],
+    )
+    .note("10 log10 of its unit squared per Hz, one-sided. Shaded: the band where the output follows it.")
+    .log_x()
+    .linked(FREQUENCY);
+    let band = found.band();
+    let plot = match band {
+        Some(band) => plot.shaded("band that is excited", band, (low, high)),
+        None => plot,
+    };
+    let text = match band {
+        Some((from, to)) => format!(
+            "The output follows the input from {} to {} rad/s: there the coherence is {COHERENCE} or more, and more than chance.",
+            significant(from, 3),
+            significant(to, 3)
+        ),
+        None => format!(
+            "The output follows the input in no band: the coherence is below {COHERENCE}, or no more than chance. Next: a chirp, a PRBS or steps that \
+             move the output well beyond its noise, recorded for longer."
+        ),
+    };
+    html! {
+        p { (linked(&text, Entry::Excitation.id())) }
+        (of_entry(evidence, Entry::Excitation, &[plot.line("input", points)]))
+    }
+}
+
+fn response(review: &Review<'_>, evidence: &mut Evidence<'_>) -> Markup {
+    let found = match &review.response {
+        Ok(found) => found,
+        Err(reason) => return missing(reason),
+    };
+    let plots = match review.analysis() {
+        Some(analysis) => {
+            let reading = analysis.reading();
+            let rows = found.rows(|omega| reading.response(omega).map(|it| it.value));
+            bode(analysis, Some((rows, COHERENCE)))
+        }
+        None => {
+            let plot = |title, axes| Plot::new(title, axes).log_x().linked(FREQUENCY);
+            let plots = vec![
+                plot("Magnitude", crate::pages::fit::MAGNITUDE),
+                plot("Phase", crate::pages::fit::PHASE),
+            ];
+            measured(plots, &found.rows(|_| None), &[], COHERENCE)
+        }
+    };
+    html! {
+        p { "The response of the data where the coherence holds, each with its 95 % interval, over that of the model with its 95 % band. They are found \
+             from the same samples in two ways: where they part, the model lacks something, or its band is too narrow." }
+        (of_entry(evidence, Entry::Response, &plots))
+    }
+}
+
+fn model(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) -> Markup {
+    let analysis = match &review.model {
+        Ok(found) => &found.analysis,
+        Err(reason) => return missing(reason),
+    };
+    let record = &review.data.prepared.resampled.record;
+    let mut plots = vec![step(analysis, record, output)];
+    plots.extend(map(analysis));
+    let rows = words(analysis);
+    html! {
+        div.scroll { table.words { @for (name, value) in &rows { tr { td { (name) } td { (linked(value, Entry::Model.id())) } } } } }
+        (poles::table_with_note(&[("", analysis.reading())], |cell| linked(cell, Entry::Model.id())))
+        (of_entry(evidence, Entry::Model, &plots))
+    }
+}
+
+fn validation(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) -> Markup {
+    let Some(analysis) = review.analysis() else {
+        return html! { p { "There is no model to validate." } };
+    };
+    let mut tests = Table::new(TESTS);
+    let mut plots = Vec::new();
+    if let Some(found) = &analysis.residuals {
+        for (what, it) in found.each() {
+            tests.row(of_test(what, &it));
+        }
+        plots.push(correlation(
+            "Residual with itself",
+            "White when within the bound (99 %).",
+            &found.whiteness,
+        ));
+        plots.push(correlation(
+            "Residual with the input",
+            "Outside the bound at positive lags: missing dynamics; at negative lags: feedback.",
+            &found.input,
+        ));
+    }
+    let close_up: Vec<Plot<'_>> = evidence.close_up(analysis, output).into_iter().collect();
+    html! {
+        ul { @for reason in &analysis.reasons { li { (linked(&reason.to_string(), Entry::Validation.id())) } }
+            li { (analysis.verdict_text()) } }
+        @if !tests.is_empty() { (tests.html_with(|cell| linked(cell, Entry::Residuals.id()))) }
+        (of_entry(evidence, Entry::Validation, &close_up))
+        p { "Measured and simulated output of each file: " a href="#data" { "Data" } "." }
+        (of_entry(evidence, Entry::Residuals, &plots))
+    }
+}
+
+fn gains<'a>(review: &Review<'a>, evidence: &mut Evidence<'_>) -> [(&'static str, Markup); 2] {
+    const NAMES: [&str; 2] = ["Margins", "Robustness"];
+    let gains = match &review.gains {
+        Ok(gains) => gains,
+        Err(reason) => return NAMES.map(|it| (it, missing(reason))),
+    };
+    evidence.plants(&gains.plants);
+    let [of_margins, of_steps] = &gains.plots;
+    let of_margins = of_entry(evidence, Entry::Margins, of_margins);
+    let of_steps = of_entry(evidence, Entry::Steps, of_steps);
+    let margins = html! {
+        div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (linked(value, Entry::Margins.id())) } } } } }
+        (gains.margins.html_with(|cell| linked(cell, Entry::Margins.id())))
+        @if let Some(causes) = &gains.causes {
+            p { "What makes the phase margin uncertain:" }
+            (causes.html_with(|cell| linked(cell, Entry::Causes.id())))
+        }
+        (of_margins)
+    };
+    let robustness = html! {
+        p { "Over " (linked(&gains.plants, Entry::Steps.id())) "." }
+        (gains.steps.html_with(|cell| linked(cell, Entry::Steps.id())))
+        (of_steps)
+    };
+    [(NAMES[0], margins), (NAMES[1], robustness)]
+}

@@ -1,0 +1,161 @@
+//! The page of a sweep: a heat map over the first two parameters, and what a fast dive costs.
+
+use std::collections::BTreeMap;
+
+use crate::plot::{HeatMap, Plot, Style};
+use maud::{Markup, html};
+use planesman_flight::scenario::{Scenario, plain};
+use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
+use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes};
+use planesman_flight::sweep::space::{Axis, Space};
+use planesman_text::number;
+
+use super::{document, figure, heat_map};
+use planesman_flight::titles::title;
+
+/// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
+const DRAWN: usize = 4000;
+
+/// Combinations on the front that are listed.
+const LISTED: usize = 30;
+
+/// The page of these cases of a scenario, flown with the test signal that `signal` describes.
+#[must_use]
+pub fn page(
+    scenario: &Scenario,
+    signal: Option<&str>,
+    space: &Space,
+    outcomes: &Outcomes,
+) -> String {
+    let found = &outcomes.combinations;
+    let all = space.combinations() * u64::from(space.seeds);
+    let body = html! {
+        h1 { "Planesman sweep" }
+        p.lead { (scenario.description()) }
+        @if let Some(signal) = signal {
+            p { "Flown with a test signal, " (signal) ", which disturbs every response." }
+        }
+        p { (outcomes.cases) " of " (all) " cases"
+            @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
+            ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time. \
+             Best is the least mean among the fields in which every case settles." }
+        h2 { "Plots" }
+        div.plots { @for plot in maps(space, found) { (plot) } }
+        (pareto(space, found))
+        h2 { "Scenario" }
+        pre { (scenario.to_yaml()) }
+    };
+    document("Planesman sweep", "", &body, "")
+}
+
+fn labels(axis: &Axis) -> Vec<String> {
+    match axis.numbers() {
+        Some(numbers) => numbers.into_iter().map(number).collect(),
+        None => axis.values.iter().map(plain).collect(),
+    }
+}
+
+/// Settling time and plane travel over the first two parameters on a grid, or over the one.
+fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
+    let grid: Vec<usize> = (0..space.axes.len())
+        .filter(|place| !space.axes[*place].is_sampled && space.axes[*place].values.len() > 1)
+        .collect();
+    let of = |what: usize, mean: fn(&Combination) -> Mean| match grid[..] {
+        [] => None,
+        [x] => {
+            let mut means = vec![Mean::default(); space.axes[x].values.len()];
+            for (combination, it) in found {
+                means[space.places(*combination)[x]].take(mean(it).value());
+            }
+            let numbers = space.axes[x].numbers()?;
+            let points = numbers.into_iter().zip(means);
+            let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
+            let axis = space.axes[x].name();
+            let quantity = title(COLUMNS[what]);
+            let plot = Plot::new(&quantity, [&axis, &quantity]).line("mean", points);
+            Some(figure(&plot))
+        }
+        [x, y, ..] => {
+            let (of_x, of_y) = (&space.axes[x], &space.axes[y]);
+            let mut means = vec![vec![Mean::default(); of_x.values.len()]; of_y.values.len()];
+            let mut unsettled = vec![vec![0; of_x.values.len()]; of_y.values.len()];
+            for (combination, it) in found {
+                let places = space.places(*combination);
+                let (row, column) = (places[y], places[x]);
+                means[row][column].take(mean(it).value());
+                unsettled[row][column] += it.cases - it.settling.count;
+            }
+            let fields = (0..of_y.values.len())
+                .flat_map(|row| (0..of_x.values.len()).map(move |column| [row, column]));
+            let settled = fields.filter(|[row, column]| unsettled[*row][*column] == 0);
+            let best = settled
+                .filter_map(|at| Some((means[at[0]][at[1]].value()?, at)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            let map = HeatMap {
+                axes: [of_x.name(), of_y.name()],
+                columns: labels(of_x),
+                rows: labels(of_y),
+                values: means
+                    .into_iter()
+                    .map(|row| row.iter().map(Mean::value).collect())
+                    .collect(),
+                quantity: title(COLUMNS[what]),
+                best: best.map(|(_, at)| at),
+            };
+            Some(heat_map(&map.quantity, &map))
+        }
+    };
+    let maps = [of(SETTLING, |it| it.settling), of(TRAVEL, |it| it.travel)];
+    maps.into_iter().flatten().collect()
+}
+
+/// The combinations that settle with every seed, and those of them that none beats in both settling time and travel.
+fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
+    let settled = found
+        .iter()
+        .filter(|(_, it)| it.unsettled == 0 && it.settling.count == it.cases);
+    let mut points: Vec<(f64, f64, u64)> = settled
+        .filter_map(|(at, it)| Some((it.settling.value()?, it.travel.value()?, *at)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut least = f64::INFINITY;
+    let front: Vec<_> = points
+        .iter()
+        .filter(|(_, travel, _)| {
+            let better = *travel < least;
+            least = least.min(*travel);
+            better
+        })
+        .collect();
+    let every = points.len().div_ceil(DRAWN).max(1);
+    let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]].map(title);
+    let of = |it: &(f64, f64, u64)| (it.0, it.1);
+    let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
+        .plane()
+        .note("Each combination that settles with every seed. On the line those that no other beats in both.")
+        .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))
+        .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
+        .with(Style::Bound, "front", front.iter().map(|it| of(it)));
+    html! {
+        @if !front.is_empty() {
+            (figure(&plot))
+            div.scroll { table {
+                thead { tr {
+                    th { (axes[0]) } th { (axes[1]) }
+                    @for axis in &space.axes { th { (axis.name()) } }
+                } }
+                @for (settling, travel, combination) in front.iter().take(LISTED) {
+                    tr {
+                        td { (number(*settling)) } td { (number(*travel)) }
+                        @for (axis, place) in space.axes.iter().zip(space.places(*combination)) {
+                            td { (labels(axis)[place]) }
+                        }
+                    }
+                }
+            } }
+            @if front.len() > LISTED { p { (front.len() - LISTED) " more are not beaten." } }
+        } @else {
+            p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
+        }
+    }
+}

@@ -1,0 +1,539 @@
+//! Gains for a model: as text for a terminal, and as a page with responses, margins and their spread over the plants that the
+//! model's uncertainty allows.
+
+use crate::plot::{Plot, Series, Style};
+use maud::html;
+use planesman_console::{Format, Table};
+use planesman_linear::digits::{significant, with_interval};
+use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
+use planesman_text::option;
+use planesman_tuning::{Band, MISSED, Seen, Spread, Tuning};
+
+use crate::pages::fit::{FREQUENCY, MAGNITUDE, PHASE, SINCE_STEP};
+use crate::pages::{document, figures};
+use planesman_flight::titles;
+use planesman_identification::SIGMAS_95;
+
+/// Digits of gains and times.
+const DIGITS: usize = 4;
+/// A phase margin that is known better than so, degrees, needs no further experiment.
+const WELL_KNOWN: f64 = 1.0;
+/// Columns of a histogram.
+const COLUMNS: usize = 30;
+/// A Nyquist plot shows what lies within this of 0, and the loops of so many plants.
+const EXTENT: f64 = 3.0;
+const LOOPS: usize = 40;
+/// Bode plots show so far below and above the crossover.
+const AROUND: f64 = 30.0;
+/// The plots over the time after a step have one axis.
+const STEP: &str = "step";
+
+/// Model, method, gains, margins, responses and what limits them, in lines.
+#[must_use]
+pub fn text(of: &Tuning) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| text += &format!("{name:13}{value}\n");
+    line(
+        "model",
+        format!(
+            "{} to {}: {}",
+            of.model.input, of.model.output, of.model.description
+        ),
+    );
+    for note in &of.notes {
+        line("", note.clone());
+    }
+    let delay = match of.sampling.computing_delay {
+        0.0 => String::new(),
+        delay => format!(", commands {} s after its sample", number(delay)),
+    };
+    line(
+        "controller",
+        format!("every {} s{delay}", number(of.sampling.tick)),
+    );
+    if let Some(reduced) = reduced_text(of) {
+        line("reduced", reduced);
+    }
+    line("method", method_text(of));
+    line("gains", parallel_text(of));
+    line("", ideal_text(of));
+    text.push('\n');
+    text += &margins(of).text(Format::Table);
+    text += &format!("\n{}\n", verdict(of));
+    text.push('\n');
+    text += &responses(of).text(Format::Table);
+    if !of.causes.is_empty() {
+        text += &format!("\n{}\n", limiting(of));
+        text.push('\n');
+        text += &causes(of).text(Format::Table);
+    }
+    text
+}
+
+/// The page of a tuning.
+#[must_use]
+pub fn page(of: &Tuning) -> String {
+    let title = format!(
+        "Gains for {} to {}",
+        titles::name(&of.model.input),
+        titles::name(&of.model.output)
+    );
+    let [input, output] = [&of.model.input, &of.model.output].map(|it| titles::title(it));
+    let plots = plots(of, &input, &output);
+    let body = html! {
+        h1 { (title) }
+        ul.verdict {
+            li { (verdict(of)) }
+            @if !of.causes.is_empty() { li { (limiting(of)) } }
+            @for note in &of.notes { li { (note) } }
+        }
+        h2 { "The controller" }
+        div.scroll { table.words {
+            tr { td { "parallel form" } td { (parallel_text(of)) } }
+            tr { td { "ideal form" } td { (ideal_text(of)) } }
+            tr { td { "sample time" } td { (number(of.sampling.tick)) " s, computing delay " (number(of.sampling.computing_delay)) " s" } }
+            tr { td { "method" } td { (method_text(of)) } }
+            tr { td { "model" } td { (of.model.description) } }
+            @if let Some(reduced) = reduced_text(of) { tr { td { "reduced" } td { (reduced) } } }
+        } }
+        h2 { "Margins" }
+        (margins(of).html())
+        h2 { "After steps" }
+        (responses(of).html())
+        @if !of.causes.is_empty() {
+            h2 { "What limits them" }
+            (causes(of).html())
+        }
+        h2 { "Plots" }
+        (figures(&plots))
+    };
+    document(&title, "", &body, "")
+}
+
+pub(crate) fn number(value: f64) -> String {
+    let text = significant(value, DIGITS);
+    match text.contains('.') && !text.contains('e') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+pub(crate) fn method_text(of: &Tuning) -> String {
+    let mut text = of.method.name().to_owned();
+    if let Some((name, value)) = of.pace {
+        text += &format!(", {name} {} s", number(value));
+    }
+    if let Some(why) = &of.why {
+        text += &format!(": {why}");
+    }
+    text
+}
+
+pub(crate) fn reduced_text(of: &Tuning) -> Option<String> {
+    let reduced = of.reduced.as_ref()?;
+    let lags = reduced.time_constants.iter().filter(|tau| tau.is_finite());
+    let integrators = match reduced.integrators() {
+        0 => None,
+        1 => Some("s".to_owned()),
+        n => Some(format!("s^{n}")),
+    };
+    let lags = lags.map(|tau| format!("({} s + 1)", number(*tau)));
+    let factors: Vec<String> = integrators.into_iter().chain(lags).collect();
+    Some(format!(
+        "{} e^(-{} s) / [{}], half rule, with half a sample for the hold",
+        number(reduced.gain),
+        number(reduced.delay),
+        factors.join(" ")
+    ))
+}
+
+pub(crate) fn parallel_text(of: &Tuning) -> String {
+    let gains = &of.controller;
+    let mut text = format!("kp {}, ki {} 1/s", number(gains.kp), number(gains.ki));
+    if gains.kd != 0.0 {
+        text += &format!(
+            ", kd {} s, derivative filter {} s",
+            number(gains.kd),
+            number(gains.filter)
+        );
+    }
+    text
+}
+
+pub(crate) fn ideal_text(of: &Tuning) -> String {
+    let gains = &of.controller;
+    let mut text = format!("K {}, Ti {} s", number(gains.kp), number(gains.ti()));
+    if gains.kd != 0.0 {
+        text += &format!(
+            ", Td {} s, N {}",
+            number(gains.td()),
+            match gains.filter {
+                0.0 => "without limit".to_owned(),
+                filter => format!("{:.1}", gains.td() / filter),
+            }
+        );
+    }
+    text + " (ideal form)"
+}
+
+fn cell(value: f64, decimals: usize) -> String {
+    match value {
+        f64::INFINITY => "none".to_owned(),
+        f64::NEG_INFINITY => "unstable".to_owned(),
+        value => format!("{value:.decimals$}"),
+    }
+}
+
+/// Margins of the model, and of the drawn plants.
+pub(crate) fn margins(of: &Tuning) -> Table {
+    let robustness = &of.robustness;
+    let has_draws = !robustness.draws.is_empty();
+    let mut table = Table::of(["margin", "model", "worst of 95 %", "median", "limit"]);
+    let rows = [
+        (
+            "phase margin, deg",
+            robustness.phase(),
+            MISSED,
+            1,
+            format!("{:.1}", of.limits.phase.to_degrees()),
+        ),
+        (
+            "gain margin, dB",
+            robustness.gain(),
+            MISSED,
+            1,
+            format!("{:.1}", 20.0 * libm::log10(of.limits.gain)),
+        ),
+        (
+            "sensitivity peak Ms",
+            robustness.sensitivity(),
+            1.0 - MISSED,
+            2,
+            format!("{:.2}", of.limits.sensitivity),
+        ),
+    ];
+    for (name, spread, worst, decimals, limit) in rows {
+        let drawn = |share: f64| match has_draws {
+            true => unstable_or(spread.quantile(share), decimals, worst > 0.5),
+            false => "-".to_owned(),
+        };
+        table.row([
+            name.to_owned(),
+            unstable_or(spread.model, decimals, worst > 0.5),
+            drawn(worst),
+            drawn(0.5),
+            limit,
+        ]);
+    }
+    let crossover = robustness.crossover();
+    let drawn = |share: f64| match has_draws {
+        true => number(crossover.quantile(share)),
+        false => "-".to_owned(),
+    };
+    table.row([
+        "crossover, rad/s".to_owned(),
+        number(crossover.model),
+        drawn(MISSED),
+        drawn(0.5),
+        "-".to_owned(),
+    ]);
+    table
+}
+
+/// A margin; of a sensitivity peak infinity is that of an unstable loop, as is minus infinity of margins.
+fn unstable_or(value: f64, decimals: usize, is_peak: bool) -> String {
+    match is_peak && value == f64::INFINITY {
+        true => "unstable".to_owned(),
+        false => cell(value, decimals),
+    }
+}
+
+/// Whether the limits are kept, in a sentence.
+pub(crate) fn verdict(of: &Tuning) -> String {
+    let drawn = of.robustness.draws.len();
+    let share = of.robustness.unstable();
+    let over = match drawn {
+        0 => "the model, which is taken as exact,".to_owned(),
+        n => format!("95 % of {n} plants that the model's uncertainty allows"),
+    };
+    let stable = match (drawn, share > 0.0) {
+        (0, _) | (_, false) => String::new(),
+        _ => format!("; {:.1} % are unstable", 100.0 * share),
+    };
+    match of.keeps_limits() {
+        true => format!("limits kept by {over}{stable}"),
+        false => format!(
+            "LIMITS NOT KEPT by {over}{stable}. Next: leave the pace to the method, without {} and {}",
+            option("closed_loop_time"),
+            option("crossover")
+        ),
+    }
+}
+
+pub(crate) fn responses(of: &Tuning) -> Table {
+    let steps = &of.steps;
+    let has_draws = !of.robustness.draws.is_empty();
+    let mut table = Table::of(["after a step", "model", "5 %", "median", "95 %"]);
+    let mut row = |name: String, spread: &Spread| {
+        let shown = |value: f64| match value.is_finite() {
+            true => number(value),
+            false => "-".to_owned(),
+        };
+        let drawn = |share: f64| match has_draws {
+            true => shown(spread.quantile(share)),
+            false => "-".to_owned(),
+        };
+        table.row([
+            name,
+            shown(spread.model),
+            drawn(MISSED),
+            drawn(0.5),
+            drawn(1.0 - MISSED),
+        ]);
+    };
+    row("overshoot, %".to_owned(), &steps.overshoot);
+    row("settling time (2 %), s".to_owned(), &steps.settling);
+    row(
+        format!("largest input, step of {}", number(steps.step)),
+        &steps.peak_input,
+    );
+    row("travel of the input".to_owned(), &steps.travel);
+    if steps.at_limit.sorted.iter().any(|it| *it > 0.0) || steps.at_limit.model > 0.0 {
+        row("time at the input's limit, %".to_owned(), &steps.at_limit);
+    }
+    row(
+        "error after a unit load (IAE)".to_owned(),
+        &steps.load_error,
+    );
+    table
+}
+
+/// Which property limits the margins, in a sentence or two.
+pub(crate) fn limiting(of: &Tuning) -> String {
+    let Some(first) = of.causes.first() else {
+        return String::new();
+    };
+    let half = SIGMAS_95 * first.margin_deviation.to_degrees();
+    if half < WELL_KNOWN {
+        return format!(
+            "what limits: the plant itself. Its model is known well enough, the phase margin to ± {}",
+            with_degrees(half)
+        );
+    }
+    format!(
+        "what limits: {} makes {:.0} % of the phase margin's variance (the margin is known to ± {}). To know it better: {}. A record of \
+         four times the length halves its interval",
+        first.name,
+        100.0 * first.share,
+        with_degrees(half),
+        first.experiment
+    )
+}
+
+fn with_degrees(half: f64) -> String {
+    format!("{} deg", significant(half, 2))
+}
+
+pub(crate) fn causes(of: &Tuning) -> Table {
+    let mut table = Table::of([
+        "property",
+        "value, 95 %",
+        "unit",
+        "share of the variance, %",
+    ]);
+    for cause in &of.causes {
+        table.row([
+            cause.name.clone(),
+            with_interval(cause.value, SIGMAS_95 * cause.deviation),
+            cause.unit.to_owned(),
+            format!("{:.0}", 100.0 * cause.share),
+        ]);
+    }
+    table
+}
+
+fn plots<'a>(of: &'a Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
+    let mut plots = after_steps(of, input, output);
+    plots.extend(of_margins(of));
+    plots
+}
+
+/// A line of the model over the band of the drawn plants.
+pub(crate) fn banded<'a>(plot: Plot<'a>, band: &Band) -> Plot<'a> {
+    let times = || band.times.iter().copied();
+    let range = times().zip(&band.range);
+    let range = range.map(|(t, (low, high))| (t, *low, *high));
+    plot.with_all([Series::band("90 % of plants", range)])
+        .line("model", times().zip(band.model.iter().copied()))
+}
+
+/// Outputs and input after steps.
+pub(crate) fn after_steps<'a>(of: &Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
+    let steps = &of.steps;
+    let over = "The band holds 90 % of the plants that the model's uncertainty allows.";
+    let ends = [0.0, steps.output.times.last().copied().unwrap_or(0.0)];
+    let plot = |title, axis| Plot::new(title, [SINCE_STEP, axis]).linked(STEP);
+    vec![
+        banded(
+            plot("Output after a step of the setpoint", output).note(over),
+            &steps.output,
+        )
+        .with(Style::Bound, "setpoint", ends.map(|t| (t, steps.step))),
+        banded(
+            plot("Input after a step of the setpoint", input),
+            &steps.input,
+        ),
+        banded(
+            plot("Output after a unit step of the load", output)
+                .note("The load acts at the plant's input."),
+            &steps.load,
+        ),
+    ]
+}
+
+/// The open loop, and the distribution of its phase margin.
+pub(crate) fn of_margins(of: &Tuning) -> Vec<Plot<'static>> {
+    let mut plots = Vec::from(bode(of));
+    plots.push(nyquist(of));
+    plots.extend(histogram(&of.robustness.phase(), of.limits.phase));
+    plots
+}
+
+/// The open loop of the model and the band of the drawn plants.
+fn bode(of: &Tuning) -> [Plot<'static>; 2] {
+    let crossover = of
+        .robustness
+        .model
+        .crossover
+        .unwrap_or(of.seen.plant.nyquist());
+    let shown = crossover / AROUND..crossover * AROUND;
+    // Magnitude, dB, and phase, degrees; every second frequency is enough.
+    let seen = |seen: &Seen| {
+        let open = seen.open_loop(&of.controller);
+        let phases = unwrapped_phases(open.iter().map(|it| it.1));
+        let each = open
+            .into_iter()
+            .zip(phases)
+            .filter(|((w, _), _)| shown.contains(w))
+            .step_by(2);
+        each.map(|((w, l), phase)| (w, 20.0 * libm::log10(l.modulus()), phase.to_degrees()))
+            .collect::<Vec<_>>()
+    };
+    let model = seen(&of.seen);
+    let draws: Vec<_> = of.draws.iter().map(seen).collect();
+    let band = |value: &dyn Fn(&(f64, f64, f64)) -> f64| {
+        let each = (0..model.len()).map(|k| {
+            let drawn = draws.iter().filter_map(|it| it.get(k)).map(value);
+            let spread = Spread::new(value(&model[k]), drawn);
+            (
+                model[k].0,
+                spread.quantile(MISSED),
+                spread.quantile(1.0 - MISSED),
+            )
+        });
+        Series::band("90 % of plants", each.collect::<Vec<_>>())
+    };
+    let ends = [shown.start, shown.end.min(of.seen.plant.nyquist())];
+    let plot = |title,
+                axes: [&'static str; 2],
+                value: &dyn Fn(&(f64, f64, f64)) -> f64,
+                bound: f64,
+                name: &'static str| {
+        Plot::new(title, axes)
+            .log_x()
+            .linked(FREQUENCY)
+            .with_all([band(value)])
+            .line(
+                "model",
+                model.iter().map(|it| (it.0, value(it))).collect::<Vec<_>>(),
+            )
+            .with(Style::Bound, name, ends.map(|w| (w, bound)))
+    };
+    [
+        plot(
+            "Magnitude of the open loop",
+            MAGNITUDE,
+            &|it| it.1,
+            0.0,
+            "0 dB",
+        ),
+        plot(
+            "Phase of the open loop",
+            PHASE,
+            &|it| it.2,
+            -180.0,
+            "-180 deg",
+        )
+        .note("Where the magnitude is 0 dB, its distance from -180 degrees is the phase margin."),
+    ]
+}
+
+fn nyquist(of: &Tuning) -> Plot<'static> {
+    let near = |seen: &Seen| {
+        let open = seen.open_loop(&of.controller).into_iter();
+        let near = open.filter(|(_, l)| l.modulus() < EXTENT);
+        near.map(|(_, l)| (l.re, l.im)).collect::<Vec<_>>()
+    };
+    let drawn = of.draws.iter().take(LOOPS).enumerate();
+    let drawn = drawn.map(|(i, it)| {
+        // One name for all of them.
+        let name = if i == 0 { "drawn plants" } else { "" };
+        Series::new(Style::Grid, name, near(it))
+    });
+    let radius = 1.0 / of.limits.sensitivity;
+    let circle = (0..=120).map(|i| f64::from(i) * std::f64::consts::TAU / 120.0);
+    Plot::new(
+        "Nyquist plot of the open loop",
+        ["real part", "imaginary part"],
+    )
+    .note("The loop keeps its sensitivity peak while it stays outside the circle about -1.")
+    .one_scale()
+    .with_all(drawn)
+    .line("model", near(&of.seen))
+    .with(
+        Style::Bound,
+        format!("Ms {:.2}", of.limits.sensitivity),
+        circle.map(|a| (radius * libm::cos(a) - 1.0, radius * libm::sin(a))),
+    )
+    .with(Style::Crosses, "-1", [(-1.0, 0.0)])
+}
+
+/// How many of the drawn plants have which phase margin, beside the least, rad.
+pub(crate) fn histogram(spread: &Spread, least: f64) -> Option<Plot<'static>> {
+    let finite: Vec<f64> = spread
+        .sorted
+        .iter()
+        .copied()
+        .filter(|it| it.is_finite())
+        .collect();
+    let (first, last) = (*finite.first()?, *finite.last()?);
+    let width = ((last - first) / COLUMNS as f64).max(1e-6);
+    let mut counts = vec![0.0; COLUMNS];
+    for margin in &finite {
+        let column = ((margin - first) / width) as usize;
+        counts[column.min(COLUMNS - 1)] += 100.0 / spread.sorted.len() as f64;
+    }
+    let steps = counts.iter().enumerate().flat_map(|(i, count)| {
+        let left = first + i as f64 * width;
+        [(left, *count), (left + width, *count)]
+    });
+    let highest = counts.iter().fold(0.0_f64, |most, it| most.max(*it));
+    let at = |x: f64| [(x, 0.0), (x, highest)];
+    let outline: Vec<_> = [(first, 0.0)]
+        .into_iter()
+        .chain(steps)
+        .chain([(last, 0.0)])
+        .collect();
+    Some(
+        Plot::new(
+            "Phase margins of the drawn plants",
+            ["phase margin [deg]", "share of plants [%]"],
+        )
+        .note("5 % of the plants lie below the dashed line of the worst of 95 %.")
+        .plane()
+        .with(Style::Area, "share", outline.clone())
+        .line("plants", outline)
+        .with(Style::Dashed, "limit", at(least.to_degrees()))
+        .with(Style::Bound, "worst of 95 %", at(spread.quantile(MISSED))),
+    )
+}
