@@ -32,71 +32,78 @@ use crate::closed_form::{ClosedForm, Integrals, Quantity};
 use crate::metering::Flows;
 use crate::modes::{Constants, FrictionState, Mode, Pressures, Side, State};
 
-/// Energies since the start, J.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Energy {
-    /// Work of supply and return: P_h for each volume drawn, less P_R for each returned and P_h for what the smaller
-    /// chamber gives back.
-    pub supply: f64,
-    /// Electrical, of the solenoids.
-    pub switching: f64,
-    /// Work on the load against C.
-    pub viscous: f64,
-    /// Of ram and load at present.
-    pub kinetic: f64,
-    /// Taken by the stops.
-    pub stops: f64,
-    /// Taken by Coulomb friction.
-    pub friction: f64,
-    /// Throttled in the large volume's valve.
-    pub throttling: f64,
-    /// Throttled in the small volume's valve.
-    pub throttling_small: f64,
-    /// Throttled past the calibrating piston.
-    pub leakage: f64,
-    /// Put into the compressed column.
-    pub compressed: f64,
-    /// Given back by it.
-    pub recovered: f64,
-    /// Put into the auxiliary pistons.
-    pub stored: f64,
-    /// Given back by them.
-    pub returned: f64,
-    /// What an ideal 4-way proportional valve, without lag and leakage, takes for the same motion: P_h for each
-    /// volume to the driven side, less P_R for that from the other.
-    pub proportional_valve: f64,
-}
+/// Declares [`Energy`] from its terms, each with its field of the message, and what is done with every term.
+macro_rules! energies {
+    ($($(#[$doc:meta])+ $term:ident: $field:ident,)+) => {
+        /// Energies since the start, J.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct Energy {
+            $($(#[$doc])+ pub $term: f64,)+
+        }
 
-/// How an energy is made of those of two ledgers.
-macro_rules! of_each {
-    ($operator:ident, $function:ident, $sign:tt) => {
-        impl $operator for Energy {
+        impl Add for Energy {
             type Output = Self;
 
-            fn $function(self, other: Self) -> Self {
-                Self {
-                    supply: self.supply $sign other.supply,
-                    switching: self.switching $sign other.switching,
-                    viscous: self.viscous $sign other.viscous,
-                    kinetic: self.kinetic $sign other.kinetic,
-                    stops: self.stops $sign other.stops,
-                    friction: self.friction $sign other.friction,
-                    throttling: self.throttling $sign other.throttling,
-                    throttling_small: self.throttling_small $sign other.throttling_small,
-                    leakage: self.leakage $sign other.leakage,
-                    compressed: self.compressed $sign other.compressed,
-                    recovered: self.recovered $sign other.recovered,
-                    stored: self.stored $sign other.stored,
-                    returned: self.returned $sign other.returned,
-                    proportional_valve: self.proportional_valve $sign other.proportional_valve,
-                }
+            fn add(self, other: Self) -> Self {
+                Self { $($term: self.$term + other.$term,)+ }
+            }
+        }
+
+        impl Sub for Energy {
+            type Output = Self;
+
+            fn sub(self, other: Self) -> Self {
+                Self { $($term: self.$term - other.$term,)+ }
+            }
+        }
+
+        impl Energy {
+            /// Writes the energies into a message.
+            pub(crate) fn fill(&self, state: &mut DhaState) {
+                $(state.$field = self.$term;)+
+            }
+        }
+
+        impl From<&DhaState> for Energy {
+            fn from(state: &DhaState) -> Self {
+                Self { $($term: state.$field,)+ }
             }
         }
     };
 }
 
-of_each!(Add, add, +);
-of_each!(Sub, sub, -);
+energies! {
+    /// Work of supply and return: P_h for each volume drawn, less P_R for each returned and P_h for what the smaller
+    /// chamber gives back.
+    supply: energy_supply,
+    /// Electrical, of the solenoids.
+    switching: energy_switching,
+    /// Work on the load against C.
+    viscous: energy_viscous,
+    /// Of ram and load at present.
+    kinetic: energy_kinetic,
+    /// Taken by the stops.
+    stops: energy_stops,
+    /// Taken by Coulomb friction.
+    friction: energy_friction,
+    /// Throttled in the large volume's valve.
+    throttling: energy_throttling,
+    /// Throttled in the small volume's valve.
+    throttling_small: energy_throttling_small,
+    /// Throttled past the calibrating piston.
+    leakage: energy_leakage,
+    /// Put into the compressed column.
+    compressed: energy_compressed,
+    /// Given back by it.
+    recovered: energy_recovered,
+    /// Put into the auxiliary pistons.
+    stored: energy_stored,
+    /// Given back by them.
+    returned: energy_returned,
+    /// What an ideal 4-way proportional valve, without lag and leakage, takes for the same motion: P_h for each
+    /// volume to the driven side, less P_R for that from the other.
+    proportional_valve: energy_proportional_valve,
+}
 
 impl Energy {
     /// Work on the load: against C, and its kinetic energy.
@@ -166,45 +173,6 @@ impl Energy {
             recovered: ledger.compressed - ledger.compression - ledger.lines,
             proportional_valve,
             ..Self::default()
-        }
-    }
-
-    /// Writes the energies into a message.
-    pub(crate) fn fill(&self, state: &mut DhaState) {
-        state.energy_supply = self.supply;
-        state.energy_switching = self.switching;
-        state.energy_viscous = self.viscous;
-        state.energy_kinetic = self.kinetic;
-        state.energy_stops = self.stops;
-        state.energy_friction = self.friction;
-        state.energy_throttling = self.throttling;
-        state.energy_throttling_small = self.throttling_small;
-        state.energy_leakage = self.leakage;
-        state.energy_compressed = self.compressed;
-        state.energy_recovered = self.recovered;
-        state.energy_stored = self.stored;
-        state.energy_returned = self.returned;
-        state.energy_proportional_valve = self.proportional_valve;
-    }
-}
-
-impl From<&DhaState> for Energy {
-    fn from(state: &DhaState) -> Self {
-        Self {
-            supply: state.energy_supply,
-            switching: state.energy_switching,
-            viscous: state.energy_viscous,
-            kinetic: state.energy_kinetic,
-            stops: state.energy_stops,
-            friction: state.energy_friction,
-            throttling: state.energy_throttling,
-            throttling_small: state.energy_throttling_small,
-            leakage: state.energy_leakage,
-            compressed: state.energy_compressed,
-            recovered: state.energy_recovered,
-            stored: state.energy_stored,
-            returned: state.energy_returned,
-            proportional_valve: state.energy_proportional_valve,
         }
     }
 }
