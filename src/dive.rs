@@ -93,7 +93,6 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     launcher_decides(scenario, &extra)?;
     let parameters =
         scenario.parameter_file(&options.namespace, &extra, options.pace.owns_time())?;
-    scenario.check_kept(&parameters, &options.namespace, &extra)?;
     let namespace = format!("__ns:={}", options.namespace);
     let (rt, ()) = Runtime::start(
         NodeSpec {
@@ -202,7 +201,7 @@ fn fly(
     if let Err(error) = flown.and(stopped).and_then(|()| launcher.check_flown()) {
         // What was flown is worth a report; that it cannot be made must not hide the error.
         if launcher.ticks > 0
-            && let Ok(report) = run.report()
+            && let Ok(report) = run.report(scenario.clone())
         {
             print_wrapped(format_args!("{report}\n"))?;
         }
@@ -221,8 +220,8 @@ fn fly(
             NODES.len() + 1,
         )?;
     }
-    print_wrapped(format_args!("{}\n", run.report()?))?;
-    run.loss()
+    print_wrapped(format_args!("{}\n", run.report(scenario.clone())?))?;
+    run.loss(scenario)
 }
 
 /// What to paste into another terminal to look into the loop.

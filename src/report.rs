@@ -28,7 +28,8 @@ pub struct ReportArgs {
 /// A folder or bag that cannot be read, or a page that cannot be written.
 pub fn run(args: &ReportArgs) -> Result<()> {
     if let ([folder], None) = (&args.folders[..], &args.html) {
-        let text = RunFolder::open(folder)?.report()?;
+        let run = RunFolder::open(folder)?;
+        let text = run.report(run.scenario()?)?;
         return Ok(print_wrapped(format_args!("{text}\n"))?);
     }
     let path = match &args.html {
@@ -38,7 +39,8 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     };
     let mut flights = Vec::new();
     for folder in &args.folders {
-        flights.push(RunFolder::open(folder)?.flown()?);
+        let run = RunFolder::open(folder)?;
+        flights.push(run.flown(run.scenario()?)?);
     }
     tell_apart(&mut flights, &args.folders);
     write_text(&path, page(&flights))?;

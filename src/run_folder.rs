@@ -134,20 +134,19 @@ impl RunFolder {
         self.path.join("scenario.yaml")
     }
 
-    /// The scenario of the flight.
+    /// Reads the scenario of the flight.
     ///
     /// # Errors
     /// When the scenario cannot be read.
-    pub(crate) fn scenario(&self) -> Result<Scenario> {
+    pub fn scenario(&self) -> Result<Scenario> {
         Ok(Scenario::parse(&fs::read_to_string(self.scenario_file())?)?)
     }
 
-    /// The flight as its bag has it.
+    /// The flight of `scenario` as its bag has it.
     ///
     /// # Errors
-    /// When scenario or bag cannot be read.
-    pub fn flown(&self) -> Result<Flown> {
-        let scenario = self.scenario()?;
+    /// When the bag cannot be read.
+    pub fn flown(&self, scenario: Scenario) -> Result<Flown> {
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::new(&flight, &scenario)?;
         let counts = self.counts(&flight.counts, &scenario)?;
@@ -161,12 +160,12 @@ impl RunFolder {
         })
     }
 
-    /// Reads the bag, writes the page, and returns the flight's summary with the counts.
+    /// Reads the bag of a flight of `scenario`, writes the page, and returns the flight's summary with the counts.
     ///
     /// # Errors
     /// When the bag cannot be read or the page cannot be written.
-    pub fn report(&self) -> Result<String> {
-        let flown = self.flown()?;
+    pub fn report(&self, scenario: Scenario) -> Result<String> {
+        let flown = self.flown(scenario)?;
         let html = flights::page(std::slice::from_ref(&flown));
         write_text(&self.page(), html)?;
         let mut out = format!("{}\n\n", flown.summary);
@@ -182,13 +181,13 @@ impl RunFolder {
         Ok(out)
     }
 
-    /// The published messages that are not in the bag; `None` when it has all.
+    /// The published messages of a flight of `scenario` that are not in the bag; `None` when it has all.
     ///
     /// # Errors
-    /// When the folder or the bag cannot be read.
-    pub fn loss(&self) -> Result<Option<Loss>> {
+    /// When the bag cannot be read.
+    pub fn loss(&self, scenario: &Scenario) -> Result<Option<Loss>> {
         let bag = BagReader::open(&self.bag())?;
-        let counts = self.counts(&recorded(&bag), &self.scenario()?)?;
+        let counts = self.counts(&recorded(&bag), scenario)?;
         Ok(Loss::of(&counts))
     }
 
@@ -391,10 +390,14 @@ mod tests {
             fs::write(run.exit_report("plant_sim"), text).expect("written");
         };
         tell(20, 0);
-        assert_eq!(run.loss().expect("readable"), None);
+        assert_eq!(run.loss(&scenario).expect("readable"), None);
         for (published, dropped) in [(23, 0), (20, 3)] {
             tell(published, dropped);
-            let loss = run.loss().expect("readable").expect("lost").to_string();
+            let loss = run
+                .loss(&scenario)
+                .expect("readable")
+                .expect("lost")
+                .to_string();
             assert!(loss.ends_with("/auv/state 3 of 23"), "{loss}");
         }
     }

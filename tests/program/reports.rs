@@ -60,7 +60,7 @@ impl Rewritten {
     fn report(&self) -> (String, String) {
         let run = RunFolder::open(self.folder.path()).unwrap();
         (
-            run.report().unwrap(),
+            run.report(run.scenario().unwrap()).unwrap(),
             fs::read_to_string(run.page()).unwrap(),
         )
     }

@@ -586,35 +586,6 @@ impl Scenario {
         Ok(self.values(node)?.with(changes)?)
     }
 
-    /// Checks what is kept with a flight: this scenario's text and its parameter file for the namespace, each read anew, give
-    /// what is flown.
-    ///
-    /// # Errors
-    /// The parameter that is kept with another value.
-    pub fn check_kept(
-        &self,
-        parameter_file: &str,
-        namespace: &str,
-        extra: &[(&str, &str, Value)],
-    ) -> Result<()> {
-        let kept = Self::parse(&self.to_yaml()).during(|| "the text of the scenario")?;
-        for node in NODES {
-            let flown = self.launched_values(node, extra)?;
-            let in_file = file::overrides_for(parameter_file, &format!("{namespace}/{node}"))?;
-            let in_file = in_file.into_iter().filter(|it| it.0 != "use_sim_time");
-            let in_file = Values::defaults(flown.declarations().to_vec()).with(in_file)?;
-            for (place, other) in [
-                ("scenario.yaml", kept.launched_values(node, extra)?),
-                ("parameters.yaml", in_file),
-            ] {
-                if let Some(difference) = difference(&flown, |name| other.get(name).cloned()) {
-                    refuse!("{place} does not hold what is flown: {node}.{difference}");
-                }
-            }
-        }
-        Ok(())
-    }
-
     /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
     /// `extra` changes per node that only the launcher knows. With `sim_time`, whoever does not
     /// make `/clock` follows it.
@@ -914,20 +885,21 @@ mod tests {
     }
 
     #[test]
-    fn a_text_that_is_kept_with_another_value_than_is_flown_is_named() {
-        let scenario = Scenario::load("dive").expect("scenario");
-        let text = scenario.parameter_file("/auv", &[], false).expect("text");
-        scenario.check_kept(&text, "/auv", &[]).expect("the same");
-        let other = text.replace(
-            "identification.signal: \"prbs\"",
-            "identification.signal: none",
-        );
-        assert_ne!(other, text);
-        let refusal = in_one_line(&scenario.check_kept(&other, "/auv", &[]).expect_err("other"));
-        assert!(
-            refusal.contains("identification.signal is \"none\", not \"prbs\""),
-            "{refusal}"
-        );
+    fn the_parameter_file_gives_each_node_what_is_flown() {
+        let extra = [("plant_sim", "time", Value::from("lockstep"))];
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::load(name).expect(name);
+            let text = scenario.parameter_file("/auv", &extra, true).expect(name);
+            for node in NODES {
+                let flown = scenario.launched_values(node, &extra).expect(name);
+                let in_file = file::overrides_for(&text, &format!("/auv/{node}")).expect(name);
+                let in_file = in_file.into_iter().filter(|it| it.0 != "use_sim_time");
+                let in_file = Values::defaults(flown.declarations().to_vec()).with(in_file);
+                let in_file = in_file.expect(name);
+                let difference = difference(&flown, |name| in_file.get(name).cloned());
+                assert_eq!(difference, None, "{name}, {node}");
+            }
+        }
     }
 
     #[test]
