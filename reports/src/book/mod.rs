@@ -2,7 +2,7 @@
 //!
 //! - [`entry`]: one quantity: as printed, as recomputed for reference, and what is known of it.
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.
-//! - [`file`]: all entries of a report and its errata, read from JSON.
+//! - [`mod@file`]: all entries of a report and its errata, read from JSON.
 //! - [`names`]: plain names of a report's numbers.
 //! - [`comparison`]: a book gone through with freshly recomputed numbers.
 //! - [`report`]: a report with its numbers and figures; [`rows`]: the numbers as rows, for other programs.
