@@ -140,7 +140,7 @@ def test_parameters_are_listed_and_written_as_ros_reads_them() -> None:
     assert rows["depth_controller.depth.p"]["default"] == pytest.approx(0.25 / 0.3048)
     assert rows["depth_controller.mode"]["default"] == "depth" and rows["depth_controller.lockstep"]["default"] is False
     assert rows["depth_controller.schedule.times"]["default"] == []
-    with pytest.raises(planesman.PlanesmanError, match="no node 'depth_controler'; did you mean 'depth_controller'"):
+    with pytest.raises(planesman.PlanesmanError, match=r"no node 'depth_controler'; there are .*; did you mean 'depth_controller'"):
         planesman.parameters("depth_controler")
     text = planesman.parameter_file("dive", node="depth_controller", depth_controller={"depth.p": 1.25})
     assert "/**/depth_controller:" in text and "depth.p: 1.25" in text
