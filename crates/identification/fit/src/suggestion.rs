@@ -297,7 +297,7 @@ impl<'d> Trial<'d> {
     /// Fits a pair as the proposed command does, but for static curves: one is taken only where it simulates better.
     ///
     /// # Errors
-    /// In words: the verdict on a model that is not usable, or why there is none.
+    /// The verdict on the model, if it is not usable, or the reason why there is no model; both in words.
     fn obeyed(&self, input: &str, output: &str) -> Result<(), String> {
         let record = self.record_for_fit(input, output, Trend::None, true);
         let record = record.ok_or("there is no record to fit")?;

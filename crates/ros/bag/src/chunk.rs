@@ -53,7 +53,7 @@ pub(crate) fn unpack(
     Ok(())
 }
 
-/// Unpacks a message that rosbag2 has packed with zstd, of a file of which so many bytes have been `unpacked`.
+/// Unpacks a message that rosbag2 has packed with zstd. `unpacked` counts the bytes of its file that are unpacked so far.
 pub(crate) fn unpack_message(
     packed: &[u8],
     limits: &Limits,
