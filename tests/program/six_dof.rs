@@ -1,4 +1,4 @@
-//! `planesman six-dof`: flights and steady turns, against values of an independent integration (crates/vehicle/vehicle/tests/six_dof/values.json).
+//! `planesman six-dof`: flights and steady turns, against values of an independent integration (crates/vehicle/vehicle/tests/vehicle/six_dof/values.json).
 
 use std::process::{Command, Output};
 

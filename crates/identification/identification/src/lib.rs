@@ -18,7 +18,7 @@
 pub mod analysis;
 mod batch;
 #[cfg(test)]
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/identification/common/mod.rs"]
 mod common;
 mod comparison;
 mod conversion;

@@ -1,0 +1,147 @@
+//! Verdicts on records whose true model is known.
+
+#[allow(dead_code)]
+use crate::common::{SAMPLE_TIME, measured, pulses};
+use planesman_identification::analysis::{Analysis, Options, analyse};
+use planesman_identification::estimators::Method;
+use planesman_identification::{Record, Segment, filter, noise, with_noise};
+
+fn record(segments: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
+    Record {
+        sample_time: SAMPLE_TIME,
+        inputs: vec!["planes".to_owned()],
+        outputs: vec!["gyro".to_owned()],
+        segments: segments
+            .into_iter()
+            .map(|(inputs, outputs)| Segment {
+                start: 0,
+                inputs: vec![inputs],
+                outputs: vec![outputs],
+                ..Segment::default()
+            })
+            .collect(),
+    }
+}
+
+fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
+    analyse(&record(vec![(inputs, outputs)]), options).unwrap()
+}
+
+fn says(analysis: &Analysis, phrase: &str) -> bool {
+    analysis
+        .sentences()
+        .iter()
+        .any(|sentence| sentence.contains(phrase))
+}
+
+/// Second order, poles 0.9 and 0.7, first effect after two samples.
+fn second_order(inputs: &[f64]) -> Vec<f64> {
+    filter(&[0.0, 0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], inputs)
+}
+
+#[test]
+fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
+    let inputs = noise(1, 800);
+    let outputs = with_noise(&second_order(&inputs), 2, 0.1);
+    let analysis = found(inputs, outputs, &Options::default());
+    let structure = &analysis.estimate.layout.structure;
+    assert_eq!(
+        (structure.poles, structure.delay),
+        (2, 2),
+        "{}",
+        analysis.text()
+    );
+    assert!(
+        says(&analysis, "cross-validated: output_error, order 2, delay 2"),
+        "{}",
+        analysis.text()
+    );
+    assert!(
+        says(&analysis, "white and uncorrelated"),
+        "{}",
+        analysis.text()
+    );
+    assert!(analysis.held_out_fit.unwrap() > 85.0);
+}
+
+#[test]
+fn least_squares_on_a_noisy_gyro_is_told_that_its_second_pole_is_noise() {
+    let options = Options {
+        method: Method::LeastSquares,
+        order: Some(2),
+        delay: Some(1),
+        offset: false,
+        ..Options::default()
+    };
+    let analysis = found(pulses(), measured(12345, 0.005, 0.0), &options);
+    assert!(says(&analysis, "artefact of noise"), "{}", analysis.text());
+}
+
+#[test]
+fn an_order_too_low_is_told_that_dynamics_are_missing() {
+    let inputs = noise(3, 800);
+    let outputs = with_noise(&second_order(&inputs), 4, 0.02);
+    let options = Options {
+        order: Some(1),
+        delay: Some(1),
+        ..Options::default()
+    };
+    let analysis = found(inputs, outputs, &options);
+    assert!(
+        says(&analysis, "dynamics are missing"),
+        "{}",
+        analysis.text()
+    );
+}
+
+#[test]
+fn segments_with_gaps_between_are_one_model() {
+    let inputs = noise(5, 600);
+    let outputs = second_order(&inputs);
+    let cut = |from: usize, to: usize| (inputs[from..to].to_vec(), outputs[from..to].to_vec());
+    let options = Options {
+        order: Some(2),
+        delay: Some(2),
+        ..Options::default()
+    };
+    let analysis = analyse(&record(vec![cut(0, 250), cut(300, 600)]), &options).unwrap();
+    let model = analysis.model();
+    // The second begins in motion, with an input that is not in the record still to take effect.
+    assert!((model.a[0] + 1.6).abs() < 0.02, "{:?}", model.a);
+    assert_eq!(analysis.longest, 1);
+}
+
+#[test]
+fn a_record_without_an_input_is_refused() {
+    assert!(analyse(&record(vec![]), &Options::default()).is_err());
+    let still = record(vec![(vec![0.0; 100], vec![0.0; 100])]);
+    assert!(analyse(&still, &Options::default()).is_err());
+}
+
+#[test]
+fn the_coefficients_covariance_knows_what_was_known_beforehand() {
+    let inputs = noise(1, 400);
+    let outputs = with_noise(
+        &filter(&[0.0, 0.2, -0.2], &[1.0, -1.6, 0.63], &inputs),
+        2,
+        0.05,
+    );
+    let options = Options {
+        order: Some(2),
+        delay: Some(1),
+        zeros_at_one: 1,
+        ..Options::default()
+    };
+    let analysis = found(inputs, outputs, &options);
+    let p = analysis.estimate.coefficient_covariance(analysis.longest);
+    let estimated = &analysis.estimate.covariance;
+    for i in 0..2 {
+        for j in 0..2 {
+            assert!((p[(i, j)] - estimated[(i, j)]).abs() <= 1e-12 * estimated[(i, j)].abs());
+        }
+    }
+    // b2 = -b1: as uncertain, and their sum not at all.
+    assert!(p[(2, 2)] > 0.0);
+    assert!((p[(2, 2)] + p[(2, 3)]).abs() < 1e-12 * p[(2, 2)]);
+    assert!((p[(3, 3)] - p[(2, 2)]).abs() < 1e-12 * p[(2, 2)]);
+}

@@ -1,0 +1,7 @@
+//! The tests of the crate from outside, as one program.
+
+#![allow(clippy::unwrap_used)]
+
+mod derived_types;
+mod idl;
+mod parsing;
