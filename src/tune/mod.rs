@@ -77,7 +77,7 @@ pub(crate) fn model_for_gains(
         method: MethodChoice::One(Estimator::Process),
         ..options.clone()
     };
-    let held_out = |it: &FitResult| it.analysis.held_out_fit.or(it.analysis.fit);
+    let held_out = |it: &FitResult| it.analysis.held_out.fit.or(it.analysis.fit);
     let as_good = data.fit(&options, &()).ok().filter(|it| {
         let fits = held_out(it).zip(held_out(&found));
         fits.is_some_and(|(own, default)| 100.0 - own <= AS_GOOD * (100.0 - default))

@@ -343,10 +343,10 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
     let model = written(&data, "model.yaml", options);
     let compared = try_compare(&[&model, &other], "").unwrap();
     let fit = compared.models[0].judgement.fit.unwrap();
-    assert!((found.analysis.held_out_fit.unwrap() - fit).abs() < 1e-6);
+    assert!((found.analysis.held_out.fit.unwrap() - fit).abs() < 1e-6);
     assert_eq!(
         found.model_file().unwrap().held_out_fit,
-        found.analysis.held_out_fit
+        found.analysis.held_out.fit
     );
     let verdict = found.analysis.sentences().join("\n");
     assert!(
@@ -401,7 +401,7 @@ fn in_a_loop_validation_data_is_judged_by_what_its_reference_causes() {
         &data,
         "--method oe --order 1 --reference r --validation 200..",
     );
-    let (held, fitted) = (found.analysis.held_out_fit, found.analysis.fit);
+    let (held, fitted) = (found.analysis.held_out.fit, found.analysis.fit);
     assert!(
         (held.unwrap() - fitted.unwrap()).abs() < 5.0,
         "{held:?} {fitted:?}"
@@ -414,11 +414,11 @@ fn of_all_methods_the_one_that_simulates_held_out_data_best_is_taken() {
     let data = table(folder.path(), "a.csv", 4, &B, 0.3);
     let found = fit(&data, "--method all --order 2 --delay 1");
     let fits: Vec<f64> = (found.tried.iter())
-        .filter_map(|it| it.outcome.as_ref().ok()?.held_out_fit)
+        .filter_map(|it| it.outcome.as_ref().ok()?.held_out.fit)
         .collect();
     assert!(fits.len() >= 10, "{fits:?}");
     let best = fits.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    assert_eq!(found.analysis.held_out_fit, Some(best));
+    assert_eq!(found.analysis.held_out.fit, Some(best));
     assert_eq!(found.model_file().unwrap().held_out_fit, Some(best));
     // Least squares takes the slow noise for dynamics.
     assert_ne!(found.model_file().unwrap().method, "least_squares");

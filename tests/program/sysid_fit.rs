@@ -137,7 +137,7 @@ fn a_long_records_order_is_sought_where_the_input_moves_and_all_of_it_is_fitted(
         "{}",
         found.analysis.text()
     );
-    assert_eq!(found.analysis.searched, PART);
+    assert_eq!(found.analysis.search.samples, PART);
 
     let found = fit(&data, "--order 1");
     let pole = found.analysis.reading().poles().unwrap()[0];

@@ -127,7 +127,7 @@ impl FitData {
             analysis,
             tried,
         };
-        if result.analysis.lines.is_some()
+        if result.analysis.search.lines.is_some()
             && let Some(means) = options.signals.means_of_motion()?
         {
             let told = format!(
@@ -243,7 +243,7 @@ impl FitResult {
         });
         let parameters = physical.into_iter().chain(of_process).chain(of_frequency);
         let parameters: Vec<Value> = parameters.collect();
-        let processes = analysis.processes.iter().map(|it| {
+        let processes = analysis.search.processes.iter().map(|it| {
             json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
         });
         Ok(json!({
@@ -256,11 +256,11 @@ impl FitResult {
                 "linear_fit": it.linear_fit,
             })),
             "processes": processes.collect::<Vec<_>>(),
-            "process_fit": analysis.process_fit,
+            "process_fit": analysis.search.process_fit,
             "frequency": analysis.estimate.frequency.as_ref().map(|it| response::as_json(it, record.sample_time)),
-            "candidates": analysis.candidates,
-            "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
-            "attainable_fit": analysis.attainable_fit,
+            "candidates": analysis.search.candidates,
+            "selected": analysis.search.selected.iter().map(selected).collect::<Vec<_>>(),
+            "attainable_fit": analysis.held_out.attainable,
             "offsets": (0..analysis.segments.len()).map(|run| analysis.estimate.offset(run)).collect::<Vec<_>>(),
             "predicted_fit": analysis.predicted_fit,
             "share_of_input": analysis.input_part.map(|it| it.share),

@@ -67,7 +67,7 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
             .steady_state_gain()
             .map(|gain| [gain.value.re, gain.real_deviation()]),
         fit: analysis.fit,
-        held_out_fit: analysis.held_out_fit,
+        held_out_fit: analysis.held_out.fit,
         preparation: Vec::new(),
         judgement: Some(judgement(analysis.verdict, analysis.reasons.iter())),
         verdict: analysis.sentences(),

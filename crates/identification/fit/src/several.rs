@@ -120,7 +120,7 @@ impl SeveralResult {
                 "output": it.output,
                 "inputs": inputs.collect::<Vec<_>>(),
                 "selected": selected.collect::<Vec<_>>(),
-                "attainable_fit": it.attainable_fit,
+                "attainable_fit": it.held_out.attainable,
                 "offsets": (0..it.segments.len()).map(|run| it.offset(run)).collect::<Vec<_>>(),
             })
         });
@@ -208,7 +208,7 @@ fn output_model(found: &Analysis) -> Result<OutputModel, FitError> {
         noise_variance: found.noise_variance,
         noise_denominator: found.noise_denominator.clone(),
         fit: found.fit,
-        held_out_fit: found.held_out_fit,
+        held_out_fit: found.held_out.fit,
         judgement: Some(judgement(
             found.verdict,
             found.reasons.iter().map(|it| &it.reason),

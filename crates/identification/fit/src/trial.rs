@@ -45,7 +45,7 @@ impl Trial {
             "order": structure.map(|it| it.poles),
             "numerator": structure.map(|it| it.numerator),
             "delay": structure.map(|it| it.delay),
-            "held_out_fit": self.found().and_then(|it| it.held_out_fit),
+            "held_out_fit": self.found().and_then(|it| it.held_out.fit),
             "predicted_fit": self.found().and_then(|it| it.predicted_fit),
             "white": self.is_white(),
             "seconds": self.seconds,
@@ -61,7 +61,7 @@ pub fn ranked(tried: &[Trial]) -> Vec<&Trial> {
     let by = |of: fn(&Analysis) -> Option<f64>| {
         move |trial: &Trial| trial.found().and_then(of).unwrap_or(f64::NEG_INFINITY)
     };
-    let (held, predicted) = (by(|it| it.held_out_fit), by(|it| it.predicted_fit));
+    let (held, predicted) = (by(|it| it.held_out.fit), by(|it| it.predicted_fit));
     let simulates = tried.iter().any(|trial| held(trial) > 0.0);
     let mut ranked: Vec<&Trial> = tried.iter().filter(|it| it.outcome.is_ok()).collect();
     ranked.sort_by(|p, q| match simulates {

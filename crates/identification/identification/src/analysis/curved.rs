@@ -59,7 +59,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                 .and_then(|(side, starts)| {
                     beside(record, options, validation, &linear, side, &starts).ok()
                 });
-            let missed = |it: &Analysis| it.held_out_fit.map(|fit| 100.0 - fit);
+            let missed = |it: &Analysis| it.held_out.fit.map(|fit| 100.0 - fit);
             let is_better = |it: &Analysis| {
                 let pair = missed(it).zip(missed(&linear));
                 pair.is_some_and(|(curved, linear)| curved < BETTER * linear)
@@ -118,7 +118,7 @@ fn beside(
         Side::Output => wiener(record, options, validation, linear, starts)?,
     };
     if let Some(curved) = &mut found.curved {
-        curved.linear_fit = linear.held_out_fit;
+        curved.linear_fit = linear.held_out.fit;
         let reason = Reason::Curve(curved.clone());
         found.reasons.insert(0, reason);
     }
@@ -307,7 +307,7 @@ mod tests {
             let (value, deviation) = (gain.value.re, gain.real_deviation());
             let told = format!("{value} {deviation} {curve:?}");
             assert!((value - 1.0).abs() < 3.5 * deviation, "{told}");
-            let (held, linear) = (found.held_out_fit.unwrap(), curved.linear_fit.unwrap());
+            let (held, linear) = (found.held_out.fit.unwrap(), curved.linear_fit.unwrap());
             assert!(held > 90.0 && linear < 85.0, "{held} {linear} {curve:?}");
             let given = GivenModel {
                 curve: Some((side, curved.fitted.curve.clone())),
@@ -336,7 +336,7 @@ mod tests {
             };
             let found = analyse(&record(5, side, &curve), &options).unwrap();
             assert!(
-                found.held_out_fit.unwrap() > 90.0,
+                found.held_out.fit.unwrap() > 90.0,
                 "{curve:?} {:?}",
                 found.curved
             );

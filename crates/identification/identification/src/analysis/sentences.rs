@@ -1,4 +1,4 @@
-//! Verdict and reasons in words.
+//! Reasons in words.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -9,7 +9,6 @@ use planesman_wording::{option, setting};
 use super::Lines;
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
-use super::verdict::Verdict;
 use crate::prediction::AHEAD;
 use crate::selection::{Candidate, criteria};
 use crate::static_curve::{Side, StaticCurve};
@@ -20,129 +19,6 @@ use crate::validation::residuals::Correlation;
 
 /// The cost J up to which a transfer function is called good (Tischler and Remple 2012, ch. 11).
 const ACCEPTED: f64 = 100.0;
-
-impl Verdict {
-    /// In a word.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::NoEffect => "no model of what the input does",
-            Self::Undetermined => "the record does not determine a model",
-            Self::Inseparable => "the inputs cannot be told apart",
-            Self::NotValidated => "not validated",
-            Self::FewSamples => "usable with care: few samples for so many parameters",
-            Self::Drift { usable: false } => "not usable for simulation: the output drifts",
-            Self::Drift { usable: true } => "usable with care: the output drifts",
-            Self::ClosedLoop { usable: false } => {
-                "not usable for simulation: the data seems closed-loop"
-            }
-            Self::ClosedLoop { usable: true } => "usable with care: the data seems closed-loop",
-            Self::NotLinear { usable: false } => {
-                "not usable for simulation: not linear, or varying"
-            }
-            Self::NotLinear { usable: true } => "usable with care: not linear, or varying",
-            Self::NoiseLimited { good: false } => "usable: the noise limits its fit",
-            Self::NoiseLimited { good: true } => "good: the noise limits its fit",
-            Self::Unusable => "not usable for simulation",
-            Self::Unsteady => "usable with care: it does not hold all along the record",
-            Self::TimeDoubtful => "usable with care: the times are in doubt",
-            Self::Mixed => "usable with care: a signal seems to be of two publishers in turns",
-            Self::Early => "usable with care: the output seems to come before its input",
-            Self::GainUndetermined => "usable with care: the steady-state gain is not determined",
-            Self::ParametersUndetermined => {
-                "usable with care: the data does not determine every parameter"
-            }
-            Self::DynamicsMissing => "usable with care: dynamics are missing",
-            Self::Usable => "usable",
-            Self::Good => "good",
-        }
-    }
-
-    /// What to do next.
-    #[must_use]
-    pub fn next(self) -> String {
-        let page = setting("html", "model.html");
-        let reference = setting("reference", "TOPIC:FIELD");
-        let window = setting("window", "FROM..TO");
-        let write = setting("model", "model.yaml");
-        match self {
-            Self::NoEffect => {
-                "excite the system more: a PRBS or steps that move the output well beyond its noise"
-                    .to_owned()
-            }
-            Self::Undetermined => format!(
-                "record again with a richer input (PRBS, several steps), or ask for a lower order: {}",
-                setting("order", 1)
-            ),
-            Self::Inseparable => {
-                "record again with each input moving by itself: one after the other, or by a PRBS of its own"
-                    .to_owned()
-            }
-            Self::NotValidated => "record for longer, with the input moving to the end".to_owned(),
-            Self::FewSamples => "record for longer".to_owned(),
-            Self::Drift { .. } => format!("subtract the drift: {}", setting("detrend", "line")),
-            Self::ClosedLoop { .. } => format!(
-                "give the reference of the loop: {reference}, or compare {}",
-                setting("method", "armax")
-            ),
-            Self::NotLinear { .. } => format!(
-                "fit levels or times apart, {window}, or fit a curve that is named above with the dynamics: {}",
-                option("curve")
-            ),
-            Self::NoiseLimited { .. } => format!(
-                "record for longer or excite more, for narrower intervals; or write it: {write}"
-            ),
-            Self::Unusable => format!(
-                "look at the page for where it fails: {page}; then choose a segment: {window}"
-            ),
-            Self::Unsteady => format!("fit segments apart: {window}, once for each"),
-            Self::TimeDoubtful => format!(
-                "name their unit or column: {}, {}; of a bag the clock: {}",
-                option("time_unit"),
-                option("time"),
-                setting("stamp", "log")
-            ),
-            Self::Mixed => format!(
-                "record each under a name of its own, or name one: {}, {}",
-                option("input"),
-                option("output")
-            ),
-            Self::Early => format!(
-                "look at the stamps ({}, {}), or give the reference of the loop: {reference}",
-                option("stamp"),
-                option("time")
-            ),
-            Self::GainUndetermined => {
-                "record steps that are held until the output settles".to_owned()
-            }
-            Self::ParametersUndetermined => {
-                "fix one of those that are named above (fixed: VALUE), or record what tells them apart"
-                    .to_owned()
-            }
-            Self::DynamicsMissing => format!(
-                "let order, delay and method be chosen: {}",
-                setting("method", "automatic")
-            ),
-            Self::Usable => format!(
-                "compare with another method: {}; page: {page}",
-                setting("method", "armax")
-            ),
-            Self::Good => format!("write it for the simulator and the controller: {write}"),
-        }
-    }
-
-    /// The sentence of a verdict with what to do next.
-    #[must_use]
-    pub fn text(self, next: impl fmt::Display) -> String {
-        format!("verdict: {}. Next: {next}", self.words())
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text(self.next()))
-    }
-}
 
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

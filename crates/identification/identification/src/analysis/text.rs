@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
-use super::{AHEAD, Analysis, Lag, UNINFORMATIVE_FIT};
+use super::{AHEAD, Analysis, ClosedLoop, HeldOutFits, Lag};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_wording::option;
 
@@ -54,7 +54,7 @@ impl Analysis {
             structure.delay,
             to_a_nanosecond(self.estimate.sample_time)
         );
-        if let Some(reference) = &self.reference {
+        if let Some(ClosedLoop { reference, .. }) = &self.closed_loop {
             let how = match self.estimate.frequency {
                 Some(_) => "by the response to the reference, S_ry / S_ru",
                 None => "in two stages, from",
@@ -82,10 +82,10 @@ impl Analysis {
             "{:<12} {} simulated, {} on held-out data, {} predicted {AHEAD} samples ahead",
             "fit",
             percent(self.fit),
-            percent(self.held_out_fit),
+            percent(self.held_out.fit),
             percent(self.predicted_fit)
         );
-        text += &what_the_noise_leaves(self.attainable_fit);
+        text += &what_the_noise_leaves(&self.held_out);
         if let Some(part) = self.input_part {
             let _ = writeln!(
                 text,
@@ -100,9 +100,9 @@ impl Analysis {
 
     /// The models tried.
     fn tried(&self) -> String {
-        if !self.selected.is_empty() {
+        if !self.search.selected.is_empty() {
             let mut text = String::from("\nmodel         order  delay   cross-validated fit\n");
-            for c in self.selected.iter().take(SHOWN) {
+            for c in self.search.selected.iter().take(SHOWN) {
                 let integrator = if c.integrators() > 0 {
                     ", integrator"
                 } else {
@@ -119,9 +119,9 @@ impl Analysis {
             }
             return text + "\n";
         }
-        if !self.processes.is_empty() {
+        if !self.search.processes.is_empty() {
             let mut text = String::from("\nprocess       begins     sought  BIC\n");
-            for c in &self.processes {
+            for c in &self.search.processes {
                 let begins = if c.is_at_rest { "at rest" } else { "in motion" };
                 let (form, sought) = (c.form.name(), c.parameters);
                 let _ = writeln!(text, "{form:<13} {begins:<10} {sought:<7} {:.1}", c.bic);
@@ -143,7 +143,7 @@ impl Analysis {
             }
             return text + "\n";
         }
-        if self.candidates.is_empty() {
+        if self.search.candidates.is_empty() {
             return "\n".to_owned();
         }
         // A finite impulse response chooses its length for each delay.
@@ -153,7 +153,7 @@ impl Analysis {
         };
         let head = of_order(&"order");
         let mut text = format!("\n{head}delay   AIC        BIC        held-out fit\n");
-        for c in self.candidates.iter().take(SHOWN) {
+        for c in self.search.candidates.iter().take(SHOWN) {
             let fit = c.held_out_fit;
             let fit = fit.map_or("-".to_owned(), |fit| format!("{fit:.2} %"));
             let _ = writeln!(
@@ -390,9 +390,9 @@ pub(crate) fn noise(variance: f64, denominator: &[f64]) -> String {
 }
 
 /// The fit that the noise leaves to the best of models, %.
-pub(crate) fn what_the_noise_leaves(attainable: Option<f64>) -> String {
-    attainable.map_or(String::new(), |most| {
-        let left = match most <= UNINFORMATIVE_FIT {
+pub(crate) fn what_the_noise_leaves(held_out: &HeldOutFits) -> String {
+    held_out.attainable.map_or(String::new(), |most| {
+        let left = match held_out.is_noise() {
             true => "leaves nothing to simulate".to_owned(),
             false => format!("leaves {most:.2} % to the best of models"),
         };

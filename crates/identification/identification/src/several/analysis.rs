@@ -3,13 +3,14 @@
 use planesman_record::{Record, Segment, StraightLine};
 
 use super::delays::lags;
+use super::equations::Equations;
 use super::estimate::{Fitted, InUnits};
 use super::excitation::{Own, own};
 use super::finding::Finding;
 use super::layout::Channel;
 use super::scaled::{Scaled, used};
-use super::selection::{Asked, Candidate, Chooser, Effect};
-use crate::analysis::{Lag, Verdict};
+use super::selection::{Candidate, Chooser, Effect};
+use crate::analysis::{HeldOutFits, Lag, Verdict};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, radius_of_memory};
 use crate::fit::fit;
@@ -118,10 +119,8 @@ pub struct Analysis {
     pub simulated: Vec<Vec<f64>>,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
-    /// The simulated fit on what was held out of the longest run, or on the validation data, %.
-    pub held_out_fit: Option<f64>,
-    /// The fit there that the noise leaves to the best of models, %.
-    pub attainable_fit: Option<f64>,
+    /// On what was held out of it, or on the validation data.
+    pub held_out: HeldOutFits,
     /// Samples of the validation data.
     pub validated: Option<usize>,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
@@ -172,90 +171,58 @@ fn judged_on(
     options: &Options,
     validation: Option<&Record>,
 ) -> Result<Analysis> {
-    let refused = |reason: String| Err(IdentificationError::Record(reason));
-    let name = record.outputs.get(output).cloned();
-    let (Some(name), false) = (name, record.inputs.is_empty()) else {
-        return refused("a record with an input and an output is needed".to_owned());
-    };
-    record.check()?;
-    let segments = used(record);
-    if segments.is_empty() {
-        return refused("the record has no segment".to_owned());
-    }
-    if options.start == InitialState::Estimated {
-        still_input(record, &segments)?;
-    }
+    let segments = checked(record, output, options)?;
     let scaled = Scaled::of(&segments, output, (options.offset, options.start));
-    let asked = Asked {
-        order: options.order,
-        delay: options.delay,
-        kind: options.kind,
-        offset: options.offset,
-        start: options.start,
-    };
     let part = searched_part(&scaled.segments);
-    let chooser = Chooser::new(part.as_deref().unwrap_or(&scaled.segments), asked);
+    let chooser = Chooser::new(part.as_deref().unwrap_or(&scaled.segments), *options);
     let undetermined = IdentificationError::Undetermined(
         "the record determines no model of these inputs: record for longer, with every input moving",
     );
     let choice = chooser.choice().ok_or(undetermined)?;
     let samples = scaled.segments.iter().map(Segment::len).sum();
-    let radius = radius_of_memory(samples);
-    let fitted_by = |candidate: &Candidate, segments: &[Segment]| {
-        let noise = candidate.kind == Kind::BoxJenkins;
-        let model = candidate.model();
-        Fitted::near(segments, (&model, options.offset, noise), radius)
+    let fitter = Fitter {
+        scaled: &scaled,
+        offset: options.offset,
+        sample_time: record.sample_time,
+        radius: radius_of_memory(samples),
     };
-    let full = |candidate: &Candidate| {
-        let fitted = fitted_by(candidate, &scaled.segments)?;
-        let in_units = InUnits::of(&fitted, &scaled, record.sample_time)?;
-        Ok::<_, IdentificationError>((fitted, in_units))
-    };
-    // One that all the data does not determine gives way to the next.
     let mut candidates = choice.candidates;
-    let at = candidates.iter().position(|it| full(it).is_ok());
-    candidates.drain(..at.unwrap_or_default());
-    let (mut fitted, mut in_units) = full(&candidates[0])?;
-    // A pole that a zero may cancel is left out where a model with fewer parameters is nearly as good.
-    let best = candidates[0].clone();
-    while in_units.cancels()
-        && let Some(at) = best.simpler(&candidates)
-        && let Ok((simpler, units)) = full(&candidates[at])
-    {
-        let chosen = candidates.remove(at);
-        candidates.insert(0, chosen);
-        (fitted, in_units) = (simpler, units);
-    }
-    let chosen = candidates[0].clone();
+    let (fitted, in_units) = fitter.best(&mut candidates)?;
+    let chosen = &candidates[0];
     let lengths = scaled.segments.iter().map(Segment::len).enumerate();
     let longest = lengths.rev().max_by_key(|it| it.1).map_or(0, |it| it.0);
     let plain = fitted.equations(&scaled.segments, &[1.0]);
-    let y = scaled.output;
     let simulated = segments.iter().enumerate().map(|(run, segment)| {
         let errors = plain.errors(&fitted.theta, run);
         let pairs = segment.outputs[output].iter().zip(errors);
-        pairs.map(|(measured, e)| measured - e * y.size).collect()
+        pairs
+            .map(|(measured, e)| measured - e * scaled.output.size)
+            .collect()
     });
-    let simulated: Vec<Vec<f64>> = simulated.collect();
     let measured = &segments[longest].outputs[output];
-    let errors = plain.counted_errors(&fitted.theta)[longest].clone();
+    let errors = &plain.counted_errors(&fitted.theta)[longest];
     let unknown = measured.len() - errors.len();
-    let of_fit = |errors: f64, outputs: &[f64]| {
-        fit(
-            errors * y.size * y.size,
-            variance(outputs) * outputs.len() as f64,
-        )
-    };
-    let squares = errors.iter().map(|e| e * e).sum();
-    let lag = lags(&fitted, &scaled.segments[longest], radius);
     let tests_against = |input: usize| {
         let inputs = &segments[longest].inputs[input];
         let lead = unknown + fitted.whitening.len() - 1;
         ResidualTests::new(in_units.residuals[longest].get(lead..)?, &inputs[lead..])
     };
+    let (left, outputs) = match validation {
+        None => fitter.held_out(chosen, &plain, longest, measured),
+        Some(validation) => fitter.on(&fitted, longest, (validation, output, record))?,
+    };
+    let noise = choice.innovation.map(|it| it * outputs.len() as f64);
+    let attainable = |noise| fitter.fit(noise, &outputs).unwrap_or_default().max(0.0);
+    let mut held_out = HeldOutFits {
+        attainable: noise.map(attainable),
+        ..HeldOutFits::default()
+    };
+    let fit = left.and_then(|left| fitter.fit(left, &outputs));
+    held_out.fit = fit.filter(|_| !held_out.is_noise());
     let own = own(&scaled.segments);
     let mut models: Vec<Option<ChannelModel>> = vec![None; record.inputs.len()];
-    for ((channel, estimate), lag) in in_units.channels.iter().zip(lag) {
+    let lags = lags(&fitted, &scaled.segments[longest], fitter.radius);
+    for ((channel, estimate), lag) in in_units.channels.iter().zip(lags) {
         models[channel.input] = Some(ChannelModel {
             estimate: estimate.clone(),
             lag,
@@ -271,21 +238,20 @@ fn judged_on(
     });
     let mut found = Analysis {
         options: *options,
-        output: name,
+        output: record.outputs[output].clone(),
         inputs: inputs.collect(),
         kind: chosen.kind,
         sample_time: record.sample_time,
-        offsets_at_level: in_units.offsets,
         noise_variance: in_units.noise_variance,
         noise_denominator: fitted.whitening[1..].to_vec(),
         residual_tests: tests_against(0),
+        offsets_at_level: in_units.offsets,
         residuals: in_units.residuals,
-        simulated,
+        simulated: simulated.collect(),
         unknown,
-        fit: of_fit(squares, &measured[unknown..]),
-        held_out_fit: None,
-        attainable_fit: None,
-        validated: None,
+        fit: fitter.fit(errors.iter().map(|e| e * e).sum(), &measured[unknown..]),
+        held_out,
+        validated: validation.map(|_| outputs.len()),
         drift: StraightLine::nearest_to(measured).share,
         searched: part.as_ref().map_or(samples, |it| it[0].len()),
         candidates,
@@ -296,55 +262,125 @@ fn judged_on(
         verdict: Verdict::Undetermined,
         reasons: Vec::new(),
     };
-    let judged = match validation {
-        None => {
-            let cut = |it: &Segment| {
-                it.part(
-                    0,
-                    (it.len() as f64 * FITTED_SHARE) as usize,
-                    record.sample_time,
-                )
-            };
-            let first: Vec<Segment> = scaled.segments.iter().map(cut).collect();
-            let kept = first[longest].len();
-            let held = &measured[kept..];
-            let of_first = fitted_by(&chosen, &first).ok();
-            let left = of_first.map(|it| {
-                let left = plain.errors_from_rest(&it.theta, longest, kept..measured.len());
-                without_free_motion(&left, &plain.free(&it.theta))
-            });
-            Some((left.and_then(|left| of_fit(left, held)), held.to_vec()))
-        }
-        Some(validation) => {
-            if validation.inputs.len() != record.inputs.len()
-                || validation.outputs.len() != record.outputs.len()
-            {
-                return refused("the validation data has other signals".to_owned());
-            }
-            let of: Vec<Segment> = (used(validation).iter())
-                .map(|it| scaled.scaled(it, output))
-                .collect();
-            let (equations, theta) = fitted.on(&of, longest);
-            let (mut left, mut outputs) = (0.0, Vec::new());
-            for (run, segment) in of.iter().enumerate() {
-                let first = equations.layout.unknown(&segment.past).min(segment.len());
-                let errors = equations.errors_from_rest(&theta, run, first..segment.len());
-                left += without_free_motion(&errors, &equations.free(&theta));
-                let in_units = segment.outputs[0][first..].iter();
-                outputs.extend(in_units.map(|v| v * y.size + y.level));
-            }
-            found.validated = Some(outputs.len());
-            Some((of_fit(left, &outputs), outputs))
-        }
-    };
-    if let Some((held_out_fit, outputs)) = judged {
-        let noise = choice.innovation.map(|it| it * outputs.len() as f64);
-        found.attainable_fit =
-            noise.map(|noise| of_fit(noise, &outputs).unwrap_or_default().max(0.0));
-        found.held_out_fit = held_out_fit.filter(|_| !found.held_out_is_noise());
-    }
     found.judge(&segments);
     Ok(found)
+}
+
+/// The segments that are used of a record with inputs and that output.
+fn checked<'a>(record: &'a Record, output: usize, options: &Options) -> Result<Vec<&'a Segment>> {
+    let refused = |reason: &str| Err(IdentificationError::Record(reason.to_owned()));
+    if record.outputs.len() <= output || record.inputs.is_empty() {
+        return refused("a record with an input and an output is needed");
+    }
+    record.check()?;
+    let segments = used(record);
+    if segments.is_empty() {
+        return refused("the record has no segment");
+    }
+    if options.start == InitialState::Estimated {
+        still_input(record, &segments)?;
+    }
+    Ok(segments)
+}
+
+/// Fits candidates to a record about its levels and over its scales.
+struct Fitter<'a> {
+    scaled: &'a Scaled,
+    offset: bool,
+    sample_time: f64,
+    /// The largest magnitude of a pole.
+    radius: f64,
+}
+
+impl Fitter<'_> {
+    /// A candidate fitted to segments.
+    fn near(&self, candidate: &Candidate, segments: &[Segment]) -> Result<Fitted> {
+        let noise = candidate.kind == Kind::BoxJenkins;
+        let model = candidate.model();
+        Fitted::near(segments, (&model, self.offset, noise), self.radius)
+    }
+
+    /// A candidate fitted to all the data.
+    fn whole(&self, candidate: &Candidate) -> Result<(Fitted, InUnits)> {
+        let fitted = self.near(candidate, &self.scaled.segments)?;
+        let in_units = InUnits::of(&fitted, self.scaled, self.sample_time)?;
+        Ok((fitted, in_units))
+    }
+
+    /// The fit of the model that is chosen, the first of the candidates then.
+    fn best(&self, candidates: &mut Vec<Candidate>) -> Result<(Fitted, InUnits)> {
+        // One that all the data does not determine gives way to the next.
+        let at = candidates.iter().position(|it| self.whole(it).is_ok());
+        candidates.drain(..at.unwrap_or_default());
+        let mut found = self.whole(&candidates[0])?;
+        // A pole that a zero may cancel is left out where a model with fewer parameters is nearly as good.
+        let best = candidates[0].clone();
+        while found.1.cancels()
+            && let Some(at) = best.simpler(candidates)
+            && let Ok(simpler) = self.whole(&candidates[at])
+        {
+            let chosen = candidates.remove(at);
+            candidates.insert(0, chosen);
+            found = simpler;
+        }
+        Ok(found)
+    }
+
+    /// The fit, %, for a sum of squared errors of outputs.
+    fn fit(&self, errors: f64, outputs: &[f64]) -> Option<f64> {
+        let size = self.scaled.output.size;
+        let about_mean = variance(outputs) * outputs.len() as f64;
+        fit(errors * size * size, about_mean)
+    }
+
+    /// The squared errors of what is held out of the longest run, by a model of the first part of each, and the outputs there.
+    fn held_out(
+        &self,
+        chosen: &Candidate,
+        plain: &Equations,
+        longest: usize,
+        measured: &[f64],
+    ) -> (Option<f64>, Vec<f64>) {
+        let first_part = |it: &Segment| {
+            let kept = (it.len() as f64 * FITTED_SHARE) as usize;
+            it.part(0, kept, self.sample_time)
+        };
+        let first: Vec<Segment> = self.scaled.segments.iter().map(first_part).collect();
+        let kept = first[longest].len();
+        let left = self.near(chosen, &first).ok().map(|it| {
+            let left = plain.errors_from_rest(&it.theta, longest, kept..measured.len());
+            without_free_motion(&left, &plain.free(&it.theta))
+        });
+        (left, measured[kept..].to_vec())
+    }
+
+    /// The squared errors of the validation data, and its outputs.
+    fn on(
+        &self,
+        fitted: &Fitted,
+        longest: usize,
+        (validation, output, record): (&Record, usize, &Record),
+    ) -> Result<(Option<f64>, Vec<f64>)> {
+        let signals = |of: &Record| (of.inputs.len(), of.outputs.len());
+        if signals(validation) != signals(record) {
+            let reason = "the validation data has other signals".to_owned();
+            return Err(IdentificationError::Record(reason));
+        }
+        let of: Vec<Segment> = (used(validation).iter())
+            .map(|it| self.scaled.scaled(it, output))
+            .collect();
+        let (equations, theta) = fitted.on(&of, longest);
+        let (mut left, mut outputs) = (0.0, Vec::new());
+        for (run, segment) in of.iter().enumerate() {
+            let first = equations.layout.unknown(&segment.past).min(segment.len());
+            let errors = equations.errors_from_rest(&theta, run, first..segment.len());
+            left += without_free_motion(&errors, &equations.free(&theta));
+            let y = self.scaled.output;
+            let in_units = segment.outputs[0][first..].iter();
+            outputs.extend(in_units.map(|v| v * y.size + y.level));
+        }
+        Ok((Some(left), outputs))
+    }
 }
 
 /// Refuses an input that stands still in every segment: its effect is that of the offset.

@@ -14,6 +14,7 @@ use planesman_linear::polynomial::product;
 use planesman_parallel::{on_all_cores, stop_point};
 use planesman_record::{Run, Segment};
 
+use super::analysis::Options;
 use super::equations::Equations;
 use super::layout::{Channel, Layout};
 use super::regressions::{Equation, Regressions};
@@ -44,16 +45,6 @@ const NEAR: f64 = 12.0;
 const RATES: usize = 7;
 /// By how many samples a delay is moved in one step.
 const MOVES: [i64; 6] = [-1, 1, -2, 2, -4, 4];
-
-/// What is searched.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Asked {
-    pub(super) order: Option<usize>,
-    pub(super) delay: Option<usize>,
-    pub(super) kind: Option<Kind>,
-    pub(super) offset: bool,
-    pub(super) start: InitialState,
-}
 
 /// A model: its channels, with `a1 ... an` of each.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,7 +225,7 @@ impl Weight {
 /// The records, ready to be searched.
 pub(super) struct Chooser<'a> {
     segments: &'a [Segment],
-    asked: Asked,
+    asked: Options,
     inputs: usize,
     samples: usize,
     radius: f64,
@@ -247,7 +238,7 @@ pub(super) struct Chooser<'a> {
 }
 
 impl<'a> Chooser<'a> {
-    pub(super) fn new(segments: &'a [Segment], asked: Asked) -> Self {
+    pub(super) fn new(segments: &'a [Segment], asked: Options) -> Self {
         let inputs = segments.first().map_or(0, |it| it.inputs.len());
         let samples = segments.iter().map(Segment::len).sum();
         let longest = segments.iter().map(Segment::len).max().unwrap_or(2).max(2);

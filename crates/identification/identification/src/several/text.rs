@@ -64,9 +64,9 @@ impl Analysis {
             "{:<12} {} simulated, {} on held-out data",
             "fit",
             percent(self.fit),
-            percent(self.held_out_fit)
+            percent(self.held_out.fit)
         );
-        text += &what_the_noise_leaves(self.attainable_fit);
+        text += &what_the_noise_leaves(&self.held_out);
         text.push('\n');
         text
     }

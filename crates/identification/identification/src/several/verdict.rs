@@ -5,15 +5,13 @@ use planesman_record::Segment;
 use super::analysis::{Analysis, ChannelModel, InputFindings};
 use super::finding::Finding;
 use super::selection::{Candidate, MAX_DELAY, MAX_ORDER};
-use crate::analysis::UNINFORMATIVE_FIT;
 use planesman_wording::{option, setting};
 
-use crate::analysis::verdict::{
-    DRIFTS, GOOD, PRECISE, STEADY, USABLE, feeds_back, few_samples, fit_remark,
-    is_limited_by_noise, misses_dynamics, residual_finding, response_is_determined,
-    undetermined_gain,
+use crate::analysis::judgement::{
+    DRIFTS, PRECISE, STEADY, feeds_back, few_samples, misses_dynamics, residual_finding,
+    response_is_determined, undetermined_gain,
 };
-use crate::analysis::{Reason, Verdict};
+use crate::analysis::{GOOD, Reason, USABLE, Verdict};
 use crate::uncertainty::{SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, excitation_order};
 use crate::validation::residuals::ResidualTests;
@@ -25,12 +23,6 @@ const OWN: f64 = 0.1;
 const RIGID: f64 = 1e-3;
 
 impl Analysis {
-    /// Whether the output stays within the noise where the model is judged.
-    pub(super) fn held_out_is_noise(&self) -> bool {
-        self.attainable_fit
-            .is_some_and(|fit| fit <= UNINFORMATIVE_FIT)
-    }
-
     /// Takes verdict and reasons.
     pub(super) fn judge(&mut self, segments: &[&Segment]) {
         let doubts = self.doubts(segments);
@@ -76,14 +68,14 @@ impl Analysis {
     }
 
     fn judged(&self, undetermined: bool) -> Verdict {
-        let held = self.held_out_fit;
+        let held = self.held_out.fit;
         let any = |finds: &dyn Fn(&ResidualTests) -> bool| {
             let mut tests = self.channels().filter_map(|it| it.2.residuals.as_ref());
             tests.any(finds)
         };
         let (feedback, missing) = (any(&feeds_back), any(&|it| misses_dynamics(it, self.fit)));
         let unsteady = self.is_unsteady();
-        let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
+        let limited = self.held_out.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = self
             .channels()
             .any(|(_, _, it)| it.undetermined_gain().is_some());
@@ -206,16 +198,13 @@ impl Analysis {
     }
 
     fn fits(&self) -> Vec<Reason> {
-        let fit = match (self.held_out_fit, self.validated) {
-            (held, Some(samples)) => Reason::Data(format!(
+        let fit = match (self.held_out.reason(self.fit), self.validated) {
+            (_, Some(samples)) => Reason::Data(format!(
                 "judged on the validation data, {samples} samples that were not fitted: simulated fit {}",
-                held.map_or("none".to_owned(), |fit| format!("{fit:.1} %"))
+                (self.held_out.fit).map_or("none".to_owned(), |fit| format!("{fit:.1} %"))
             )),
-            (Some(held), _) => {
-                let remark = fit_remark(self.fit, held, self.attainable_fit);
-                Reason::HeldOutFit(held, remark)
-            }
-            (None, _) if self.held_out_is_noise() => Reason::HeldOutIsNoise(None),
+            (Some(held), _) => held,
+            (None, _) if self.held_out.is_noise() => Reason::HeldOutIsNoise(None),
             (None, _) => Reason::FirstPartUndetermined,
         };
         let unsteady = self.is_unsteady().then_some(Reason::Unsteady);
@@ -241,7 +230,7 @@ impl Analysis {
             }
         }
         if let Some(tests) = &model.residuals {
-            let fit = self.held_out_fit.or(self.fit);
+            let fit = self.held_out.fit.or(self.fit);
             let explains = fit.is_some_and(|fit| fit >= USABLE);
             let finding = residual_finding(tests, self.fit, explains, true);
             found.push(Reason::Residuals(finding, false));
@@ -273,10 +262,6 @@ impl Analysis {
     fn is_unsteady(&self) -> bool {
         let chosen = self.candidates.first();
         chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
-    }
-
-    fn is_limited_by_noise(&self) -> bool {
-        is_limited_by_noise(self.held_out_fit, self.attainable_fit)
     }
 }
 

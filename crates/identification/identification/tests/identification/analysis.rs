@@ -61,7 +61,7 @@ fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
         "{}",
         analysis.text()
     );
-    assert!(analysis.held_out_fit.unwrap() > 85.0);
+    assert!(analysis.held_out.fit.unwrap() > 85.0);
 }
 
 #[test]

@@ -241,7 +241,7 @@ fn a_linear_plant_stays_good_whatever_its_noise_and_loop() {
                 analysis.text()
             );
         }
-        assert!(found[1].attainable_fit.unwrap() - found[1].held_out_fit.unwrap() > 5.0);
+        assert!(found[1].held_out.attainable.unwrap() - found[1].held_out.fit.unwrap() > 5.0);
     }
 }
 

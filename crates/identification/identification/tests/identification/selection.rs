@@ -193,7 +193,7 @@ fn a_pole_that_a_zero_cancels_is_left_out_and_both_gains_are_told() {
             (found.value.re - steady).abs() / found.real_deviation()
         });
         assert!(off < 4.0, "{seed}: {}", analysis.text());
-        if let Some(other) = &analysis.other_order {
+        if let Some(other) = &analysis.search.other_order {
             let phrase = format!("the model of order {}, with", other.order);
             assert!(says(&analysis, &phrase), "{}", analysis.text());
             assert!(other.order != analysis.estimate.layout.structure.poles);
@@ -287,7 +287,7 @@ fn levels_far_from_zero_change_the_offset_alone() {
     assert!((input.estimate.offset(0) / expected - 1.0).abs() < 1e-6);
     assert!((output.estimate.offset(0) - 1e9 - plain.estimate.offset(0)).abs() < 1e-3);
     assert!(
-        output.held_out_fit.unwrap() > 80.0 && !says(&output, "rank"),
+        output.held_out.fit.unwrap() > 80.0 && !says(&output, "rank"),
         "{}",
         output.text()
     );

@@ -258,7 +258,7 @@ impl<'a> Evidence<'a> {
                     && self.data.validation.is_none()
                     && longest == Some(segment)
                 {
-                    part(KEPT, found.held_out_from.min(count.saturating_sub(1)));
+                    part(KEPT, found.held_out.from.min(count.saturating_sub(1)));
                 }
                 before += count;
             }
@@ -479,7 +479,7 @@ impl<'a> Evidence<'a> {
                     (
                         fitted,
                         analysis.segments[analysis.longest],
-                        analysis.held_out_from,
+                        analysis.held_out.from,
                         simulated.simulated,
                     )
                 }

@@ -120,7 +120,7 @@ pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
         row("gain", gain);
     }
     row("simulated fit", percent(analysis.fit));
-    row("on held-out data", percent(analysis.held_out_fit));
+    row("on held-out data", percent(analysis.held_out.fit));
     let every = format!("{sample_time:.6}");
     row(
         "method",

@@ -209,7 +209,7 @@ impl Review<'_> {
         });
         if let Some(found) = self.analysis() {
             let percent = |it: f64| format!("{it:.1} %");
-            let held_out = found.held_out_fit.map_or_else(
+            let held_out = found.held_out.fit.map_or_else(
                 || "nothing that was held out judges the model".to_owned(),
                 |it| {
                     format!(

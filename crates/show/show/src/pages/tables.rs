@@ -33,7 +33,7 @@ pub fn tried(tried: &[Trial]) -> String {
             trial.method.name().to_owned(),
             of(&|it| order(&it.estimate)),
             of(&|it| it.estimate.layout.structure.delay.to_string()),
-            of(&|it| percent(it.held_out_fit)),
+            of(&|it| percent(it.held_out.fit)),
             of(&|it| percent(it.predicted_fit)),
             match trial.is_white() {
                 None => "-".to_owned(),

@@ -1,0 +1,93 @@
+//! The data as a model is fitted to it: in a loop with the part of the input that the reference causes.
+
+use std::borrow::Cow;
+
+use planesman_record::Record;
+
+use super::Options;
+use super::curve::problem;
+use crate::error::Result;
+use crate::estimators::{LeastSquares, Method, TwoStages};
+use crate::structure::{Problem, Structure};
+
+/// A record, and what the options ask of it.
+pub(super) struct Data<'a> {
+    pub(super) record: &'a Record,
+    /// With the structure that the options give before a search.
+    pub(super) problem: Problem<'a>,
+    /// The reference of each run; empty outside a loop.
+    pub(super) references: Vec<&'a [f64]>,
+    /// The part of each input that its reference causes; empty outside a loop, and for a method that takes the references itself.
+    caused: Vec<Vec<f64>>,
+}
+
+impl<'a> Data<'a> {
+    pub(super) fn of(record: &'a Record, options: &Options) -> Result<Self> {
+        let problem = problem(record, &options.structure(options.order.unwrap_or(2)))?;
+        let references = references(record);
+        let caused = match references.is_empty() || options.method == Method::Frf {
+            true => Vec::new(),
+            false => caused(&problem, references.clone())?,
+        };
+        Ok(Self {
+            record,
+            problem,
+            references,
+            caused,
+        })
+    }
+
+    pub(super) fn is_in_a_loop(&self) -> bool {
+        !self.references.is_empty()
+    }
+
+    /// The name of an input.
+    pub(super) fn name(&self, input: usize) -> Option<String> {
+        self.record.inputs.get(input).cloned()
+    }
+
+    /// The number of the longest run.
+    pub(super) fn longest(&self) -> usize {
+        let runs = &self.problem.runs;
+        let length = |r: &usize| runs[*r].outputs.len();
+        (0..runs.len()).max_by_key(length).unwrap_or_default()
+    }
+
+    /// A problem of these runs with the part of each input that the reference causes, where there is one.
+    pub(super) fn second_stage<'b>(&'b self, problem: &Problem<'b>) -> Problem<'b> {
+        let mut second = problem.clone();
+        for (run, caused) in second.runs.iter_mut().zip(&self.caused) {
+            run.inputs = caused;
+        }
+        second
+    }
+}
+
+/// The second input of each segment that is used.
+fn references(record: &Record) -> Vec<&[f64]> {
+    let second = |number: usize| Some(record.segments[number].inputs.get(1)?.as_slice());
+    record.used().into_iter().filter_map(second).collect()
+}
+
+fn caused(problem: &Problem<'_>, references: Vec<&[f64]>) -> Result<Vec<Vec<f64>>> {
+    let staged = TwoStages {
+        second: &LeastSquares,
+        references,
+    };
+    staged.caused(problem)
+}
+
+/// A record whose second input is the reference of a loop, with the part of its first input that the reference causes.
+pub(super) fn caused_by_reference(record: &Record) -> Result<Cow<'_, Record>> {
+    let numbers = record.used();
+    let references = references(record);
+    if references.len() < numbers.len() || record.runs().is_none() {
+        return Ok(Cow::Borrowed(record));
+    }
+    let caused = caused(&problem(record, &Structure::of_order(1))?, references)?;
+    let mut record = record.clone();
+    for (number, caused) in numbers.into_iter().zip(caused) {
+        record.segments[number].inputs[0] = caused;
+    }
+    Ok(Cow::Owned(record))
+}

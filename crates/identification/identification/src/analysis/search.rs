@@ -1,0 +1,403 @@
+//! The search for a model's structure: by cross-validation, by criteria, in the frequency domain.
+
+use std::ops::RangeInclusive;
+
+use super::lag::{self, Lag};
+use super::{Data, Options};
+use crate::error::{IdentificationError, Result};
+use crate::estimators::{Estimate, Estimator, FrequencyDomain, LeastSquares, Method};
+use crate::selection::criteria::{self, choice};
+use crate::selection::{self, process, select};
+use crate::structure::{Problem, Structure};
+use crate::uncertainty::{Reading, Uncertain};
+
+/// Orders and delays cross-validated.
+pub(super) const MAX_ORDER: usize = 10;
+pub(super) const MAX_DELAY: usize = 20;
+
+/// Orders and delays searched for a method that was named.
+pub(super) const METHOD_MAX_ORDER: usize = 4;
+pub(super) const METHOD_MAX_DELAY: usize = 3;
+
+/// Times that another delay is taken because it fits better.
+const DELAYS: usize = 3;
+
+/// Models of lower order that are shown beside one with such a pole are sought among so many.
+const OTHERS: usize = 8;
+
+/// What was tried for a model's structure.
+#[derive(Clone, Debug, Default)]
+pub struct Search {
+    /// The orders and delays tried; empty when the order was given.
+    pub candidates: Vec<criteria::Candidate>,
+    /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
+    pub selected: Vec<selection::Candidate>,
+    /// That the input moves between its samples, where it was found to.
+    pub lines: Option<Lines>,
+    /// What leaving out a pole that a zero may cancel, or not, would give.
+    pub other_order: Option<OtherOrder>,
+    /// The forms of process model tried, the best first; empty where none was.
+    pub processes: Vec<process::Candidate>,
+    /// The cross-validated fit of the process model, %.
+    pub process_fit: Option<f64>,
+    /// Samples it was tried on.
+    pub samples: usize,
+}
+
+/// The input is on straight lines between its samples: parameters and cross-validated fit, %, of both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// On straight lines.
+    pub lines: (usize, f64),
+    /// With the input held.
+    pub held: (usize, f64),
+}
+
+/// A model with or without a pole that a zero may cancel, beside the one that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherOrder {
+    /// Its order.
+    pub order: usize,
+    /// Whether it has such a pole, which the one chosen has not; or the other way round.
+    pub cancels: bool,
+    /// Its steady-state gain; `None` with a pole at z = 1.
+    pub gain: Option<Uncertain>,
+    /// Its cross-validated fit, %.
+    pub fit: f64,
+}
+
+/// The structure and estimator to fit with.
+pub(super) struct Chosen {
+    pub(super) structure: Structure,
+    pub(super) estimator: Box<dyn Estimator>,
+    /// The estimator that needs no first stage, since it takes the references itself.
+    pub(super) joint: Option<FrequencyDomain>,
+    /// Where the search has computed it.
+    pub(super) estimate: Option<Estimate>,
+    /// Of the estimate, where it has been computed.
+    pub(super) lag: Option<Lag>,
+    pub(super) search: Search,
+}
+
+impl Chosen {
+    /// Nothing searched.
+    pub(super) fn of(structure: Structure, estimator: Box<dyn Estimator>) -> Self {
+        Self {
+            structure,
+            estimator,
+            joint: None,
+            estimate: None,
+            lag: None,
+            search: Search::default(),
+        }
+    }
+
+    /// The best of the cross-validated models, of which there is one.
+    fn best(&self) -> &selection::Candidate {
+        &self.search.selected[0]
+    }
+}
+
+impl From<process::Chosen> for Chosen {
+    fn from(chosen: process::Chosen) -> Self {
+        let structure = chosen.estimate.layout.structure.clone();
+        Self {
+            estimate: Some(chosen.estimate),
+            search: Search {
+                processes: chosen.candidates,
+                process_fit: chosen.fit,
+                ..Search::default()
+            },
+            ..Self::of(structure, Box::new(chosen.estimator))
+        }
+    }
+}
+
+/// What the options leave open, sought in the data, whose output `stood` until a step.
+pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<Chosen> {
+    let (problem, whole) = (&data.problem, data.second_stage(&data.problem));
+    let part = whole.part().unwrap_or_else(|| whole.clone());
+    let given = || {
+        let estimator = options.method.estimator(&options.knowledge);
+        Chosen::of(problem.structure.clone(), estimator)
+    };
+    let mut chosen = match options.method {
+        Method::Process => process::choose(&whole, options.knowledge.process, stood)?.into(),
+        Method::Automatic => automatic(&whole, &part, options, stood)?,
+        Method::Frf => in_frequency(data, options)?,
+        _ if options.order.is_none() && !options.method.is_of_the_vehicle() => {
+            by_criteria(&part, options, given())
+        }
+        _ => given(),
+    };
+    if matches!(options.method, Method::Process | Method::Automatic) {
+        chosen.structure.start = options.start;
+    }
+    chosen.search.samples = part.runs.iter().map(|run| run.outputs.len()).sum();
+    Ok(chosen)
+}
+
+/// A transfer function near the frequency response; by the reference without a first stage.
+fn in_frequency(data: &Data<'_>, options: &Options) -> Result<Chosen> {
+    let search = options.frequency_domain(data.problem.sample_time, &data.references);
+    let found = search.fit(&data.problem)?;
+    let joint = search.of_found(&found);
+    let estimator = FrequencyDomain {
+        references: Vec::new(),
+        ..joint.clone()
+    };
+    Ok(Chosen {
+        joint: Some(joint),
+        estimate: Some(found.clone()),
+        ..Chosen::of(found.layout.structure, Box::new(estimator))
+    })
+}
+
+/// Order and delay of a method that was named.
+fn by_criteria(part: &Problem<'_>, options: &Options, mut chosen: Chosen) -> Chosen {
+    // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
+    let (orders, delays) = match options.method {
+        Method::Fir => (0..=0, usize::from(options.speed.is_some())..=1),
+        _ => (1..=METHOD_MAX_ORDER, 1..=METHOD_MAX_DELAY),
+    };
+    let delays = options.delay.map_or(delays, |delay| delay..=delay);
+    let structures = orders.flat_map(|order| {
+        delays.clone().map(move |delay| Structure {
+            delay,
+            start: part.structure.start,
+            ..options.structure(order)
+        })
+    });
+    let candidates = criteria::search(part, chosen.estimator.as_ref(), structures);
+    if let Some(it) = choice(&candidates) {
+        chosen.structure = Structure {
+            delay: it.delay,
+            ..options.structure(it.order)
+        };
+    }
+    chosen.search.candidates = candidates;
+    chosen
+}
+
+/// The model that cross-validation chooses; of a step test, or where it may integrate, a process model that tells it as well.
+fn automatic(
+    problem: &Problem<'_>,
+    part: &Problem<'_>,
+    options: &Options,
+    stood: bool,
+) -> Result<Chosen> {
+    let chosen = between_samples(problem, part, options);
+    let is_free = options.order.is_none()
+        && options.numerator.is_none()
+        && options.delay.is_none()
+        && options.zeros_at_one + options.integrators == 0
+        && !options.own_numerators;
+    let other = chosen.as_ref().ok().and_then(|it| it.estimate.as_ref());
+    let process = is_free.then(|| process::instead_of(problem, other, stood));
+    match process.flatten() {
+        Some(process) => Ok(process.into()),
+        None => chosen,
+    }
+}
+
+/// The model that cross-validation chooses, for an input that is held between its samples; where the output seems to answer at
+/// once, or before, for one that moves on straight lines if that is better.
+fn between_samples(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+    let validation = |lines| CrossValidation {
+        problem,
+        part,
+        options,
+        lines,
+    };
+    let held = validation(false).chosen()?;
+    let answers_at_once = match held.lag {
+        Some(lag) => lag.interval.1 <= 0,
+        None => held.structure.delay == 0,
+    };
+    let is_asked = options.delay.is_none() && options.order != Some(0);
+    if !is_asked || !answers_at_once {
+        return Ok(held);
+    }
+    let is_better = |lines: &Chosen| {
+        let (lines, held) = (lines.best(), held.best());
+        lines.is_stable() && lines.score() < held.score()
+    };
+    let judged = |of: &Chosen| (of.best().parameters(), of.best().fit());
+    Ok(match validation(true).chosen().ok().filter(is_better) {
+        Some(mut lines) => {
+            lines.search.lines = Some(Lines {
+                lines: judged(&lines),
+                held: judged(&held),
+            });
+            lines
+        }
+        None => held,
+    })
+}
+
+/// The choice by cross-validation on a part of the data, for an input that is held between its samples, or on straight `lines`.
+struct CrossValidation<'a> {
+    problem: &'a Problem<'a>,
+    part: &'a Problem<'a>,
+    options: &'a Options,
+    lines: bool,
+}
+
+impl CrossValidation<'_> {
+    /// The model that is chosen, fitted to all of the data, with the delay that fits best.
+    fn chosen(&self) -> Result<Chosen> {
+        let mut selected = self.select(self.orders(), self.delays());
+        // One that all the data does not determine gives way to the next.
+        let fitted = |(at, it): (usize, &selection::Candidate)| Some((at, self.fit(it).ok()?));
+        let Some((at, mut estimate)) = selected.iter().enumerate().find_map(fitted) else {
+            let structure = self.options.structure(self.options.order.unwrap_or(1));
+            let reason = LeastSquares.fit(&self.whole(&structure)).err();
+            return Err(reason.unwrap_or(IdentificationError::Undetermined(
+                "the record determines no model of any order",
+            )));
+        };
+        selected.drain(..at);
+        let other_order = self.leave_out_cancelled(&mut selected, &mut estimate);
+        let (structure, estimator, lag) = self.seek_delay(&mut selected, &mut estimate);
+        Ok(Chosen {
+            estimate: Some(estimate),
+            lag,
+            search: Search {
+                selected,
+                other_order,
+                ..Search::default()
+            },
+            ..Chosen::of(structure, estimator)
+        })
+    }
+
+    fn orders(&self) -> RangeInclusive<usize> {
+        self.options
+            .order
+            .map_or(1..=MAX_ORDER, |order| order..=order)
+    }
+
+    /// Planes move a vehicle only later; a model at a speed is one of a vehicle. On lines the input acts in the interval before
+    /// its sample.
+    fn delays(&self) -> RangeInclusive<usize> {
+        let least = usize::from(self.options.speed.is_some() && !self.lines);
+        let given = self.options.delay;
+        given.map_or(least..=MAX_DELAY, |delay| delay..=delay)
+    }
+
+    fn structure(&self, order: usize, delay: usize) -> Structure {
+        let mut structure = self.options.structure(order);
+        structure.delay = delay;
+        structure.start = self.part.structure.start;
+        let is_instant = delay == 0 && order > 0 && !self.lines;
+        structure.numerator += usize::from(is_instant && self.options.numerator.is_none());
+        match self.lines {
+            true => structure.with_lines(),
+            false => structure,
+        }
+    }
+
+    fn select(
+        &self,
+        orders: RangeInclusive<usize>,
+        delays: RangeInclusive<usize>,
+    ) -> Vec<selection::Candidate> {
+        select(self.part, orders, delays, &|order, delay| {
+            self.structure(order, delay)
+        })
+    }
+
+    /// All of the data, for a structure.
+    fn whole(&self, structure: &Structure) -> Problem<'_> {
+        Problem {
+            structure: Structure {
+                start: self.problem.structure.start,
+                ..structure.clone()
+            },
+            ..self.problem.clone()
+        }
+    }
+
+    fn fit(&self, candidate: &selection::Candidate) -> Result<Estimate> {
+        candidate.estimator().fit(&self.whole(&candidate.structure))
+    }
+
+    /// Leaves out a pole that a zero may cancel, where a model of lower order is nearly as good. What is given back is a model with
+    /// such a pole, or without where the one chosen has it still.
+    fn leave_out_cancelled(
+        &self,
+        selected: &mut Vec<selection::Candidate>,
+        estimate: &mut Estimate,
+    ) -> Option<OtherOrder> {
+        let cancels = |of: &Estimate| !Reading::new(of, 0).cancelled_poles().is_empty();
+        let other = |of: &selection::Candidate, estimate: &Estimate| OtherOrder {
+            order: of.order(),
+            cancels: cancels(estimate),
+            gain: Reading::new(estimate, 0).steady_state_gain(),
+            fit: of.fit(),
+        };
+        let best = selected[0].clone();
+        let with_cancelled = other(&best, estimate);
+        while cancels(estimate)
+            && let Some(simpler) = selected[0].simpler(selected, &best).cloned()
+            && let Ok(fitted) = self.fit(&simpler)
+        {
+            selected.retain(|it| *it != simpler);
+            selected.insert(0, simpler);
+            *estimate = fitted;
+        }
+        match cancels(estimate) {
+            true => selected[0]
+                .lower(selected)
+                .take(OTHERS)
+                .find_map(|it| Some(other(it, &self.fit(it).ok()?)).filter(|it| !it.cancels)),
+            false => Some(with_cancelled).filter(|it| it.cancels),
+        }
+    }
+
+    /// The delay that fits best: those that were cross-validated are few.
+    fn seek_delay(
+        &self,
+        selected: &mut Vec<selection::Candidate>,
+        estimate: &mut Estimate,
+    ) -> (Structure, Box<dyn Estimator>, Option<Lag>) {
+        let least = *self.delays().start();
+        let mut estimator = selected[0].estimator();
+        let mut of = self.whole(&selected[0].structure);
+        let mut lag = lag::lag(estimate, &of);
+        for _ in 0..DELAYS {
+            let another = lag.filter(|it| {
+                let interval = it.interval.0..=it.interval.1;
+                self.options.delay.is_none() && !interval.contains(&(of.structure.delay as i64))
+            });
+            let best = another.and_then(|it| usize::try_from(it.best).ok());
+            let Some(best) = best.filter(|best| *best >= least) else {
+                break;
+            };
+            // At the right delay fewer poles may do.
+            let fewest = *self.orders().start();
+            let orders = fewest..=selected[0].structure.poles.max(fewest);
+            let again = self.select(orders, best..=best);
+            let better = again
+                .first()
+                .filter(|it| it.is_stable() && it.score() <= selected[0].score());
+            if let Some((it, fitted)) = better.and_then(|it| Some((it, self.fit(it).ok()?))) {
+                (estimator, of) = (it.estimator(), self.whole(&it.structure));
+                *estimate = fitted;
+                selected.splice(0..0, again);
+            } else {
+                let before = std::mem::replace(&mut of.structure.delay, best);
+                match estimator.fit(&of) {
+                    Ok(better) => *estimate = better,
+                    Err(_) => {
+                        of.structure.delay = before;
+                        break;
+                    }
+                }
+            }
+            // With the other delay another may fit better still.
+            lag = lag::lag(estimate, &of);
+        }
+        (of.structure, estimator, lag)
+    }
+}
