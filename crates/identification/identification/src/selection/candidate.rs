@@ -1,0 +1,177 @@
+//! A candidate, and how two of them compare.
+
+use super::folds::HALVES;
+use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted, lies_within};
+use crate::structure::Structure;
+
+/// By how much a fit, %, may be less without a pole that a zero may cancel: with hardly any noise the least that is not linear
+/// asks for one.
+const UNSEEN: f64 = 0.1;
+
+/// The kind of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// The least simulation error.
+    OutputError,
+    /// The same, with an autoregressive noise model.
+    BoxJenkins,
+    /// The least equation error.
+    Arx,
+    /// The same, with a model of the noise.
+    Armax,
+}
+
+impl Kind {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OutputError => "output_error",
+            Self::BoxJenkins => "box_jenkins",
+            Self::Arx => "arx",
+            Self::Armax => "armax",
+        }
+    }
+}
+
+/// One candidate and how it was judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its structure.
+    pub structure: Structure,
+    /// `a1 ... an`, fitted to all samples.
+    pub poles: Vec<f64>,
+    /// `1, d1, ..., dk` of a Box-Jenkins model, `[1]` otherwise.
+    pub whitening: Vec<f64>,
+    /// The mean squared error of each block that was left out, over the output's variance: halves, then fifths.
+    pub errors: Vec<f64>,
+    /// The same with the state fitted right before each block: free motion through the record does not pay for drift.
+    pub(super) afresh: Vec<f64>,
+    /// Of the halves, with the state fitted in every window of an unstable plant.
+    pub(super) in_windows: Vec<f64>,
+    /// Whether a pole was held within the memory of the record, or a zero cancels an integrator for as long.
+    pub(super) at_limit: bool,
+    /// Samples that its errors are worth.
+    pub(super) samples: f64,
+}
+
+impl Candidate {
+    /// Parameters of the transfer function.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.structure.poles + self.structure.numerator
+    }
+
+    /// Its poles, those at z = 1 among them.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.structure.poles + self.integrators()
+    }
+
+    /// Its poles at z = 1.
+    #[must_use]
+    pub fn integrators(&self) -> usize {
+        self.structure.known_denominator.len() - 1
+    }
+
+    /// What fits it to data, from its poles on.
+    #[must_use]
+    pub fn estimator(&self) -> Box<dyn Estimator> {
+        match self.kind {
+            Kind::Arx => Box::new(LeastSquares),
+            Kind::Armax => Box::new(Armax),
+            of => Box::new(WarmStarted {
+                poles: self.poles.clone(),
+                noise: of == Kind::BoxJenkins,
+            }),
+        }
+    }
+
+    /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
+    /// criterion counts it for white noise.
+    pub(crate) fn score(&self) -> f64 {
+        self.penalised(&self.errors)
+    }
+
+    fn penalised(&self, errors: &[f64]) -> f64 {
+        mean_logarithm(errors) + self.parameters() as f64 * libm::log(self.samples) / self.samples
+    }
+
+    pub(super) fn mean(&self) -> f64 {
+        mean_logarithm(&self.errors)
+    }
+
+    /// Whether the mean logarithm of its errors exceeds that of the other's by no more than so many standard errors of
+    /// their difference, or than `slack`.
+    pub(super) fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
+        are_within(&self.errors, standard_errors, slack, &best.errors)
+    }
+
+    /// Whether all poles but the known ones are stable.
+    pub(crate) fn is_stable(&self) -> bool {
+        lies_within(&self.poles, 1.0)
+    }
+
+    /// The best of these of lower order from states fitted anew, if it is better there, or no more than a standard error
+    /// worse than `best` simulated through the records, or by so little that nobody would see it.
+    pub(crate) fn simpler<'a>(&self, among: &'a [Self], best: &Self) -> Option<&'a Self> {
+        let afresh = |it: &Self| it.penalised(&it.afresh);
+        let is_as_good = |it: &Self| {
+            afresh(it) <= afresh(self)
+                || it.is_within(1.0, 0.0, best)
+                || best.fit() - it.fit() <= UNSEEN
+        };
+        (self.lower(among).filter(|it| is_as_good(it)))
+            .min_by(|p, q| afresh(p).total_cmp(&afresh(q)))
+    }
+
+    /// Those of these of lower order that are simulated on from what is before, as they are sorted.
+    pub(crate) fn lower<'a>(&self, among: &'a [Self]) -> impl Iterator<Item = &'a Self> {
+        let order = self.order();
+        let is_lower = move |it: &&Self| it.order() < order && it.kind != Kind::Arx;
+        among.iter().filter(is_lower)
+    }
+
+    /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.
+    pub(super) fn leaves_less(&self, share: f64, other: &Self) -> bool {
+        let pairs = self.in_windows.iter().zip(&other.in_windows);
+        pairs.into_iter().all(|(it, other)| *it < share * other)
+    }
+
+    /// How many times larger the error is with half the record left out than with a fifth.
+    #[must_use]
+    pub fn halves_over_fifths(&self) -> f64 {
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+        let (halves, fifths) = self.errors.split_at(HALVES);
+        mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
+    }
+
+    /// The fit that the errors amount to, %.
+    #[must_use]
+    pub fn fit(&self) -> f64 {
+        100.0 * (1.0 - libm::exp(self.mean() / 2.0))
+    }
+}
+
+fn logarithm(error: f64) -> f64 {
+    libm::log(error + 1e-12)
+}
+
+pub(crate) fn mean_logarithm(errors: &[f64]) -> f64 {
+    errors.iter().copied().map(logarithm).sum::<f64>() / errors.len() as f64
+}
+
+/// Whether the mean logarithm of errors exceeds that of others, block by block, by no more than so many standard errors
+/// of their difference, or than `slack`.
+pub(crate) fn are_within(errors: &[f64], standard_errors: f64, slack: f64, others: &[f64]) -> bool {
+    let pairs = errors.iter().zip(others);
+    let worse: Vec<f64> = pairs
+        .map(|(it, other)| logarithm(*it) - logarithm(*other))
+        .collect();
+    let count = worse.len() as f64;
+    let mean = worse.iter().sum::<f64>() / count;
+    let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean <= slack.max(standard_errors * (spread / count).sqrt()) + 1e-12
+}
