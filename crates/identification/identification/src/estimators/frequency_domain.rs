@@ -16,23 +16,24 @@
 //! - **Intervals**: the parameters are, to first order, weighted sums of the noise's samples. The weights are summed over all
 //!   frequencies and windows, so that what these have in common counts once; the noise's spectrum is that of the simulated error.
 
+mod sampled;
+
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop, polar, unwrapped_phases};
 use planesman_wording::option;
 
 use super::coloured::{whitened, whitening};
 use super::delayed_transfer::{Held, Orders, slopes};
-use super::estimate::{Error, Estimate};
+use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::frequency_fit::{Candidate, FrequencyFit};
 use super::levenberg_marquardt::{Linearised, lowered, unit_factor};
-use super::rows::impulse;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::frequency::{COHERENCE, Columns, DECIBEL, Settings, Spectra, band};
-use crate::structure::{Problem, Structure, monic};
+use crate::structure::Problem;
 use planesman_parallel::on_all_cores;
-use planesman_record::filter;
+use sampled::{Simulated, sampled};
 
 /// Tischler's weight of a phase error, 1 deg against 1 dB, and the scale of the cost.
 const PHASE_WEIGHT: f64 = 0.017_45;
@@ -62,8 +63,6 @@ const CORRECTIONS: usize = 3;
 const COVERED: f64 = 0.9;
 /// The bandwidth of a Hann window, in cycles per window (Harris, *Proc. IEEE* 66, 1978).
 const BANDWIDTH: f64 = 1.5;
-/// A simulation beyond this has no meaning.
-const HUGE: f64 = 1e30;
 /// Parts in which the weights of the noise are summed, for all cores.
 const PARTS: usize = 4;
 
@@ -138,6 +137,40 @@ struct Fitted<'a> {
     /// How many frequencies the windows tell apart.
     told_apart: f64,
     spectra: &'a Spectra<'a>,
+}
+
+impl<'a> Fitted<'a> {
+    /// The points of these numbers and frequencies.
+    fn new(spectra: &'a Spectra<'a>, numbers: &[usize], omegas: &[f64], sample_time: f64) -> Self {
+        let points = numbers.iter().map(|at| {
+            let point = &spectra.points[*at];
+            let weight = 1.58 * (1.0 - libm::exp(-point.coherence));
+            (*at, point.omega, point.values[0], weight)
+        });
+        let shares = numbers.iter().enumerate().map(|(i, at)| {
+            let step = (omegas[(i + 1).min(omegas.len() - 1)] - omegas[i.saturating_sub(1)]) / 2.0;
+            let window = spectra.points[*at].window * sample_time;
+            (step / (BANDWIDTH * std::f64::consts::TAU / window)).min(1.0)
+        });
+        let shares: Vec<f64> = shares.collect();
+        let errors = numbers
+            .iter()
+            .map(|at| spectra.points[*at].phase_deviation(0));
+        let errors: Vec<f64> = errors.collect();
+        let mut sorted = errors.clone();
+        sorted.sort_by(f64::total_cmp);
+        let least = (LEAST_ERROR * sorted[sorted.len() / 2]).max(f64::MIN_POSITIVE.sqrt());
+        let precisions = errors.iter().zip(&shares);
+        let precisions = precisions.map(|(error, share)| share * error.max(least).powi(-2));
+        Self {
+            points: points.collect(),
+            precisions: precisions.collect(),
+            sample_time,
+            middle: (omegas[0] * omegas[omegas.len() - 1]).sqrt(),
+            told_apart: shares.iter().sum::<f64>().max(2.0),
+            spectra,
+        }
+    }
 }
 
 impl Fitted<'_> {
@@ -418,35 +451,7 @@ impl Estimator for FrequencyDomain {
                 ));
             }
         }
-        let points = numbers.iter().map(|at| {
-            let point = &spectra.points[*at];
-            let weight = 1.58 * (1.0 - libm::exp(-point.coherence));
-            (*at, point.omega, point.values[0], weight)
-        });
-        let shares = numbers.iter().enumerate().map(|(i, at)| {
-            let step = (omegas[(i + 1).min(omegas.len() - 1)] - omegas[i.saturating_sub(1)]) / 2.0;
-            let window = spectra.points[*at].window * problem.sample_time;
-            (step / (BANDWIDTH * std::f64::consts::TAU / window)).min(1.0)
-        });
-        let shares: Vec<f64> = shares.collect();
-        let errors = numbers
-            .iter()
-            .map(|at| spectra.points[*at].phase_deviation(0));
-        let errors: Vec<f64> = errors.collect();
-        let mut sorted = errors.clone();
-        sorted.sort_by(f64::total_cmp);
-        let least = (LEAST_ERROR * sorted[sorted.len() / 2]).max(f64::MIN_POSITIVE.sqrt());
-        let precisions = errors.iter().zip(&shares);
-        let precisions = precisions.map(|(error, share)| share * error.max(least).powi(-2));
-        let mut fitted = Fitted {
-            points: points.collect(),
-            precisions: precisions.collect(),
-            sample_time: problem.sample_time,
-            middle: (edges.0 * edges.1).sqrt(),
-            told_apart: shares.iter().sum::<f64>().max(2.0),
-            spectra: &spectra,
-        };
-
+        let mut fitted = Fitted::new(&spectra, &numbers, &omegas, problem.sample_time);
         let may_be_unstable = !self.references.is_empty() || self.orders.is_some();
         let choices: Vec<Choice> = choices.into_iter().map(|it| (it, None)).collect();
         let mut tried = fitted.choose(&choices, may_be_unstable);
@@ -498,7 +503,7 @@ impl Estimator for FrequencyDomain {
             candidates: tried.iter().map(|it| it.0).collect(),
             transfer,
         };
-        sampled(problem, &fitted, theta, &covariance, fit)
+        sampled(problem, fitted.middle, theta, &covariance, fit)
     }
 
     fn learner(&self, _: &Problem<'_>) -> Result<Box<dyn Recursive>> {
@@ -620,184 +625,12 @@ fn spectrum(errors: &[Vec<f64>], omegas: &[f64], sample_time: f64) -> Vec<f64> {
     omegas.iter().map(at).collect()
 }
 
-/// A transfer function as a difference equation on records, with the offset and the motion at the beginning that leave least.
-struct Simulated {
-    structure: Structure,
-    a: Vec<f64>,
-    b: Vec<f64>,
-    /// Offsets, then motions, as the layout has them.
-    rest: DVector<f64>,
-    /// A factor of their covariance for noise of variance 1; none where there is nothing to seek.
-    factor: DMatrix<f64>,
-    left: Vec<Vec<f64>>,
-}
-
-impl Simulated {
-    fn new(problem: &Problem<'_>, orders: &Orders, transfer: &DelayedLoop) -> Result<Self> {
-        let held = Held::new(transfer, problem.sample_time)?;
-        let all = orders.poles + orders.integrators;
-        let (structure, a, b) = difference_equation(&problem.structure, orders, &held);
-        let of = Problem {
-            structure: structure.clone(),
-            ..problem.clone()
-        };
-        let layout = of.layout();
-        let first = layout.a().len() + structure.numerator;
-        let count = layout.count() - first;
-        let den = monic(&a);
-        let rows: usize = of.runs.iter().map(|run| run.outputs.len()).sum();
-        let mut columns = DMatrix::zeros(rows, count);
-        let mut right = DVector::zeros(rows);
-        let mut row = 0;
-        for (run, (record, driving)) in of.runs.iter().zip(of.driving()).enumerate() {
-            let (samples, begins) = (record.outputs.len(), structure.unknown(record.past.len()));
-            let caused = filter(&b, &den, &driving);
-            for (k, (y, x)) in record.outputs.iter().zip(&caused).enumerate() {
-                right[row + k] = if k < begins { 0.0 } else { y - x };
-            }
-            let mut column = |place: usize, values: &[f64]| {
-                for (k, value) in values.iter().enumerate().skip(begins) {
-                    columns[(row + k, place - first)] = *value;
-                }
-            };
-            if let Some(place) = layout.offset(run) {
-                column(place, &vec![1.0; samples]);
-            }
-            for (i, place) in layout.motion(run).enumerate() {
-                column(place, &filter(&[1.0], &den, &impulse(begins + i, samples)));
-            }
-            row += samples;
-        }
-        let (mut rest, mut factor) = (DVector::zeros(count), DMatrix::zeros(count, 0));
-        // The simulation of an unstable model says nothing.
-        let is_finite = columns.iter().chain(right.iter()).all(|it| it.abs() < HUGE);
-        if !is_finite {
-            right.fill(0.0);
-            columns.fill(0.0);
-        } else if count > 0 {
-            let sizes: Vec<f64> = (columns.column_iter())
-                .map(|it| it.norm().max(f64::MIN_POSITIVE))
-                .collect();
-            let triangle = Triangle::new(&columns, &right)?.scaled(&sizes).damped(1e-9);
-            rest = triangle.solution()?;
-            factor = triangle.unit_factor()?;
-            for (i, size) in sizes.iter().enumerate() {
-                rest[i] /= size;
-                factor.row_mut(i).unscale_mut(*size);
-            }
-        }
-        let left = right - &columns * &rest;
-        let lengths = of.runs.iter().map(|run| run.outputs.len());
-        let left = super::rows::parts(left.as_slice(), lengths);
-        debug_assert_eq!(b.len(), all + 1);
-        Ok(Self {
-            structure,
-            a,
-            b,
-            rest,
-            factor,
-            left,
-        })
-    }
-}
-
-/// The difference equation's structure, `a1 ...` without known poles, and `b1 ...`.
-fn difference_equation(
-    of: &Structure,
-    orders: &Orders,
-    held: &Held,
-) -> (Structure, Vec<f64>, Vec<f64>) {
-    let all = orders.poles + orders.integrators;
-    let (mut a, b) = held.difference_equation();
-    let mut structure = Structure {
-        offset: of.offset,
-        start: of.start,
-        delay: held.delay(),
-        numerator: all + 1,
-        ..Structure::of_order(all)
-    };
-    for _ in 0..orders.integrators {
-        structure = structure.with_integrator();
-        // A / (1 - q^-1), whose remainder is rounding.
-        let mut sum = 1.0;
-        for it in &mut a {
-            sum += *it;
-            *it = sum;
-        }
-        a.pop();
-    }
-    structure.poles = orders.poles;
-    structure.numerator = all + 1;
-    (structure, a, b)
-}
-
-/// The estimate with the difference equation.
-fn sampled(
-    problem: &Problem<'_>,
-    fitted: &Fitted<'_>,
-    theta: &DVector<f64>,
-    covariance: &DMatrix<f64>,
-    fit: FrequencyFit,
-) -> Result<Estimate> {
-    let orders = fit.orders;
-    let simulated = Simulated::new(problem, &orders, &fit.transfer)?;
-    let coefficients = |theta: &DVector<f64>| {
-        let values = theta.component_mul(&orders.scales(fitted.middle));
-        let mut transfer = orders.transfer(&values).ok()?;
-        // The whole samples of the dead time stay: slopes are of the fraction.
-        let whole = (simulated.structure.delay - 1) as f64 * problem.sample_time;
-        transfer.delay -= whole;
-        let held = Held::new(&transfer, problem.sample_time).ok()?;
-        if held.delay() > 1 || transfer.delay < 0.0 {
-            return None;
-        }
-        let (_, a, b) = difference_equation(&problem.structure, &orders, &held);
-        Some(DVector::from_vec([a, b].concat()))
-    };
-    let here = DVector::from_vec([&simulated.a[..], &simulated.b].concat());
-    let count = here.len();
-    let by = slopes(theta, &here, coefficients);
-    let root = root_of(covariance);
-    let samples: usize = simulated.left.iter().map(Vec::len).sum();
-    let sought = orders.parameters() + simulated.rest.len();
-    let freedom = super::rows::freedom(samples, sought)?;
-    let squares: f64 = simulated.left.iter().flatten().map(|e| e * e).sum();
-    let variance = squares / freedom;
-    let (own, rest) = (by * root, simulated.factor * variance.sqrt());
-    let mut factor = DMatrix::zeros(count + rest.nrows(), own.ncols() + rest.ncols());
-    factor.view_mut((0, 0), own.shape()).copy_from(&own);
-    factor
-        .view_mut((count, own.ncols()), rest.shape())
-        .copy_from(&rest);
-    let all = [&simulated.a[..], &simulated.b, simulated.rest.as_slice()].concat();
-    let of = Problem {
-        structure: simulated.structure,
-        ..problem.clone()
-    };
-    let (all, left) = (DVector::from_vec(all), simulated.left);
-    Ok(Estimate {
-        frequency: Some(fit),
-        ..Estimate::of(&of, Error::Output, all, factor, variance, left)
-    })
-}
-
-/// A factor of a covariance, whose least eigenvalues may be rounding.
-fn root_of(covariance: &DMatrix<f64>) -> DMatrix<f64> {
-    let sizes = DVector::from_fn(covariance.nrows(), |i, _| {
-        covariance[(i, i)].max(f64::MIN_POSITIVE).sqrt()
-    });
-    let scaled = DMatrix::from_fn(sizes.len(), sizes.len(), |i, j| {
-        covariance[(i, j)] / (sizes[i] * sizes[j])
-    });
-    let eigen = scaled.symmetric_eigen();
-    let roots = eigen.eigenvalues.map(|it| it.max(0.0).sqrt());
-    DMatrix::from_diagonal(&sizes) * eigen.eigenvectors * DMatrix::from_diagonal(&roots)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::structure::InitialState;
+    use crate::structure::Structure;
+    use planesman_record::filter;
     use planesman_record::{Run, with_noise};
 
     const DT: f64 = 0.02;
