@@ -78,22 +78,7 @@ pub(crate) fn poles_of_states(
             past.set_column(at, &centred(shifted(outputs, p - 1 - i)));
         }
     }
-    let root = |of: &DMatrix<f64>| {
-        let products = of.tr_mul(of);
-        let ridge = 1e-9 * products.trace() / products.nrows() as f64;
-        let size = products.nrows();
-        Cholesky::new(products + DMatrix::identity(size, size) * ridge).map(|it| it.l())
-    };
-    let (Some(of_future), Some(of_past)) = (root(&future), root(&past)) else {
-        return Vec::new();
-    };
-    let joint = future.tr_mul(&past);
-    let half = of_future.solve_lower_triangular(&joint);
-    let whole = half.and_then(|half| of_past.solve_lower_triangular(&half.transpose()));
-    let Some(svd) = whole.map(|it| it.transpose().svd(false, true)) else {
-        return Vec::new();
-    };
-    let Some(directions) = svd.v_t else {
+    let Some((of_past, directions)) = directions(&future, &past) else {
         return Vec::new();
     };
     // Of two neighbouring rows of a record the earlier, and its record.
@@ -129,6 +114,21 @@ pub(crate) fn poles_of_states(
             characteristic(&step.rows(0, n).transpose())
         })
         .collect()
+}
+
+/// A root of the past's products, and the directions of the past, over that root, by their correlation with the future.
+fn directions(future: &DMatrix<f64>, past: &DMatrix<f64>) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let root = |of: &DMatrix<f64>| {
+        let products = of.tr_mul(of);
+        let ridge = 1e-9 * products.trace() / products.nrows() as f64;
+        let size = products.nrows();
+        Cholesky::new(products + DMatrix::identity(size, size) * ridge).map(|it| it.l())
+    };
+    let (of_future, of_past) = (root(future)?, root(past)?);
+    let half = of_future.solve_lower_triangular(&future.tr_mul(past))?;
+    let whole = of_past.solve_lower_triangular(&half.transpose())?;
+    let svd = whole.transpose().svd(false, true);
+    Some((of_past, svd.v_t?))
 }
 
 /// Least squares by normal equations.

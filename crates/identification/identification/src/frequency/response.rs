@@ -283,11 +283,9 @@ impl<'a> Spectra<'a> {
         segments
     }
 
-    /// The response at a frequency; `None` where no window holds it, or the inputs are not told apart.
-    fn at(&self, omega: f64) -> Option<(Point, Composite)> {
+    /// The windows that hold an angle per sample: the segments, each one's weight for a mean of them, and the random error.
+    fn weighed(&self, angle: f64) -> Vec<(Taper, Vec<Segment>, f64, f64)> {
         let inputs = self.records[0].inputs.len();
-        let angle = omega * self.sample_time;
-        // By window length: the segments, each one's weight for a mean of them, and the random error.
         let mut tried: Vec<(Taper, Vec<Segment>, f64, f64)> = Vec::new();
         for length in self.windows.holding(angle) {
             let taper = Taper::new(length, angle);
@@ -310,6 +308,13 @@ impl<'a> Spectra<'a> {
         for it in &mut tried {
             it.2 *= of_length(it.3) / all;
         }
+        tried
+    }
+
+    /// The response at a frequency; `None` where no window holds it, or the inputs are not told apart.
+    fn at(&self, omega: f64) -> Option<(Point, Composite)> {
+        let inputs = self.records[0].inputs.len();
+        let tried = self.weighed(omega * self.sample_time);
         let weighted = || {
             let each = tried.iter();
             each.flat_map(|(_, segments, weight, _)| segments.iter().map(|it| (*weight, it)))
