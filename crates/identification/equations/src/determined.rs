@@ -7,10 +7,14 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::SIGMAS_95;
+use planesman_identification::estimators::coloured_covariance;
 use planesman_linear::digits::with_interval;
 
-use crate::problem::Problem;
+use crate::error::EquationsError;
+use crate::problem::{OutputErrors, Problem};
 
+/// Relative to the largest singular value, one below which a direction is not determined.
+const SINGULAR: f64 = 1e-7;
 /// A share of the largest component below which a parameter is not part of a direction.
 const PART: f64 = 1e-3;
 /// How far the step along a direction goes, relative to the parameters.
@@ -55,18 +59,121 @@ impl fmt::Display for Undetermined {
 /// A direction: the parameters in it, each with its change relative to itself.
 type Direction = Vec<(usize, f64)>;
 
+/// What the data says of each parameter at the minimum.
+pub(crate) struct Uncertainty {
+    pub(crate) covariance: DMatrix<f64>,
+    /// Parameters that do something.
+    active: Vec<usize>,
+    /// Those that do nothing, though no bound holds them.
+    idle: Vec<usize>,
+    /// Combinations of the others that do nothing.
+    directions: Vec<Direction>,
+}
+
+impl Uncertainty {
+    /// From the errors of each output by run, and their slopes.
+    pub(crate) fn of(
+        problem: &Problem<'_>,
+        theta: &DVector<f64>,
+        by_output: &[OutputErrors],
+    ) -> Result<Self, EquationsError> {
+        let count = theta.len();
+        let rows: usize = by_output.iter().map(|it| it.1.nrows()).sum();
+        let mut all = DMatrix::zeros(rows, count);
+        let mut first = 0;
+        for ((_, slopes), weight) in by_output.iter().zip(&problem.weights) {
+            all.rows_mut(first, slopes.nrows())
+                .copy_from(&(slopes * *weight));
+            first += slopes.nrows();
+        }
+        for i in (0..count).filter(|it| problem.is_at_bound(theta, *it)) {
+            all.column_mut(i).fill(0.0);
+        }
+        let lengths: Vec<f64> = all.column_iter().map(|it| it.norm()).collect();
+        // What moves no output by more than rounding does nothing.
+        let moves = |i: usize| lengths[i] * theta[i].abs().max(1e-6) > 1e-9;
+        let active: Vec<usize> = (0..count)
+            .filter(|i| lengths[*i] > 0.0 && moves(*i))
+            .collect();
+        if active.is_empty() {
+            return Err(EquationsError::NoEffect);
+        }
+        let scaled = DMatrix::from_fn(rows, active.len(), |k, j| {
+            all[(k, active[j])] / lengths[active[j]]
+        });
+        let svd = scaled.qr().r().svd(false, true);
+        let (Some(v), sigma) = (svd.v_t.map(|it| it.transpose()), svd.singular_values) else {
+            return Err(EquationsError::NoEffect);
+        };
+        let is_kept = |j: &usize| sigma[*j] > SINGULAR * sigma.max();
+        let kept: Vec<usize> = (0..sigma.len()).filter(is_kept).collect();
+        let mut unit = DMatrix::zeros(count, kept.len());
+        for (column, j) in kept.iter().enumerate() {
+            for (row, i) in active.iter().enumerate() {
+                unit[(*i, column)] = v[(row, *j)] / (sigma[*j] * lengths[*i]);
+            }
+        }
+        let mut covariance = DMatrix::zeros(count, count);
+        for ((errors, slopes), weight) in by_output.iter().zip(&problem.weights) {
+            let weighted: Vec<Vec<f64>> = errors
+                .iter()
+                .map(|of| of.iter().map(|it| it * weight).collect())
+                .collect();
+            let n = slopes.nrows() as f64;
+            // Each output pays for its share of the parameters.
+            let freedom = n * (1.0 - kept.len() as f64 / rows as f64);
+            let variance =
+                weighted.concat().iter().map(|it| it * it).sum::<f64>() / freedom.max(1.0);
+            covariance += coloured_covariance(&unit, slopes * *weight, &weighted, variance);
+        }
+        let directions = null_directions(&v, &sigma, &active, &lengths, theta);
+        let idle: Vec<usize> = (0..count)
+            .filter(|i| !active.contains(i) && !problem.is_at_bound(theta, *i))
+            .collect();
+        Ok(Self {
+            covariance,
+            active,
+            idle,
+            directions,
+        })
+    }
+
+    /// Whether the data determines a parameter.
+    pub(crate) fn determines(&self, parameter: usize) -> bool {
+        let mut others = self.directions.iter().flatten();
+        self.active.contains(&parameter) && others.all(|(at, _)| *at != parameter)
+    }
+
+    /// What each direction leaves, and the parameters that do nothing.
+    pub(crate) fn undetermined(
+        &self,
+        problem: &Problem<'_>,
+        theta: &DVector<f64>,
+    ) -> Vec<Undetermined> {
+        let name = |i: usize| problem.sought[i].name.clone();
+        let of = |direction: &Direction| Undetermined {
+            names: direction.iter().map(|it| name(it.0)).collect(),
+            kept: kept(problem, theta, &self.covariance, direction),
+        };
+        let alone = self.idle.iter().map(|i| Undetermined {
+            names: vec![name(*i)],
+            kept: Vec::new(),
+        });
+        alone.chain(self.directions.iter().map(of)).collect()
+    }
+}
+
 /// The directions of singular values that are none, each of as few parameters as can be.
-pub(crate) fn null_directions(
+fn null_directions(
     v: &DMatrix<f64>,
     sigma: &DVector<f64>,
-    singular: f64,
     active: &[usize],
     lengths: &[f64],
     theta: &DVector<f64>,
 ) -> Vec<Direction> {
     let scale = |i: usize| if theta[i] == 0.0 { 1.0 } else { theta[i].abs() };
     let null: Vec<usize> = (0..sigma.len())
-        .filter(|j| sigma[*j] <= singular * sigma.max())
+        .filter(|j| sigma[*j] <= SINGULAR * sigma.max())
         .collect();
     // Rows of null vectors, relative to the parameters; reduced to as few entries as can be.
     let mut rows = DMatrix::from_fn(null.len(), active.len(), |r, c| {
@@ -103,26 +210,6 @@ pub(crate) fn null_directions(
         .map(direction)
         .filter(|it| !it.is_empty())
         .collect()
-}
-
-/// What each direction leaves, and the parameters that do nothing.
-pub(crate) fn undetermined(
-    problem: &Problem<'_>,
-    theta: &DVector<f64>,
-    covariance: &DMatrix<f64>,
-    directions: &[Direction],
-    idle: &[usize],
-) -> Vec<Undetermined> {
-    let name = |i: usize| problem.sought[i].name.clone();
-    let of = |direction: &Direction| Undetermined {
-        names: direction.iter().map(|it| name(it.0)).collect(),
-        kept: kept(problem, theta, covariance, direction),
-    };
-    let alone = idle.iter().map(|i| Undetermined {
-        names: vec![name(*i)],
-        kept: Vec::new(),
-    });
-    alone.chain(directions.iter().map(of)).collect()
 }
 
 /// The combinations that are constant along a direction: of the last parameter that moves most, with each other.

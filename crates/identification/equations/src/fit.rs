@@ -8,11 +8,10 @@
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
-use planesman_identification::estimators::coloured_covariance;
 use planesman_identification::{Spread, fit as fit_percent};
 use planesman_text::setting;
 
-use crate::determined::{Undetermined, null_directions, undetermined};
+use crate::determined::{Uncertainty, Undetermined};
 use crate::error::EquationsError;
 use crate::model::{Equations, Unknown};
 use crate::problem::Problem;
@@ -22,8 +21,6 @@ use crate::simulation::{Run, Unfinished, initial_states};
 const WEIGHINGS: usize = 4;
 /// The share of a record that is fitted where the rest is to judge by.
 pub(crate) const FITTED: f64 = 0.7;
-/// Relative to the largest singular value, one below which a direction is not determined.
-const SINGULAR: f64 = 1e-7;
 /// Searches that end with costs this near have found one minimum.
 const SAME: f64 = 1e-3;
 /// Times the noise that was given, from which it is said that more is left.
@@ -32,8 +29,6 @@ const MORE_THAN_NOISE: f64 = 1.5;
 const WITHIN_NOISE: f64 = 0.9;
 /// Two parameters this correlated are told.
 const CORRELATED: f64 = 0.99;
-/// Relative to its bounds, how near to one a parameter is at it.
-const AT_BOUND: f64 = 1e-9;
 
 /// A parameter or initial state that was found.
 #[derive(Clone, Debug)]
@@ -325,80 +320,20 @@ fn judged(
 ) -> Result<EquationsFit, EquationsError> {
     let equations = problem.equations;
     let by_output = problem.by_output(&theta).ok_or(EquationsError::NoEffect)?;
-    let count = theta.len();
-    let is_at_bound = |i: usize| {
-        let (low, high) = problem.sought[i].bounds;
-        let near = AT_BOUND * theta[i].abs().max(1e-300);
-        theta[i] - low <= near || high - theta[i] <= near
-    };
-    let rows: usize = by_output.iter().map(|it| it.1.nrows()).sum();
-    let mut all = DMatrix::zeros(rows, count);
-    let mut first = 0;
-    for ((_, slopes), weight) in by_output.iter().zip(&problem.weights) {
-        all.rows_mut(first, slopes.nrows())
-            .copy_from(&(slopes * *weight));
-        first += slopes.nrows();
-    }
-    for i in (0..count).filter(|it| is_at_bound(*it)) {
-        all.column_mut(i).fill(0.0);
-    }
-    let lengths: Vec<f64> = all.column_iter().map(|it| it.norm()).collect();
-    // What moves no output by more than rounding does nothing.
-    let moves = |i: usize| lengths[i] * theta[i].abs().max(1e-6) > 1e-9;
-    let active: Vec<usize> = (0..count)
-        .filter(|i| lengths[*i] > 0.0 && moves(*i))
-        .collect();
-    if active.is_empty() {
-        return Err(EquationsError::NoEffect);
-    }
-    let scaled = DMatrix::from_fn(rows, active.len(), |k, j| {
-        all[(k, active[j])] / lengths[active[j]]
-    });
-    let svd = scaled.qr().r().svd(false, true);
-    let (Some(v), sigma) = (svd.v_t.map(|it| it.transpose()), svd.singular_values) else {
-        return Err(EquationsError::NoEffect);
-    };
-    let is_kept = |j: &usize| sigma[*j] > SINGULAR * sigma.max();
-    let kept: Vec<usize> = (0..sigma.len()).filter(is_kept).collect();
-    let mut unit = DMatrix::zeros(count, kept.len());
-    for (column, j) in kept.iter().enumerate() {
-        for (row, i) in active.iter().enumerate() {
-            unit[(*i, column)] = v[(row, *j)] / (sigma[*j] * lengths[*i]);
-        }
-    }
-    let mut covariance = DMatrix::zeros(count, count);
-    for ((errors, slopes), weight) in by_output.iter().zip(&problem.weights) {
-        let weighted: Vec<Vec<f64>> = errors
-            .iter()
-            .map(|of| of.iter().map(|it| it * weight).collect())
-            .collect();
-        let n = slopes.nrows() as f64;
-        // Each output pays for its share of the parameters.
-        let freedom = n * (1.0 - kept.len() as f64 / rows as f64);
-        let variance = weighted.concat().iter().map(|it| it * it).sum::<f64>() / freedom.max(1.0);
-        covariance += coloured_covariance(&unit, slopes * *weight, &weighted, variance);
-    }
-    let directions = null_directions(&v, &sigma, SINGULAR, &active, &lengths, &theta);
-    let idle: Vec<usize> = (0..count)
-        .filter(|i| !active.contains(i) && !is_at_bound(*i))
-        .collect();
-    let is_determined = |i: usize| {
-        active.contains(&i)
-            && directions
-                .iter()
-                .all(|it| it.iter().all(|(at, _)| *at != i))
-    };
-    let undetermined = undetermined(problem, &theta, &covariance, &directions, &idle);
+    let known = Uncertainty::of(problem, &theta, &by_output)?;
+    let covariance = &known.covariance;
     let found = |i: usize| Found {
         unknown: problem.sought[i].clone(),
         value: theta[i],
-        deviation: is_determined(i).then(|| covariance[(i, i)].max(0.0).sqrt()),
-        is_at_bound: is_at_bound(i),
+        deviation: known
+            .determines(i)
+            .then(|| covariance[(i, i)].max(0.0).sqrt()),
+        is_at_bound: problem.is_at_bound(&theta, i),
     };
     let parameters = equations.unknowns.len();
     let correlation = DMatrix::from_fn(parameters, parameters, |i, j| {
         let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        match is_determined(i) && is_determined(j) && scale > 0.0 {
+        match known.determines(i) && known.determines(j) && scale > 0.0 {
             true => covariance[(i, j)] / scale,
             false => 0.0,
         }
@@ -435,14 +370,15 @@ fn judged(
             .collect(),
         correlation,
         outputs: outputs.collect(),
-        undetermined,
+        undetermined: known.undetermined(problem, &theta),
         searches,
         simulated,
         is_validated,
         reasons: Vec::new(),
         verdict: Verdict::Good,
     };
-    result.judge(rows, count);
+    let rows = by_output.iter().map(|it| it.1.nrows()).sum();
+    result.judge(rows, theta.len());
     Ok(result)
 }
 

@@ -4,6 +4,7 @@
 //! EquationsFile -> Equations;   Equations + [Run] -> fit -> EquationsFit
 //! ```
 
+mod chains;
 mod determined;
 mod error;
 mod expression;

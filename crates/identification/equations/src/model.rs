@@ -10,7 +10,7 @@ use planesman_text::did_you_mean;
 
 use crate::error::EquationsError;
 use crate::expression::{Names, Numbers, Root, Tape, is_reserved, parse};
-use crate::file::{EquationsFile, Initial, Parameter, UNKNOWN};
+use crate::file::{EquationsFile, Initial, Output, Parameter, State, UNKNOWN};
 
 /// States, inputs, outputs and sought parameters at most, each.
 const MOST: usize = 64;
@@ -65,20 +65,7 @@ impl Equations {
     /// [`EquationsError::Entry`]: a name that is unknown, stands twice or in no equation; definitions that go in a circle; what is
     /// no expression; a parameter without a start, or with one outside of its bounds.
     pub fn new(file: EquationsFile) -> Result<Self, EquationsError> {
-        for (kind, count) in [
-            ("inputs", file.inputs.0.len()),
-            ("outputs", file.outputs.0.len()),
-            ("states", file.states.0.len()),
-            ("parameters", file.parameters.0.len()),
-        ] {
-            if count > MOST {
-                let reason = format!("{count} are more than {MOST}");
-                return Err(EquationsError::entry(kind, reason));
-            }
-        }
-        if file.outputs.is_empty() {
-            return Err(EquationsError::entry("outputs", "there is none"));
-        }
+        check_counts(&file)?;
         let mut unknowns = Vec::new();
         let mut fixed = BTreeMap::new();
         for (name, of) in &file.parameters.0 {
@@ -96,87 +83,32 @@ impl Equations {
             slots.insert(name, slot);
         }
         check_names(&file)?;
-        let mut binder = Binder {
-            slots,
-            fixed,
-            definitions: file
-                .definitions
-                .0
-                .iter()
-                .map(|(a, b)| (a.as_str(), b.as_str()))
-                .collect(),
-            nodes: BTreeMap::new(),
-            open: Vec::new(),
-            used: BTreeSet::new(),
+        let definitions = file.definitions.0.iter();
+        let mut tape = TapeWriter {
+            tape: Tape::default(),
+            names: Binder {
+                definitions: definitions.map(|(a, b)| (a.as_str(), b.as_str())).collect(),
+                slots,
+                fixed,
+                nodes: BTreeMap::new(),
+                open: Vec::new(),
+                used: BTreeSet::new(),
+            },
+            states: file.inputs.0.len()..file.inputs.0.len() + file.states.0.len(),
         };
-        let mut tape = Tape::default();
         for name in file.definitions.names() {
             let refuse = |reason| EquationsError::entry(format!("definitions: {name}"), reason);
-            binder.node(&mut tape, name, 0).map_err(refuse)?;
+            (tape.names.node(&mut tape.tape, name, 0)).map_err(refuse)?;
         }
-        let mut root = |binder: &mut Binder<'_>, entry: String, text: &str| {
-            let node = parse(text, &mut tape, binder, 0);
-            let node = node.map_err(|error| EquationsError::entry(entry, error))?;
-            Ok::<Root, EquationsError>(tape.root(node))
-        };
-        let mut derivatives = Vec::new();
-        let mut begins = Vec::new();
-        let states = file.inputs.0.len()..file.inputs.0.len() + file.states.0.len();
+        let (mut derivatives, mut begins) = (Vec::new(), Vec::new());
         for (name, of) in &file.states.0 {
-            derivatives.push(root(
-                &mut binder,
-                format!("states: {name}: derivative"),
-                &of.derivative,
-            )?);
-            let entry = format!("states: {name}: initial");
-            let sought = |start: f64, min: Option<f64>, max: Option<f64>| {
-                let name = format!("{name}(0)");
-                let of = Parameter {
-                    start: Some(start),
-                    min,
-                    max,
-                    unit: of.unit.clone(),
-                    ..Parameter::default()
-                };
-                bounded(&entry, name, &of).map(Begin::Sought)
-            };
-            begins.push(match &of.initial {
-                Initial::Text(text) if text == UNKNOWN => sought(0.0, None, None)?,
-                Initial::Sought(it) => sought(it.start, it.min, it.max)?,
-                Initial::Known(value) => {
-                    in_range(&format!("states: {name}"), "initial", Some(*value))?;
-                    Begin::Given(root(&mut binder, entry, &value.to_string())?)
-                }
-                Initial::Text(text) => {
-                    let root = root(&mut binder, entry.clone(), text)?;
-                    let time = states.end + unknowns.len();
-                    let is_of_states = |slot: &usize| states.contains(slot) || *slot == time;
-                    if root.variables.iter().any(is_of_states) {
-                        return Err(EquationsError::entry(
-                            entry,
-                            "an initial state is 'unknown', a number, or an expression of parameters and inputs, none of states or t",
-                        ));
-                    }
-                    Begin::Given(root)
-                }
-            });
+            let entry = format!("states: {name}: derivative");
+            derivatives.push(tape.root(entry, &of.derivative)?);
+            begins.push(tape.begin(name, of)?);
         }
-        let mut outputs = Vec::new();
-        for (name, of) in &file.outputs.0 {
-            let entry = format!("outputs: {name}");
-            in_range(&entry, "noise", of.noise)?;
-            if of.noise.is_some_and(|it| it <= 0.0) {
-                return Err(EquationsError::entry(
-                    format!("{entry}: noise"),
-                    "a standard deviation above 0 is expected",
-                ));
-            }
-            outputs.push(OutputEquation {
-                name: name.clone(),
-                root: root(&mut binder, format!("{entry}: equation"), &of.equation)?,
-                noise: of.noise,
-            });
-        }
+        let outputs = file.outputs.0.iter();
+        let outputs: Result<Vec<_>, _> = outputs.map(|(name, of)| tape.output(name, of)).collect();
+        let outputs = outputs?;
         let given = begins.iter().filter_map(|it| match it {
             Begin::Given(root) => Some(root),
             Begin::Sought(_) => None,
@@ -185,23 +117,8 @@ impl Equations {
             .iter()
             .chain(given)
             .chain(outputs.iter().map(|it| &it.root));
-        let used: BTreeSet<usize> = roots.flat_map(|it| it.variables.iter().copied()).collect();
-        let is_used = |name: &String| match binder.slots.get(name.as_str()) {
-            Some(slot) => used.contains(slot),
-            None => binder.used.contains(name.as_str()),
-        };
-        for (kind, mut names) in [
-            ("parameters", file.parameters.names().collect::<Vec<_>>()),
-            ("inputs", file.inputs.names().collect()),
-        ] {
-            names.retain(|it| !is_used(it));
-            if let Some(name) = names.first() {
-                return Err(EquationsError::entry(
-                    format!("{kind}: {name}"),
-                    "it is in no equation; take it out, or correct its name where it belongs",
-                ));
-            }
-        }
+        check_used(&file, &tape.names, roots)?;
+        let tape = tape.tape;
         if unknowns.is_empty() && !begins.iter().any(|it| matches!(it, Begin::Sought(_))) {
             return Err(EquationsError::NothingSought);
         }
@@ -263,6 +180,116 @@ impl Equations {
             entry,
             when: "at the start".to_owned(),
             at: at.join(", "),
+        })
+    }
+}
+
+fn check_counts(file: &EquationsFile) -> Result<(), EquationsError> {
+    for (kind, count) in [
+        ("inputs", file.inputs.0.len()),
+        ("outputs", file.outputs.0.len()),
+        ("states", file.states.0.len()),
+        ("parameters", file.parameters.0.len()),
+    ] {
+        if count > MOST {
+            let reason = format!("{count} are more than {MOST}");
+            return Err(EquationsError::entry(kind, reason));
+        }
+    }
+    if file.outputs.is_empty() {
+        return Err(EquationsError::entry("outputs", "there is none"));
+    }
+    Ok(())
+}
+
+/// Refuses a parameter or an input that no equation has.
+fn check_used<'a>(
+    file: &EquationsFile,
+    binder: &Binder<'_>,
+    roots: impl Iterator<Item = &'a Root>,
+) -> Result<(), EquationsError> {
+    let used: BTreeSet<usize> = roots.flat_map(|it| it.variables.iter().copied()).collect();
+    let is_used = |name: &String| match binder.slots.get(name.as_str()) {
+        Some(slot) => used.contains(slot),
+        None => binder.used.contains(name.as_str()),
+    };
+    for (kind, mut names) in [
+        ("parameters", file.parameters.names().collect::<Vec<_>>()),
+        ("inputs", file.inputs.names().collect()),
+    ] {
+        names.retain(|it| !is_used(it));
+        if let Some(name) = names.first() {
+            return Err(EquationsError::entry(
+                format!("{kind}: {name}"),
+                "it is in no equation; take it out, or correct its name where it belongs",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The tape while it is written.
+struct TapeWriter<'a> {
+    tape: Tape,
+    names: Binder<'a>,
+    /// The slots of the states.
+    states: std::ops::Range<usize>,
+}
+
+impl TapeWriter<'_> {
+    fn root(&mut self, entry: String, text: &str) -> Result<Root, EquationsError> {
+        let node = parse(text, &mut self.tape, &mut self.names, 0);
+        let node = node.map_err(|error| EquationsError::entry(entry, error))?;
+        Ok(self.tape.root(node))
+    }
+
+    fn begin(&mut self, name: &str, of: &State) -> Result<Begin, EquationsError> {
+        let entry = format!("states: {name}: initial");
+        let sought = |start: f64, min: Option<f64>, max: Option<f64>| {
+            let of = Parameter {
+                start: Some(start),
+                min,
+                max,
+                unit: of.unit.clone(),
+                ..Parameter::default()
+            };
+            bounded(&entry, format!("{name}(0)"), &of).map(Begin::Sought)
+        };
+        match &of.initial {
+            Initial::Text(text) if text == UNKNOWN => sought(0.0, None, None),
+            Initial::Sought(it) => sought(it.start, it.min, it.max),
+            Initial::Known(value) => {
+                in_range(&format!("states: {name}"), "initial", Some(*value))?;
+                self.root(entry, &value.to_string()).map(Begin::Given)
+            }
+            Initial::Text(text) => {
+                let root = self.root(entry.clone(), text)?;
+                let time = self.names.slots[TIME];
+                let is_of_states = |slot: &usize| self.states.contains(slot) || *slot == time;
+                match root.variables.iter().any(is_of_states) {
+                    false => Ok(Begin::Given(root)),
+                    true => Err(EquationsError::entry(
+                        entry,
+                        "an initial state is 'unknown', a number, or an expression of parameters and inputs, none of states or t",
+                    )),
+                }
+            }
+        }
+    }
+
+    fn output(&mut self, name: &str, of: &Output) -> Result<OutputEquation, EquationsError> {
+        let entry = format!("outputs: {name}");
+        in_range(&entry, "noise", of.noise)?;
+        if of.noise.is_some_and(|it| it <= 0.0) {
+            return Err(EquationsError::entry(
+                format!("{entry}: noise"),
+                "a standard deviation above 0 is expected",
+            ));
+        }
+        Ok(OutputEquation {
+            name: name.to_owned(),
+            root: self.root(format!("{entry}: equation"), &of.equation)?,
+            noise: of.noise,
         })
     }
 }

@@ -19,6 +19,9 @@ const STARTS: usize = 4;
 /// Parts of the runs that a search grows through.
 const GROWTH: [f64; 3] = [0.04, 0.12, 0.35];
 
+/// Relative to its bounds, how near to one a parameter is at it.
+const AT_BOUND: f64 = 1e-9;
+
 /// An output's errors by run, output unit, and its slopes, those of all runs one below the other.
 pub(crate) type OutputErrors = (Vec<Vec<f64>>, DMatrix<f64>);
 
@@ -200,6 +203,14 @@ impl<'a> Problem<'a> {
         points.sort_by(|p, q| p.0.total_cmp(&q.0));
         let best = points.into_iter().take(STARTS).map(|it| it.1);
         std::iter::once(start).chain(best).collect()
+    }
+
+    /// Whether a parameter is at one of its bounds.
+    pub(crate) fn is_at_bound(&self, theta: &DVector<f64>, parameter: usize) -> bool {
+        let (low, high) = self.sought[parameter].bounds;
+        let value = theta[parameter];
+        let near = AT_BOUND * value.abs().max(1e-300);
+        value - low <= near || high - value <= near
     }
 
     /// What is left of each output.

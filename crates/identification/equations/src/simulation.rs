@@ -232,6 +232,65 @@ impl Integrator<'_> {
     }
 }
 
+impl Integrator<'_> {
+    /// States and sensitivities at the beginning; the first sought initial state is the parameter of that number.
+    fn beginning(&mut self, states: &[f64], mut number: usize) -> Vec<f64> {
+        let (n, sought) = (states.len(), self.sought);
+        let mut z = vec![0.0; n + n * sought];
+        self.put(0.0, &z);
+        z[..n].copy_from_slice(states);
+        let begins = self.equations.begins.iter().enumerate();
+        for (state, begin) in begins.filter(|_| sought > 0) {
+            let row = n + state * sought;
+            match begin {
+                Begin::Sought(_) => {
+                    z[row + number] = 1.0;
+                    number += 1;
+                }
+                Begin::Given(root) => {
+                    let mut slopes = vec![0.0; sought];
+                    self.carried(root, &vec![0.0; n * sought], &mut slopes);
+                    z[row..row + sought].copy_from_slice(&slopes);
+                }
+            }
+        }
+        z
+    }
+
+    /// Takes the inputs of the interval that begins at `time`, with the number of the sample of each that acts then.
+    fn take_inputs(&mut self, run: &Run, acting: &mut [usize], time: f64) {
+        self.from = time;
+        for ((input, track), acting) in self.inputs.iter_mut().zip(&run.inputs).zip(acting) {
+            while track.times.get(*acting + 1).is_some_and(|it| *it <= time) {
+                *acting += 1;
+            }
+            let sample =
+                |number: usize| Some((*track.times.get(number)?, *track.values.get(number)?));
+            let Some((begin, value)) = sample(*acting) else {
+                continue;
+            };
+            *input = match (run.between, sample(*acting + 1)) {
+                (Between::Lines, Some((end, next))) if time >= begin => {
+                    let slope = (next - value) / (end - begin);
+                    (value + slope * (time - begin), slope)
+                }
+                _ => (value, 0.0),
+            };
+        }
+    }
+
+    /// Appends an output, and its slopes where they are asked for, after [`Self::put`].
+    fn measure(&mut self, output: usize, sensitivities: &[f64], to: &mut Simulated) {
+        let root = &self.equations.outputs[output].root;
+        to.values.push(self.numbers.value(root));
+        if self.sought > 0 {
+            let first = to.slopes.len();
+            to.slopes.resize(first + self.sought, 0.0);
+            self.carried(root, sensitivities, &mut to.slopes[first..]);
+        }
+    }
+}
+
 /// Where a simulation ends before its data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unfinished {
@@ -270,72 +329,25 @@ pub(crate) fn simulate(
         inputs: run.inputs_at(0.0).into_iter().map(|it| (it, 0.0)).collect(),
         from: 0.0,
     };
-    let size = n + n * sought;
-    let mut z = vec![0.0; size];
-    of.put(0.0, &z.clone());
-    z[..n].copy_from_slice(&initial_states(equations, parameters, initial, run));
-    let mut number = parameters.len();
-    for (state, begin) in equations.begins.iter().enumerate().filter(|_| with_slopes) {
-        let row = n + state * sought;
-        match begin {
-            Begin::Sought(_) => {
-                z[row + number] = 1.0;
-                number += 1;
-            }
-            Begin::Given(root) => {
-                let mut slopes = vec![0.0; sought];
-                of.carried(root, &vec![0.0; n * sought], &mut slopes);
-                z[row..row + sought].copy_from_slice(&slopes);
-            }
-        }
-    }
     let stamps = run.stamps();
+    let z = of.beginning(
+        &initial_states(equations, parameters, initial, run),
+        parameters.len(),
+    );
+    let mut steps = Steps::from(z, n, stamps.len());
     let mut found: Vec<Simulated> = vec![Simulated::default(); equations.outputs.len()];
     let mut next: Vec<usize> = vec![0; found.len()];
     let mut acting: Vec<usize> = vec![0; m];
-    let mut largest: Vec<f64> = z[..n].iter().map(|it| it.abs()).collect();
-    let mut stages = vec![vec![0.0; size]; 7];
-    let (mut at, mut after) = (z.clone(), z.clone());
-    let mut step = f64::INFINITY;
-    let mut stiff = false;
-    let mut steps = MOST_STEPS.0 * stamps.len() + MOST_STEPS.1;
     for (k, time) in stamps.iter().copied().enumerate() {
-        of.from = time;
-        for ((input, track), acting) in of.inputs.iter_mut().zip(&run.inputs).zip(&mut acting) {
-            while track.times.get(*acting + 1).is_some_and(|it| *it <= time) {
-                *acting += 1;
-            }
-            let (Some(begin), Some(value)) = (track.times.get(*acting), track.values.get(*acting))
-            else {
-                continue;
-            };
-            let after = track
-                .times
-                .get(*acting + 1)
-                .zip(track.values.get(*acting + 1));
-            *input = match (run.between, after) {
-                (Between::Lines, Some((end, next))) if time >= *begin => {
-                    let slope = (next - value) / (end - begin);
-                    (value + slope * (time - begin), slope)
-                }
-                _ => (*value, 0.0),
-            };
-        }
+        of.take_inputs(run, &mut acting, time);
         let is_measured =
             |(output, next): (usize, &usize)| run.outputs[output].times.get(*next) == Some(&time);
         if next.iter().enumerate().any(is_measured) {
-            of.put(time, &z);
+            of.put(time, &steps.z);
             for output in 0..found.len() {
-                if run.outputs[output].times.get(next[output]) != Some(&time) {
-                    continue;
-                }
-                next[output] += 1;
-                let root = &equations.outputs[output].root;
-                found[output].values.push(of.numbers.value(root));
-                if with_slopes {
-                    let first = found[output].slopes.len();
-                    found[output].slopes.resize(first + sought, 0.0);
-                    of.carried(root, &z[n..], &mut found[output].slopes[first..]);
+                if is_measured((output, &next[output])) {
+                    next[output] += 1;
+                    of.measure(output, &steps.z[n..], &mut found[output]);
                 }
             }
         }
@@ -345,79 +357,128 @@ pub(crate) fn simulate(
         if k % 512 == 0 {
             stop_point();
         }
-        let mut now = time;
-        while now < end && n > 0 {
-            let Some(left) = steps.checked_sub(1) else {
-                let (time, stiff) = (now, true);
-                return Err(Unfinished { time, stiff });
-            };
-            steps = left;
-            let rest = end - now;
-            // No last step of hardly any length.
-            let is_last = step >= 0.999 * rest;
-            let h = if is_last { rest } else { step };
-            of.derivatives(now, &z, &mut stages[0]);
-            for stage in 0..6 {
-                at.copy_from_slice(&z);
-                for (slopes, weight) in stages.iter().zip(WEIGHTS[stage]).take(stage + 1) {
-                    if weight != 0.0 {
-                        for (at, slope) in at.iter_mut().zip(slopes) {
-                            *at += h * weight * slope;
-                        }
-                    }
-                }
-                if stage == 5 {
-                    after.copy_from_slice(&at);
-                    break;
-                }
-                of.derivatives(now + h * NODES[stage + 1], &at, &mut stages[stage + 1]);
-            }
-            // The slope at the end is needed of the states alone.
-            let with = std::mem::replace(&mut of.sought, 0);
-            of.derivatives(now + h, &after[..n], &mut stages[6][..n]);
-            of.sought = with;
-            let mut error = 0.0_f64;
-            for i in 0..n {
-                let local: f64 = stages.iter().zip(ERROR).map(|(it, w)| w * it[i]).sum();
-                let scale = largest[i].max(after[i].abs());
-                let size = z[i].abs().max(after[i].abs()) + SMALL * scale;
-                if local != 0.0 {
-                    error = error.max(h * local.abs() / (TOLERANCE * size));
-                }
-            }
-            let is_shortest = h <= SHORTEST * (end - time);
-            if error.is_nan() || after.iter().any(|it| !it.is_finite()) {
-                if is_shortest {
-                    return Err(Unfinished { time: now, stiff });
-                }
-                step = 0.1 * h;
-                continue;
-            }
-            let factor = (0.9 * libm::pow(error.max(1e-10), -0.2)).clamp(0.2, 5.0);
-            stiff |= error > 1.0 && is_shortest;
-            if error > 1.0 && !is_shortest {
-                step = (h * factor).max(SHORTEST * (end - time));
-                continue;
-            }
-            now = if is_last { end } else { now + h };
-            step = match is_last {
-                // What a short interval allows says nothing of a long one.
-                true => step.max(h * factor),
-                false => h * factor,
-            };
-            std::mem::swap(&mut z, &mut after);
-            for (largest, x) in largest.iter_mut().zip(&z) {
-                *largest = largest.max(x.abs());
-            }
-        }
+        steps.advance(&mut of, time, end)?;
     }
     let mut values = (found.iter()).flat_map(|it| it.values.iter().chain(&it.slopes));
     match values.all(|it| it.is_finite()) {
         true => Ok(found),
         false => Err(Unfinished {
             time: stamps.last().copied().unwrap_or_default(),
-            stiff,
+            stiff: steps.stiff,
         }),
+    }
+}
+
+/// A simulation's steps by the pair of Dormand and Prince, as long as the error of the states allows.
+struct Steps {
+    /// States, then their slopes: now, in a stage, after a step.
+    z: Vec<f64>,
+    at: Vec<f64>,
+    after: Vec<f64>,
+    stages: Vec<Vec<f64>>,
+    /// The largest magnitude of each state so far.
+    largest: Vec<f64>,
+    /// The length of the next, s.
+    step: f64,
+    /// Steps that are left.
+    left: usize,
+    /// Whether the shortest was too long.
+    stiff: bool,
+}
+
+impl Steps {
+    fn from(z: Vec<f64>, states: usize, stamps: usize) -> Self {
+        Self {
+            largest: z[..states].iter().map(|it| it.abs()).collect(),
+            at: z.clone(),
+            after: z.clone(),
+            stages: vec![vec![0.0; z.len()]; 7],
+            z,
+            step: f64::INFINITY,
+            left: MOST_STEPS.0 * stamps + MOST_STEPS.1,
+            stiff: false,
+        }
+    }
+
+    /// Goes from one time to another.
+    fn advance(&mut self, of: &mut Integrator<'_>, time: f64, end: f64) -> Result<(), Unfinished> {
+        let mut now = time;
+        while now < end && !self.largest.is_empty() {
+            let Some(left) = self.left.checked_sub(1) else {
+                let (time, stiff) = (now, true);
+                return Err(Unfinished { time, stiff });
+            };
+            self.left = left;
+            let rest = end - now;
+            // No last step of hardly any length.
+            let is_last = self.step >= 0.999 * rest;
+            let h = if is_last { rest } else { self.step };
+            let error = self.attempt(of, now, h);
+            let is_shortest = h <= SHORTEST * (end - time);
+            if error.is_nan() || self.after.iter().any(|it| !it.is_finite()) {
+                if is_shortest {
+                    let stiff = self.stiff;
+                    return Err(Unfinished { time: now, stiff });
+                }
+                self.step = 0.1 * h;
+                continue;
+            }
+            let factor = (0.9 * libm::pow(error.max(1e-10), -0.2)).clamp(0.2, 5.0);
+            self.stiff |= error > 1.0 && is_shortest;
+            if error > 1.0 && !is_shortest {
+                self.step = (h * factor).max(SHORTEST * (end - time));
+                continue;
+            }
+            now = if is_last { end } else { now + h };
+            self.step = match is_last {
+                // What a short interval allows says nothing of a long one.
+                true => self.step.max(h * factor),
+                false => h * factor,
+            };
+            std::mem::swap(&mut self.z, &mut self.after);
+            for (largest, x) in self.largest.iter_mut().zip(&self.z) {
+                *largest = largest.max(x.abs());
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes what is after a step of length `h`, and its error over the one that is allowed.
+    fn attempt(&mut self, of: &mut Integrator<'_>, now: f64, h: f64) -> f64 {
+        let n = self.largest.len();
+        of.derivatives(now, &self.z, &mut self.stages[0]);
+        for stage in 0..6 {
+            self.at.copy_from_slice(&self.z);
+            for (slopes, weight) in self.stages.iter().zip(WEIGHTS[stage]).take(stage + 1) {
+                if weight != 0.0 {
+                    for (at, slope) in self.at.iter_mut().zip(slopes) {
+                        *at += h * weight * slope;
+                    }
+                }
+            }
+            if stage == 5 {
+                self.after.copy_from_slice(&self.at);
+                break;
+            }
+            let to = &mut self.stages[stage + 1];
+            of.derivatives(now + h * NODES[stage + 1], &self.at, to);
+        }
+        // The slope at the end is needed of the states alone.
+        let with = std::mem::replace(&mut of.sought, 0);
+        of.derivatives(now + h, &self.after[..n], &mut self.stages[6][..n]);
+        of.sought = with;
+        let mut error = 0.0_f64;
+        for i in 0..n {
+            let local: f64 = (self.stages.iter().zip(ERROR))
+                .map(|(it, w)| w * it[i])
+                .sum();
+            let scale = self.largest[i].max(self.after[i].abs());
+            let size = self.z[i].abs().max(self.after[i].abs()) + SMALL * scale;
+            if local != 0.0 {
+                error = error.max(h * local.abs() / (TOLERANCE * size));
+            }
+        }
+        error
     }
 }
 

@@ -6,9 +6,8 @@
 //! dy/db_k = xi_k,   dy/dm_k = psi_k,   dy/dd_k = -eta_k,   dy/dtau = -dy_u/dt + h(t) (u - u0)(-tau)
 //! ```
 //! `M` is the free motion with which a run begins, `u0` the input's first value, `y_u` the part of the input, `h = sum b_k psi_k` the
-//! impulse response. Between two stamps the inputs are constants or straight lines and the equations linear: each step is the exponential of
-//! their matrix, by its series to rounding. The search begins at equations of least squares in filtered signals (state variable filters;
-//! Young 1981; Garnier and Wang, *Identification of Continuous-time Models from Sampled Data*, 2008, ch. 1).
+//! impulse response. The search begins at equations of least squares in filtered signals (state variable filters; Young 1981; Garnier and
+//! Wang, *Identification of Continuous-time Models from Sampled Data*, 2008, ch. 1).
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
@@ -17,19 +16,15 @@ use planesman_identification::{IdentificationError, Uncertain, least_squares, st
 use planesman_linear::{ComplexFunctions as _, polynomial};
 use planesman_text::{option, setting};
 
+use crate::chains::{Chains, Signal};
 use crate::error::EquationsError;
 use crate::fit::{FITTED, fit_of, informative, mean_square, verdict_text};
-use crate::simulation::{Between, Run, Track};
+use crate::simulation::{Between, Run};
 
 /// Orders that are tried where none is given.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=4;
 /// A larger order is taken for so much of held-out fit, %.
 const WORTH: f64 = 0.5;
-/// Terms of the series of a matrix exponential, and the norm of the matrix up to which they are exact to rounding.
-const TERMS: usize = 14;
-const NORM: f64 = 0.5;
-/// Parts of an interval at most; faster poles than that are none that the samples tell.
-const PARTS: f64 = 2000.0;
 /// Filters that searches begin with, delays in usual intervals, and searches without a delay.
 const FILTERS: usize = 7;
 const DELAYS: [f64; 8] = [0.0, 0.5, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0];
@@ -180,139 +175,6 @@ impl TransferFit {
         slopes[self.order] = 1.0 / d;
         let variance = (slopes.transpose() * &self.covariance * &slopes)[(0, 0)];
         (b / d, variance.max(0.0).sqrt())
-    }
-}
-
-/// The values of a signal over an interval: at its begin, and per s.
-type Piece = (f64, f64);
-
-/// What is known of each interval between two stamps of a run.
-struct Signal<'a> {
-    track: &'a Track,
-    between: Between,
-    reference: f64,
-    /// Before the first sample.
-    before: f64,
-    delay: f64,
-}
-
-impl Signal<'_> {
-    fn at(&self, time: f64) -> Piece {
-        let time = time - self.delay;
-        let Track { times, values } = self.track;
-        // A stamp that is a sample's own, but for rounding, has that sample.
-        let count = times.partition_point(|it| *it <= time + 1e-12 * time.abs().max(1.0));
-        let Some(k) = count.checked_sub(1) else {
-            return (self.before - self.reference, 0.0);
-        };
-        match (self.between, times.get(k + 1)) {
-            (Between::Lines, Some(next)) => {
-                let slope = (values[k + 1] - values[k]) / (next - times[k]);
-                (
-                    values[k] + slope * (time - times[k]) - self.reference,
-                    slope,
-                )
-            }
-            _ => (values[k] - self.reference, 0.0),
-        }
-    }
-
-    fn stamps(&self) -> impl Iterator<Item = f64> + '_ {
-        self.track.times.iter().map(|it| it + self.delay)
-    }
-}
-
-/// Chains of integrators with one denominator: by the signal, by an impulse, and by the output of both.
-struct Chains<'a> {
-    d: &'a [f64],
-    b: &'a [f64],
-    m: &'a [f64],
-    /// Whether the third is wanted.
-    with_slopes: bool,
-}
-
-impl Chains<'_> {
-    fn chains(&self) -> usize {
-        if self.with_slopes { 3 } else { 2 }
-    }
-
-    /// `A z` of the chains, then of the signal and its slope.
-    fn derivative(&self, z: &[f64], to: &mut [f64]) {
-        let n = self.d.len();
-        let chains = self.chains();
-        let (signal, slope) = (z[chains * n], z[chains * n + 1]);
-        let dot = |of: &[f64], z: &[f64]| of.iter().zip(z).map(|(a, b)| a * b).sum::<f64>();
-        let output = dot(self.b, &z[..n]) + dot(self.m, &z[n..2 * n]);
-        for (chain, driven) in [signal, 0.0, output].into_iter().take(chains).enumerate() {
-            let of = &z[chain * n..(chain + 1) * n];
-            let last = driven - dot(self.d, of);
-            to[chain * n..(chain + 1) * n - 1].copy_from_slice(&of[1..]);
-            to[(chain + 1) * n - 1] = last;
-        }
-        to[chains * n] = slope;
-        to[chains * n + 1] = 0.0;
-    }
-
-    /// The rate of the fastest motion, 1/s, at most.
-    fn rate(&self) -> f64 {
-        let n = self.d.len();
-        let powers = self.d.iter().enumerate();
-        let bounds = powers.map(|(k, d)| libm::pow(n as f64 * d.abs(), 1.0 / (n - k) as f64));
-        bounds.fold(0.0, f64::max)
-    }
-
-    /// The states `xi, psi, eta` at each output's stamp of a run; `None` where they overflow.
-    fn through(
-        &self,
-        run: &Run,
-        signal: &Signal<'_>,
-        each: &mut dyn FnMut(usize, &[f64]),
-    ) -> Option<()> {
-        let n = self.d.len();
-        let size = self.chains() * n + 2;
-        let times = &run.outputs[0].times;
-        let end = run.end();
-        let mut stamps: Vec<f64> = times.iter().copied().chain(signal.stamps()).collect();
-        stamps.retain(|it| (0.0..=end).contains(it));
-        stamps.push(0.0);
-        stamps.sort_by(f64::total_cmp);
-        stamps.dedup();
-        let mut z = vec![0.0; size];
-        z[2 * n - 1] = 1.0;
-        let rate = self.rate();
-        let (mut term, mut next) = (z.clone(), z.clone());
-        let mut number = 0;
-        for (k, now) in stamps.iter().enumerate() {
-            (z[size - 2], z[size - 1]) = signal.at(*now);
-            if times.get(number) == Some(now) {
-                each(number, &z);
-                number += 1;
-            }
-            let Some(after) = stamps.get(k + 1) else {
-                break;
-            };
-            let h = after - now;
-            let parts = (rate * h / NORM).ceil().max(1.0);
-            if parts.is_nan() || parts > PARTS {
-                return None;
-            }
-            let part = h / parts;
-            for _ in 0..parts as usize {
-                term.copy_from_slice(&z);
-                for order in 1..=TERMS {
-                    self.derivative(&term, &mut next);
-                    let factor = part / order as f64;
-                    for ((term, next), z) in term.iter_mut().zip(&next).zip(&mut z) {
-                        *term = factor * next;
-                        *z += *term;
-                    }
-                }
-            }
-            if !z[0].is_finite() {
-                return None;
-            }
-        }
-        Some(())
     }
 }
 
@@ -688,32 +550,20 @@ fn of_order(
     let (theta, _) = ends
         .min_by(|p, q| p.1.total_cmp(&q.1))
         .ok_or(EquationsError::NoEffect)?;
-    let (values, slopes) = problem
+    let (values, mut slopes) = problem
         .simulated(&theta, true)
         .ok_or(EquationsError::NoEffect)?;
     let errors = problem.measured() - &values;
-    let mut first = 0;
-    let mut residuals = Vec::new();
-    let mut simulated = Vec::new();
-    for run in runs {
-        let count = run.outputs[0].times.len();
-        residuals.push(
-            errors
-                .rows(first, count)
-                .iter()
-                .copied()
-                .collect::<Vec<f64>>(),
-        );
-        simulated.push(
-            values
-                .rows(first, count)
-                .iter()
-                .copied()
-                .collect::<Vec<f64>>(),
-        );
-        first += count;
-    }
-    let mut slopes = slopes;
+    let of_runs = |all: &DVector<f64>| -> Vec<Vec<f64>> {
+        let mut rest = all.as_slice();
+        let own = |run: &Run| {
+            let (own, others) = rest.split_at(run.outputs[0].times.len());
+            rest = others;
+            own.to_vec()
+        };
+        runs.iter().map(own).collect()
+    };
+    let (residuals, simulated) = (of_runs(&errors), of_runs(&values));
     let is_at_bound = problem.is_at_bound(&theta);
     if is_at_bound {
         slopes.column_mut(n + problem.m).fill(0.0);
