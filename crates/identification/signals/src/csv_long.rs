@@ -57,6 +57,47 @@ fn plain(name: &str) -> String {
     name.trim_start_matches('_').to_ascii_lowercase()
 }
 
+/// What each series is called, and what several are: by the texts of one column, the `first` where it is known, and those of the others
+/// that tell such series apart.
+fn labels(
+    found: &BTreeMap<Vec<u8>, usize>,
+    keys: usize,
+    first: Option<usize>,
+) -> Option<(Vec<String>, Vec<String>)> {
+    let mut series: Vec<(&Vec<u8>, usize)> = found.iter().map(|it| (it.0, *it.1)).collect();
+    series.sort_by_key(|it| it.1);
+    let parts: Vec<Vec<String>> = series.iter().map(|it| parts(it.0)).collect();
+    let varies = |at: &usize| parts.iter().any(|it| it[*at] != parts[0][*at]);
+    let telling: Vec<usize> = (0..keys)
+        .filter(|at| varies(at) && Some(*at) != first)
+        .collect();
+    let (first, telling) = match (first, telling.split_first()) {
+        (Some(first), _) => (first, &telling[..]),
+        (None, Some((first, rest))) => (*first, rest),
+        (None, None) => return None,
+    };
+    let is_shared = |place: usize| {
+        let same = parts.iter().filter(|it| it[first] == parts[place][first]);
+        same.count() > 1
+    };
+    let label = |place: usize| {
+        let of = &parts[place];
+        match is_shared(place) {
+            false => of[first].clone(),
+            true => {
+                let around = telling.iter().map(|at| of[*at].as_str());
+                let all: Vec<&str> = around.chain([of[first].as_str()]).collect();
+                all.join(".")
+            }
+        }
+    };
+    let labels: Vec<String> = (0..parts.len()).map(label).collect();
+    let of_several = (0..parts.len()).filter(|it| is_shared(*it));
+    let mut shared: Vec<String> = of_several.map(|it| parts[it][first].clone()).collect();
+    shared.dedup();
+    Some((labels, shared))
+}
+
 impl LongForm {
     /// The form of a table with these columns, the first rows and all of them; `None` of a table that is not long. `others` are the columns
     /// of the time.
@@ -122,47 +163,18 @@ impl LongForm {
         if values.is_empty() || found.len() < 2 || are_few {
             return Ok(None);
         }
-        let mut series: Vec<(&Vec<u8>, usize)> = found.iter().map(|it| (it.0, *it.1)).collect();
-        series.sort_by_key(|it| it.1);
-        let parts: Vec<Vec<String>> = series.iter().map(|it| parts(it.0)).collect();
-        let varies = |at: &usize| parts.iter().any(|it| it[*at] != parts[0][*at]);
         let first = of_name.and_then(|name| keys.iter().position(|at| *at == name));
-        let telling: Vec<usize> = (0..keys.len())
-            .filter(|at| varies(at) && Some(*at) != first)
-            .collect();
-        let (first, telling) = match (first, telling.split_first()) {
-            (Some(first), _) => (first, &telling[..]),
-            (None, Some((first, rest))) => (*first, rest),
-            (None, None) => return Ok(None),
+        let values_of = |label: &String| -> Vec<String> {
+            let each = values.iter().map(|value| match values.len() {
+                1 => label.clone(),
+                _ => format!("{}[{label}]", columns[*value]),
+            });
+            each.collect()
         };
-        let is_shared = |place: usize| {
-            let same = parts.iter().filter(|it| it[first] == parts[place][first]);
-            same.count() > 1
+        let Some((labels, shared)) = labels(&found, keys.len(), first) else {
+            return Ok(None);
         };
-        let label = |place: usize| {
-            let of = &parts[place];
-            match is_shared(place) {
-                false => of[first].clone(),
-                true => {
-                    let around = telling.iter().map(|at| of[*at].as_str());
-                    let all: Vec<&str> = around.chain([of[first].as_str()]).collect();
-                    all.join(".")
-                }
-            }
-        };
-        let labels: Vec<String> = (0..parts.len()).map(label).collect();
-        let mut signals = Vec::new();
-        for label in &labels {
-            for value in &values {
-                signals.push(match values.len() {
-                    1 => label.clone(),
-                    _ => format!("{}[{label}]", columns[*value]),
-                });
-            }
-        }
-        let of_several = (0..parts.len()).filter(|it| is_shared(*it));
-        let mut shared: Vec<String> = of_several.map(|it| parts[it][first].clone()).collect();
-        shared.dedup();
+        let signals = labels.iter().flat_map(values_of).collect();
         Ok(Some(Self {
             keys,
             values,

@@ -337,22 +337,7 @@ impl Resampler {
             }
         }
         if common.is_empty() {
-            let spans: Vec<String> = channels.iter().map(span).collect();
-            let window = &self.options.window;
-            let is_whole = window.start().is_infinite() && window.end().is_infinite();
-            let within = if is_whole {
-                String::new()
-            } else {
-                format!(
-                    " in the window {}..{} s from the first output",
-                    window.start(),
-                    window.end()
-                )
-            };
-            return Err(GridError::NoCommonInstant {
-                within,
-                spans: spans.join("; "),
-            });
+            return Err(no_common_instant(&channels, &self.options.window));
         }
         let inputs = running.tracks.iter().take(self.inputs);
         let known: Vec<_> = inputs.map(|it| it.runs.known()).collect();
@@ -390,6 +375,24 @@ impl Resampler {
             inputs: channels,
             outputs,
         })
+    }
+}
+
+fn no_common_instant(channels: &[Channel], window: &RangeInclusive<f64>) -> GridError {
+    let spans: Vec<String> = channels.iter().map(span).collect();
+    let is_whole = window.start().is_infinite() && window.end().is_infinite();
+    let within = if is_whole {
+        String::new()
+    } else {
+        format!(
+            " in the window {}..{} s from the first output",
+            window.start(),
+            window.end()
+        )
+    };
+    GridError::NoCommonInstant {
+        within,
+        spans: spans.join("; "),
     }
 }
 
