@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::tune::{MISSED, Spread, Tuning};
+use crate::robustness::{MISSED, Spread};
+use crate::tune::Tuning;
 
 impl Tuning {
     /// Everything but the responses.
