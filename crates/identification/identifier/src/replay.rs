@@ -209,20 +209,8 @@ pub fn replay(
         let (_, reader) = match readers.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
-                let reader = signals::types(&bag, &message.topic)
-                    .map_err(|it| it.to_string())
-                    .and_then(|types| {
-                        identifier
-                            .reader(topic, &types)
-                            .map_err(|it| it.to_string())
-                    });
-                let reader = match reader {
-                    Ok(reader) => Some(reader),
-                    Err(reason) => {
-                        refused.note(topic, &reason);
-                        None
-                    }
-                };
+                let reader = reader_of(&identifier, &bag, &message.topic);
+                let reader = reader.map_err(|reason| refused.note(topic, &reason)).ok();
                 new.insert((Arc::clone(&message.topic), reader))
             }
         };
@@ -271,6 +259,16 @@ pub fn replay(
         refused: refused.first.map(|first| (refused.count, first)),
         incomplete: damage.or_else(|| (!whole).then(|| bag.completeness().to_string())),
     })
+}
+
+fn reader_of(
+    identifier: &Identifier,
+    bag: &BagReader,
+    topic: &Topic,
+) -> Result<TopicReader, String> {
+    let types = signals::types(bag, topic).map_err(|it| it.to_string())?;
+    let reader = identifier.reader(&topic.name, &types);
+    reader.map_err(|it| it.to_string())
 }
 
 /// Notes what has become of the pairs, and hands on their estimates.
