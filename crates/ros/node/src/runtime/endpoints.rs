@@ -1,0 +1,500 @@
+//! The node's ends of topics, services and actions, and a look at those of others.
+
+use std::marker::PhantomData;
+use std::rc::Rc;
+
+use futures::StreamExt as _;
+use planesman_msgs::{
+    Action, Message, Service,
+    diagnostic_msgs::msg::DiagnosticArray,
+    loop_topics::{self, LoopTopic},
+};
+use ros2_client::{MessageInfo, ServiceTypeName, service::ServiceMapping};
+use rustdds::{GUID, discovery::announce_type_hash};
+
+use super::{Queued, Runtime};
+use crate::{
+    action_client::ActionClient,
+    action_server::{ActionServer, Goal, GoalId},
+    claim::Claim,
+    discovered::{self, PublishedTopic},
+    endpoint::{Direction, Endpoint, TypeNames},
+    error::{Error, Result},
+    publisher::{Publisher, RawPublisher},
+    qos::Qos,
+    qos_overrides,
+    raw::{RawSample, WholePayload},
+    receive_limits::LargeMessage,
+    service::{self, Client, Responder},
+    share::RequestSlot,
+    shared::{Shared, type_parts, types_of},
+    subscription::{Speakers, non_finite, pump},
+};
+
+/// The topic of the loop of that name, if it is of the type.
+fn loop_topic<M: Message>(name: &str) -> Result<&'static LoopTopic> {
+    loop_topics::named(name)
+        .filter(|topic| topic.info.type_name == M::TYPE_NAME)
+        .ok_or_else(|| Error::NotOfTheLoop {
+            topic: name.to_owned(),
+            type_name: M::TYPE_NAME,
+        })
+}
+
+impl<E: 'static> Runtime<E> {
+    /// Opens `topic` for sending.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
+        let publisher = self.unlisted_publisher(topic, qos)?;
+        self.list(&publisher.endpoint);
+        Ok(publisher)
+    }
+
+    /// Opens a topic of the loop for sending, with its QoS there.
+    ///
+    /// # Errors
+    /// A name that is not in [`loop_topics::ALL`], or of another type there; when the middleware refuses.
+    pub fn loop_publisher<M: Message>(&self, topic: &str) -> Result<Publisher<M>> {
+        self.publisher(topic, Qos::of(loop_topic::<M>(topic)?))
+    }
+
+    /// As [`Runtime::loop_publisher`], for those who must miss nothing, as members of lockstep.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::loop_publisher`].
+    pub fn lossless_publisher<M: Message>(&self, topic: &str) -> Result<Publisher<M>> {
+        self.publisher(topic, Qos::of(&loop_topic::<M>(topic)?.without_loss()))
+    }
+
+    /// Turns each message on `topic` into an event.
+    ///
+    /// A message that cannot be decoded, comes from a publisher of another type, or holds a number
+    /// that is not finite is refused, counted, and named in the log.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn subscribe<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        self.subscribe_where(topic, qos, |_| None, |_| Vec::new(), event)
+    }
+
+    /// As [`Runtime::subscribe`]; messages for which `reason_against` gives a reason are refused too.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::subscribe`].
+    pub fn subscribe_checked<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        reason_against: impl Fn(&M) -> Option<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        self.subscribe_where(topic, qos, reason_against, |_| Vec::new(), event)
+    }
+
+    /// As [`Runtime::subscribe`], of messages that speak for nodes, named in full (`/auv/sysid`): refused is a message
+    /// that speaks for a node which another participant serves.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::subscribe`].
+    pub fn subscribe_to_speakers<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        nodes: impl Fn(&M) -> Vec<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        self.subscribe_where(topic, qos, |_| None, nodes, event)
+    }
+
+    fn subscribe_where<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        reason_against: impl Fn(&M) -> Option<String> + 'static,
+        nodes: impl Fn(&M) -> Vec<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> Result<()> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = types_of::<M>();
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<M>(&dds, None))?;
+        self.list(&endpoint);
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        self.shared.spawn(async move {
+            let deliver = async |message, _: &MessageInfo| {
+                let _ = sender.send(event(message).into()).await; // Fails only at shutdown.
+            };
+            let speakers = Speakers::new(&shared);
+            let reason_against = |message: &M, info: &MessageInfo| {
+                non_finite(message)
+                    .or_else(|| reason_against(message))
+                    .or_else(|| speakers.reason_against(info.publisher_gid(), &nodes(message)))
+            };
+            pump(
+                shared,
+                endpoint,
+                reader.async_stream(),
+                reason_against,
+                deliver,
+            )
+            .await;
+        });
+        Ok(())
+    }
+
+    /// The topics that other participants publish now, in order of name.
+    #[must_use]
+    pub fn published_topics(&self) -> Vec<PublishedTopic> {
+        let participant = self.shared.participant();
+        participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
+    }
+
+    /// The nodes of other participants that publish on `topic`, by their full names where they serve parameters, in order.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules.
+    pub fn publishing_nodes(&self, topic: &str) -> Result<Vec<String>> {
+        let topic = format!("rt{}", self.shared.topic_name(topic)?);
+        let participant = self.shared.participant();
+        Ok(participant.map_or_else(Vec::new, |it| discovered::publishing_nodes(&it, &topic)))
+    }
+
+    /// The services of other participants whose names end so (`/get_parameters`), in order of name.
+    #[must_use]
+    pub fn services(&self, ending: &str) -> Vec<String> {
+        let participant = self.shared.participant();
+        participant.map_or_else(Vec::new, |it| discovered::services_of_others(&it, ending))
+    }
+
+    /// Turns each sample on `topic` into an event without decoding it. `type_name` is
+    /// ROS's (`std_msgs/msg/Float64`, `std_srvs/srv/Empty_Event`); `type_hash`, where known, is announced.
+    ///
+    /// # Errors
+    /// When a name breaks ROS's rules, or the middleware refuses.
+    pub fn subscribe_raw(
+        &self,
+        topic: &str,
+        type_name: &str,
+        type_hash: Option<&str>,
+        qos: Qos,
+        event: impl Fn(RawSample) -> E + 'static,
+    ) -> Result<()> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = names_of(type_name, type_hash)?;
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
+        self.list(&endpoint);
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        let gate = Rc::clone(&self.gate);
+        self.shared.spawn(async move {
+            let samples = reader.async_stream_seed(WholePayload).boxed_local();
+            let samples = gate
+                .guard(samples, |sample| {
+                    sample.as_ref().map_or(0, |(bytes, _)| bytes.len())
+                })
+                .map(|(sample, large)| sample.map(|(bytes, info)| ((bytes, large), info)));
+            let deliver = async |(bytes, large): (Vec<u8>, Option<LargeMessage>),
+                                 info: &MessageInfo| {
+                let sample = RawSample::new(&topic, bytes, info);
+                let queued = Queued {
+                    event: event(sample),
+                    hold: large.into(),
+                };
+                let _ = sender.send(queued).await;
+            };
+            pump(shared, endpoint, samples, |_, _| None, deliver).await;
+        });
+        Ok(())
+    }
+
+    /// Opens `topic` for sending payloads as they are; names as of [`Runtime::subscribe_raw`].
+    ///
+    /// # Errors
+    /// When a name breaks ROS's rules, or the middleware refuses.
+    pub fn raw_publisher(
+        &self,
+        topic: &str,
+        type_name: &str,
+        type_hash: Option<&str>,
+        qos: Qos,
+    ) -> Result<RawPublisher> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = names_of(type_name, type_hash)?;
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
+        let writer = self
+            .shared
+            .with_node(|node| node.create_publisher(&dds, None))?;
+        self.list(&endpoint);
+        Ok(RawPublisher {
+            shared: Rc::clone(&self.shared),
+            endpoint,
+            writer: Rc::downgrade(&self.shared.keep(writer)),
+        })
+    }
+
+    /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
+    /// and reads the claims of others. They count where the claimant has a writer on the DDS topic `evidence`, as
+    /// `rt/auv/state`.
+    ///
+    /// # Errors
+    /// When the middleware refuses.
+    pub fn claim(&self, subject: &str, evidence: &str) -> Result<Claim> {
+        let claim = Claim::new(&self.shared, subject, evidence);
+        let types = types_of::<DiagnosticArray>();
+        let topic = self.shared.topic_name("/diagnostics")?;
+        let (endpoint, dds) =
+            self.shared
+                .endpoint(Direction::Subscription, &topic, types, Qos::reliable(100))?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
+        let (shared, ours) = (Rc::clone(&self.shared), claim.clone());
+        self.shared.spawn(async move {
+            let deliver = async |array: DiagnosticArray, info: &MessageInfo| {
+                if let Some(sender) = discovered::prefix(GUID::from(info.publisher_gid())) {
+                    ours.observe(&array, sender);
+                }
+            };
+            pump(
+                shared,
+                endpoint,
+                reader.async_stream(),
+                |_, _| None,
+                deliver,
+            )
+            .await;
+        });
+        Ok(claim)
+    }
+
+    /// Turns each request to the service `name` into an event, which is to be answered
+    /// through the [`Responder`] it brings.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn serve<S: Service>(
+        &self,
+        name: &str,
+        event: impl Fn(S::Request, Responder<S>) -> E + 'static,
+    ) -> Result<()> {
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        let subject = self.shared.service_name(name)?;
+        self.serve_with::<S, _>(name, async move |request, responder, turn| {
+            if let Some(reason) = non_finite(&request) {
+                shared.warn(&subject, &format!("a request is refused: {reason}"));
+                return;
+            }
+            let queued = Queued {
+                event: event(request, responder),
+                hold: turn.into(),
+            };
+            // Fails only when the node is shutting down.
+            let _ = sender.send(queued).await;
+        })
+    }
+
+    /// Opens the service `name` of another node for calling.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>> {
+        self.client_opener().open(name)
+    }
+
+    /// Opens services from a task.
+    pub(crate) fn client_opener(&self) -> ClientOpener {
+        ClientOpener {
+            shared: Rc::clone(&self.shared),
+            mapping: self.mapping,
+        }
+    }
+
+    /// Serves the action `name`: each goal becomes an event, and so does each one that is to be
+    /// cancelled. Which goals there may be, and how they end, is for the node to say through the
+    /// [`Goal`].
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn serve_action<A: Action>(
+        &self,
+        name: &str,
+        on_goal: impl Fn(Goal<A>) -> E + 'static,
+        on_cancel: impl Fn(GoalId) -> E + 'static,
+    ) -> Result<()> {
+        let (goals, cancels) = (self.sender.clone(), self.sender.clone());
+        ActionServer::serve(
+            &self.shared,
+            name,
+            self.mapping,
+            async move |goal, turn| {
+                let queued = Queued {
+                    event: on_goal(goal),
+                    hold: turn.into(),
+                };
+                let _ = goals.send(queued).await; // Fails only at shutdown.
+            },
+            async move |id| {
+                let _ = cancels.send(on_cancel(id).into()).await;
+            },
+        )
+    }
+
+    /// Opens the action `name` of another node. All its feedback becomes events.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn action_client<A: Action>(
+        &self,
+        name: &str,
+        on_feedback: impl Fn(GoalId, A::Feedback) -> E + 'static,
+    ) -> Result<ActionClient<A>> {
+        let sender = self.sender.clone();
+        ActionClient::open(
+            &self.shared,
+            name,
+            self.mapping,
+            async move |id, feedback| {
+                let _ = sender.send(on_feedback(id, feedback).into()).await;
+            },
+        )
+    }
+
+    /// Answers each request of the service `name` at once.
+    pub(super) fn answer_with<S: Service>(
+        &self,
+        name: &str,
+        answer: impl Fn(S::Request) -> S::Response + 'static,
+    ) -> Result<()> {
+        self.serve_with::<S, _>(name, async move |request, responder, _turn| {
+            responder.answer(answer(request));
+        })
+    }
+
+    /// Hands each request of the service `name` to `answer`, one after the other, each in its turn.
+    pub(super) fn serve_with<S, A>(&self, name: &str, mut answer: A) -> Result<()>
+    where
+        S: Service,
+        A: AsyncFnMut(S::Request, Responder<S>, RequestSlot) + 'static,
+    {
+        let name = self.shared.service_name(name)?;
+        let server = service::server(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
+        let name: Rc<str> = name.into();
+        let (shared, mapping) = (Rc::clone(&self.shared), self.mapping);
+        self.shared.spawn(async move {
+            let mut is_advised = false;
+            let mut requests = service::requests(&server);
+            while let Some(request) = requests.next().await {
+                let read = request.map_err(|e| e.to_string());
+                let read = read.and_then(|(id, bytes)| {
+                    service::check_client(mapping, &id)?;
+                    let request = bytes.message::<S::Request>();
+                    Ok((id, request.map_err(|e| e.to_string())?))
+                });
+                match read {
+                    Ok((id, request)) => {
+                        let responder = Responder {
+                            shared: Rc::clone(&shared),
+                            name: Rc::clone(&name),
+                            server: Rc::downgrade(&server),
+                            request: id,
+                            of: PhantomData,
+                        };
+                        let turn = shared.share.turn().await;
+                        answer(request, responder, turn).await;
+                    }
+                    Err(error) => match service::advice(&shared, mapping, &name) {
+                        Some(_) if is_advised => {}
+                        Some(advice) => {
+                            is_advised = true;
+                            log::warn!("{advice}");
+                        }
+                        None => shared.warn(&name, &format!("a request is refused: {error}")),
+                    },
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// One end of a topic, with the quality of service that the parameters give it.
+    fn endpoint(
+        &self,
+        direction: Direction,
+        topic: &str,
+        types: TypeNames,
+        qos: Qos,
+    ) -> Result<(Rc<Endpoint>, rustdds::Topic)> {
+        let qos = qos_overrides::applied(&self.parameters.borrow().values, direction, topic, qos);
+        self.shared.endpoint(direction, topic, types, qos)
+    }
+
+    fn list(&self, endpoint: &Rc<Endpoint>) {
+        self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
+        self.shared.request_diagnostics();
+    }
+
+    /// A publisher that does not show in the connections: the runtime's own.
+    pub(super) fn unlisted_publisher<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> Result<Publisher<M>> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = types_of::<M>();
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
+        let writer = self
+            .shared
+            .with_node(|node| node.create_publisher::<M>(&dds, None))?;
+        Ok(Publisher {
+            shared: Rc::clone(&self.shared),
+            endpoint,
+            writer: Rc::downgrade(&self.shared.keep(writer)),
+        })
+    }
+}
+
+/// The names of a type that is known by its ROS name only.
+fn names_of(type_name: &str, type_hash: Option<&str>) -> Result<TypeNames> {
+    let (package, kind, name) = type_parts(type_name)?;
+    Ok(TypeNames {
+        ros: type_name.to_owned(),
+        dds: format!("{package}::{kind}::dds_::{name}_"),
+        hash: type_hash.map(str::to_owned),
+    })
+}
+
+/// What opens services of other nodes.
+pub(crate) struct ClientOpener {
+    pub(crate) shared: Rc<Shared>,
+    mapping: ServiceMapping,
+}
+
+impl ClientOpener {
+    /// As [`Runtime::client`].
+    pub(crate) fn open<S: Service>(&self, name: &str) -> Result<Client<S>> {
+        let name = self.shared.service_name(name)?;
+        let inner = service::client(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
+        self.shared.client_opened(&name);
+        Ok(Client::new(&self.shared, name, inner))
+    }
+}
+
+/// The service's type as the middleware takes it, its hash announced for both its
+/// topics, and its QoS.
+fn announce_service<S: Service>() -> Result<(ServiceTypeName, Qos)> {
+    announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
+    announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);
+    let (package, _, name) = type_parts(S::TYPE_NAME)?;
+    Ok((ServiceTypeName::new(package, name), Qos::reliable(10)))
+}
