@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use crate::definition::{
-    Arity, Constant, Element, Field, FieldType, Kind, Message, Primitive, TypeName, Value,
+    Action, Arity, Constant, Element, Field, FieldType, Kind, Message, Primitive, Service,
+    TypeName, Value,
 };
 use crate::error::{Error, Rule};
 use crate::library::Library;
@@ -43,69 +44,13 @@ pub fn generate(library: &Library) -> Result<String, Error> {
             let _ = writeln!(registry, "    TypeInfo::of::<{path}>(),");
         }
     }
-    for service in library.services() {
-        let module = modules
-            .entry((&service.name.package, service.name.kind))
-            .or_default();
-        let hash = library.type_hash(&service.name)?;
-        let _ = write!(
-            module,
-            r#"
-{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct {rust};
-
-impl crate::Service for {rust} {{
-    type Request = {request};
-    type Response = {response};
-    const TYPE_NAME: &'static str = "{name}";
-    const TYPE_HASH: &'static str = "{hash}";
-}}
-"#,
-            doc = doc(
-                &service.request.comment,
-                &format!("ROS service `{}`.", service.name)
-            ),
-            name = service.name,
-            rust = rust_name(&service.name),
-            request = path(&service.request.name),
-            response = path(&service.response.name),
-        );
+    for it in library.services() {
+        let module = modules.entry((&it.name.package, it.name.kind));
+        module.or_default().push_str(&service(library, it)?);
     }
-    for action in library.actions() {
-        let module = modules
-            .entry((&action.name.package, action.name.kind))
-            .or_default();
-        let hash = library.type_hash(&action.name)?;
-        let _ = write!(
-            module,
-            r#"
-{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct {rust};
-
-impl crate::Action for {rust} {{
-    type Goal = {goal};
-    type Result = {result};
-    type Feedback = {feedback};
-    type SendGoal = {send_goal};
-    type GetResult = {get_result};
-    type FeedbackMessage = {feedback_message};
-    const TYPE_NAME: &'static str = "{name}";
-    const TYPE_HASH: &'static str = "{hash}";
-}}
-"#,
-            doc = doc(
-                &action.goal.comment,
-                &format!("ROS action `{}`.", action.name)
-            ),
-            name = action.name,
-            rust = rust_name(&action.name),
-            goal = path(&action.goal.name),
-            result = path(&action.result.name),
-            feedback = path(&action.feedback.name),
-            send_goal = path(&action.name.derived("SendGoal")),
-            get_result = path(&action.name.derived("GetResult")),
-            feedback_message = path(&action.name.derived("FeedbackMessage")),
-        );
+    for it in library.actions() {
+        let module = modules.entry((&it.name.package, it.name.kind));
+        module.or_default().push_str(&action(library, it)?);
     }
 
     let mut text = String::new();
@@ -140,6 +85,60 @@ fn is_struct(library: &Library, name: &TypeName) -> bool {
         .any(|it| it.name == *name || it.name.derived("Event") == *name)
         || library.actions().any(|it| it.name == *name);
     !stands_in
+}
+
+fn service(library: &Library, service: &Service) -> Result<String, Error> {
+    let own = format!("ROS service `{}`.", service.name);
+    Ok(format!(
+        r#"
+{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct {rust};
+
+impl crate::Service for {rust} {{
+    type Request = {request};
+    type Response = {response};
+    const TYPE_NAME: &'static str = "{name}";
+    const TYPE_HASH: &'static str = "{hash}";
+}}
+"#,
+        doc = doc(&service.request.comment, &own),
+        name = service.name,
+        rust = rust_name(&service.name),
+        request = path(&service.request.name),
+        response = path(&service.response.name),
+        hash = library.type_hash(&service.name)?,
+    ))
+}
+
+fn action(library: &Library, action: &Action) -> Result<String, Error> {
+    let own = format!("ROS action `{}`.", action.name);
+    Ok(format!(
+        r#"
+{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct {rust};
+
+impl crate::Action for {rust} {{
+    type Goal = {goal};
+    type Result = {result};
+    type Feedback = {feedback};
+    type SendGoal = {send_goal};
+    type GetResult = {get_result};
+    type FeedbackMessage = {feedback_message};
+    const TYPE_NAME: &'static str = "{name}";
+    const TYPE_HASH: &'static str = "{hash}";
+}}
+"#,
+        doc = doc(&action.goal.comment, &own),
+        name = action.name,
+        rust = rust_name(&action.name),
+        goal = path(&action.goal.name),
+        result = path(&action.result.name),
+        feedback = path(&action.feedback.name),
+        send_goal = path(&action.name.derived("SendGoal")),
+        get_result = path(&action.name.derived("GetResult")),
+        feedback_message = path(&action.name.derived("FeedbackMessage")),
+        hash = library.type_hash(&action.name)?,
+    ))
 }
 
 fn structure(library: &Library, message: &Message) -> Result<String, Error> {
@@ -179,44 +178,60 @@ fn structure(library: &Library, message: &Message) -> Result<String, Error> {
         let _ = writeln!(text, "    pub {rust_field}: {rust_type},");
     }
     text.push_str("}\n\n");
-
     if !plain_default {
+        text += &own_default(&name, &message.fields);
+    }
+    if !message.constants.is_empty() {
+        text += &constants(&name, &message.constants);
+    }
+    text += &traits(library, message)?;
+    Ok(text)
+}
+
+/// A default of its own.
+fn own_default(name: &str, fields: &[Field]) -> String {
+    let mut text = format!(
+        "impl ::std::default::Default for {name} {{\n    fn default() -> Self {{\n        Self {{\n"
+    );
+    for field in fields {
+        let value = default_value(field);
+        let _ = writeln!(text, "            {}: {value},", identifier(&field.name));
+    }
+    text + "        }\n    }\n}\n\n"
+}
+
+fn constants(name: &str, constants: &[Constant]) -> String {
+    let mut text = format!("impl {name} {{\n");
+    for constant in constants {
+        push_doc(&mut text, &constant_doc(constant), "    ");
         let _ = writeln!(
             text,
-            "impl ::std::default::Default for {name} {{\n    fn default() -> Self {{\n        Self {{"
+            "    pub const {}: {} = {};",
+            identifier(&constant.name),
+            match &constant.element {
+                Element::Primitive(primitive) => rust_primitive(*primitive),
+                _ => "&'static str",
+            },
+            literal(&constant.element, &constant.value, false),
         );
-        for field in &message.fields {
-            let value = default_value(field);
-            let _ = writeln!(text, "            {}: {value},", identifier(&field.name));
-        }
-        text.push_str("        }\n    }\n}\n\n");
     }
+    text + "}\n\n"
+}
 
-    if !message.constants.is_empty() {
-        let _ = writeln!(text, "impl {name} {{");
-        for constant in &message.constants {
-            push_doc(&mut text, &constant_doc(constant), "    ");
-            let _ = writeln!(
-                text,
-                "    pub const {}: {} = {};",
-                identifier(&constant.name),
-                match &constant.element {
-                    Element::Primitive(primitive) => rust_primitive(*primitive),
-                    _ => "&'static str",
-                },
-                literal(&constant.element, &constant.value, false),
-            );
-        }
-        text.push_str("}\n\n");
-    }
-
-    let floats: Vec<&Field> = message
-        .fields
-        .iter()
-        .filter(|field| holds_floats(library, &field.field_type.element))
-        .collect();
-    let _ = write!(
-        text,
+/// What makes the struct a message.
+fn traits(library: &Library, message: &Message) -> Result<String, Error> {
+    let each = |text: &dyn Fn(&str, String) -> String, is_in: &dyn Fn(&Field) -> bool| {
+        let fields = message.fields.iter().filter(|field| is_in(field));
+        let texts = fields.map(|field| text(&field.name, identifier(&field.name)));
+        texts.collect::<String>()
+    };
+    let check = |name: &str, field: String| {
+        format!("\n            .or_else(|| crate::finite::field(\"{name}\", &self.{field}))")
+    };
+    let is_named = |name: &str, field: String| {
+        format!("\n            \"{name}\" => ::std::option::Option::Some(&self.{field}),")
+    };
+    Ok(format!(
         r#"impl crate::Message for {name} {{
     const TYPE_NAME: &'static str = "{ros}";
     const DDS_TYPE_NAME: &'static str = "{dds}";
@@ -241,31 +256,19 @@ impl crate::Field for {name} {{
         }}
     }}
 }}
+
 "#,
         ros = message.name,
         dds = message.name.dds(),
         schema = library.schema(&message.name)?,
         hash = library.type_hash(&message.name)?,
-        checks = floats
-            .iter()
-            .map(|field| format!(
-                "\n            .or_else(|| crate::finite::field(\"{}\", &self.{}))",
-                field.name,
-                identifier(&field.name)
-            ))
-            .collect::<String>(),
-        fields = message
-            .fields
-            .iter()
-            .map(|field| format!(
-                "\n            \"{}\" => ::std::option::Option::Some(&self.{}),",
-                field.name,
-                identifier(&field.name)
-            ))
-            .collect::<String>(),
-    );
-    text.push('\n');
-    Ok(text)
+        name = rust_name(&message.name),
+        checks = each(&check, &|field| holds_floats(
+            library,
+            &field.field_type.element
+        )),
+        fields = each(&is_named, &|_| true),
+    ))
 }
 
 /// Whether an element is, or contains, a floating-point number. The library has been checked: this ends.
