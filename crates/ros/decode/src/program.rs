@@ -37,29 +37,15 @@ pub(crate) enum Op {
         picks: Vec<(usize, usize)>,
         length: Option<usize>,
     },
-    /// Finds texts in a list of them: the number of the first that is so called goes to the slot.
-    Names {
-        count: Count,
-        wanted: Vec<(String, usize)>,
-        /// All are kept.
-        are_kept: bool,
-        /// Texts by their number, and where they go.
-        picks: Vec<(usize, usize)>,
-    },
+    /// Reads a list of texts.
+    Texts(TextList),
     /// Appends a text, or a number with its field, to the name of the message.
     Name {
         primitive: Option<Primitive>,
         field: String,
     },
     /// Reads within the elements of a list of messages, or the one message, that are so called; does not advance.
-    Called {
-        count: Count,
-        key: Arc<[Op]>,
-        pass: Pass,
-        picks: Vec<(String, Vec<Op>)>,
-        /// All names are kept.
-        are_kept: bool,
-    },
+    Named(NamedElements),
     /// Reads within the element whose number is in the slot; does not advance.
     At {
         count: Count,
@@ -78,6 +64,28 @@ pub(crate) enum Op {
         /// Whether something is wanted behind the list.
         to_the_end: bool,
     },
+}
+
+/// What is wanted of a list of texts: the number of the first that is so called goes to the slot.
+#[derive(Clone, Debug)]
+pub(crate) struct TextList {
+    count: Count,
+    wanted: Vec<(String, usize)>,
+    /// All are kept.
+    are_kept: bool,
+    /// Texts by their number, and where they go.
+    picks: Vec<(usize, usize)>,
+}
+
+/// What is wanted of messages by what they are called.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedElements {
+    count: Count,
+    key: Arc<[Op]>,
+    pass: Pass,
+    picks: Vec<(String, Vec<Op>)>,
+    /// All names are kept.
+    are_kept: bool,
 }
 
 /// The number of elements of a list.
@@ -256,8 +264,8 @@ fn trim(ops: &mut Vec<Op>) {
         match last {
             Op::Number { .. }
             | Op::Name { .. }
-            | Op::Names { .. }
-            | Op::Called { .. }
+            | Op::Texts(_)
+            | Op::Named(_)
             | Op::At { .. }
             | Op::Identity { .. } => return,
             Op::Numbers { whole, picks, .. } if whole.is_some() || !picks.is_empty() => return,
@@ -323,14 +331,14 @@ impl<'t> Compiler<'t> {
             });
         }
         if matches!(field.element, Element::String { .. }) {
-            return ops.push(Op::Names {
+            return ops.push(Op::Texts(TextList {
                 count,
                 wanted: wanted.names.clone(),
                 are_kept: wanted.all_names,
                 picks: (wanted.elements.iter())
                     .flat_map(|(index, it)| it.identity.iter().map(|slot| (*index, *slot)))
                     .collect(),
-            });
+            }));
         }
         self.called(count, &field.element, wanted, ops);
         let picks = wanted
@@ -377,13 +385,13 @@ impl<'t> Compiler<'t> {
             (called.clone(), within)
         });
         let picks = picks.collect();
-        ops.push(Op::Called {
+        ops.push(Op::Named(NamedElements {
             count,
             key,
             pass: self.pass_of(of),
             picks,
             are_kept: wanted.all_names,
-        });
+        }));
     }
 
     /// The steps that find out what a message of that type is called; none of a type without a name.
@@ -496,17 +504,18 @@ fn number_in(text: &str) -> Option<f64> {
     text.trim_end_matches(is_of_unit).trim_start().parse().ok()
 }
 
+fn put(values: &mut Values, slot: usize, number: Option<f64>) {
+    if let (Some(list), Some(number)) = (values.slots.get_mut(slot), number) {
+        list.push(number);
+    }
+}
+
 /// Walks a payload. A slot that is not met stays as it was.
 pub(crate) fn run(
     ops: &[Op],
     cursor: &mut Cursor<'_>,
     values: &mut Values,
 ) -> Result<(), DecodeError> {
-    let put = |values: &mut Values, slot: usize, number: Option<f64>| {
-        if let (Some(list), Some(number)) = (values.slots.get_mut(slot), number) {
-            list.push(number);
-        }
-    };
     for op in ops {
         match op {
             Op::Pass(part) => cursor.pass(part)?,
@@ -538,30 +547,7 @@ pub(crate) fn run(
                     put(values, *slot, numbers.get(*index));
                 }
             }
-            Op::Names {
-                count,
-                wanted,
-                are_kept,
-                picks,
-            } => {
-                for number in 0..count.read(cursor)? {
-                    let text = cursor.text()?;
-                    for (_, slot) in picks.iter().filter(|it| it.0 as u64 == number) {
-                        let text = String::from_utf8_lossy(text);
-                        values.put_text(*slot, &text);
-                    }
-                    for (name, slot) in wanted {
-                        let is_first = values.list(*slot).is_empty();
-                        if is_first && name.as_bytes() == text {
-                            put(values, *slot, Some(number as f64));
-                        }
-                    }
-                    if *are_kept {
-                        let text = String::from_utf8_lossy(text).into_owned();
-                        values.names.push(text);
-                    }
-                }
-            }
+            Op::Texts(names) => names.read(cursor, values)?,
             Op::Name { primitive, field } => {
                 let mut name = std::mem::take(&mut values.name);
                 match primitive {
@@ -581,33 +567,7 @@ pub(crate) fn run(
                 }
                 values.name = name;
             }
-            Op::Called {
-                count,
-                key,
-                pass,
-                picks,
-                are_kept,
-            } => {
-                let mut start = cursor.clone();
-                let count = count.read(&mut start)?;
-                // Each looks from the first: most lists are short, and the first that is so called counts.
-                for (called, within) in picks {
-                    let mut at = start.clone();
-                    for _ in 0..count {
-                        named(key, &at, values)?;
-                        if key::is_called(&values.name, called) {
-                            run(within, &mut at, values)?;
-                            break;
-                        }
-                        pass.pass(1, &mut at)?;
-                    }
-                }
-                for _ in 0..if *are_kept { count } else { 0 } {
-                    named(key, &start, values)?;
-                    values.names.push(values.name.clone());
-                    pass.pass(1, &mut start)?;
-                }
-            }
+            Op::Named(called) => called.read(cursor.clone(), values)?,
             Op::At {
                 count,
                 slot,
@@ -647,6 +607,52 @@ pub(crate) fn run(
         }
     }
     Ok(())
+}
+
+impl TextList {
+    fn read(&self, cursor: &mut Cursor<'_>, values: &mut Values) -> Result<(), DecodeError> {
+        for number in 0..self.count.read(cursor)? {
+            let text = cursor.text()?;
+            for (_, slot) in self.picks.iter().filter(|it| it.0 as u64 == number) {
+                values.put_text(*slot, &String::from_utf8_lossy(text));
+            }
+            for (name, slot) in &self.wanted {
+                let is_first = values.list(*slot).is_empty();
+                if is_first && name.as_bytes() == text {
+                    put(values, *slot, Some(number as f64));
+                }
+            }
+            if self.are_kept {
+                let text = String::from_utf8_lossy(text).into_owned();
+                values.names.push(text);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl NamedElements {
+    fn read(&self, mut start: Cursor<'_>, values: &mut Values) -> Result<(), DecodeError> {
+        let count = self.count.read(&mut start)?;
+        // Each looks from the first: most lists are short, and the first that is so called counts.
+        for (called, within) in &self.picks {
+            let mut at = start.clone();
+            for _ in 0..count {
+                named(&self.key, &at, values)?;
+                if key::is_called(&values.name, called) {
+                    run(within, &mut at, values)?;
+                    break;
+                }
+                self.pass.pass(1, &mut at)?;
+            }
+        }
+        for _ in 0..if self.are_kept { count } else { 0 } {
+            named(&self.key, &start, values)?;
+            values.names.push(values.name.clone());
+            self.pass.pass(1, &mut start)?;
+        }
+        Ok(())
+    }
 }
 
 /// What the message at the cursor is called, into the values' name.
