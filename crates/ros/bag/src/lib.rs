@@ -22,6 +22,7 @@ mod chunk;
 mod defect;
 mod definitions;
 mod fields;
+mod files;
 pub mod info;
 mod input;
 mod limits;
@@ -39,11 +40,10 @@ mod walk;
 pub mod writer;
 
 pub use defect::Defect;
+pub use files::{is_bag_file, sorted_into_bags};
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
-pub use reader::{
-    BagReader, Completeness, Limits, Message, Order, ReadError, is_bag_file, sorted_into_bags,
-};
+pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError};
 pub use topic::{Topic, TopicKind};
 pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

@@ -16,6 +16,9 @@
 //! without it flushes its messages, but leaves both out: such a bag is readable and says that it
 //! is not whole.
 
+mod account;
+mod sink;
+
 use std::{
     collections::BTreeMap,
     fmt,
@@ -23,10 +26,7 @@ use std::{
     io::{self, Write},
     os::unix::fs::MetadataExt as _,
     path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, AtomicU64, Ordering},
-    },
+    sync::{Arc, atomic::Ordering},
     time::{Duration, Instant},
 };
 
@@ -38,12 +38,10 @@ use mcap::{
 
 use crate::{
     Topic,
-    metadata::{
-        self, BagMetadata, DROPPED, FileInformation, MetadataError, NEVER, StartingTime,
-        TopicMetadata, TopicWithCount,
-    },
+    metadata::{self, BagMetadata, FileInformation, MetadataError},
     qos,
 };
+use sink::{Gate, Sink, begin, create_new, reason};
 
 /// A message's frame and header beside its payload, for the size of a chunk.
 const MESSAGE_OVERHEAD: u64 = 9 + 22;
@@ -624,96 +622,6 @@ impl BagWriter {
         Ok(metadata)
     }
 
-    /// The contents of the bag so far, as rosbag2 metadata.
-    fn account(&self) -> BagMetadata {
-        let mut files = self.closed.clone();
-        files.push(self.current_file());
-        let dropped: BTreeMap<_, _> = self
-            .channels
-            .iter()
-            .filter(|channel| channel.dropped > 0)
-            .map(|channel| {
-                (
-                    format!("{DROPPED}{}", channel.topic.name),
-                    channel.dropped.to_string(),
-                )
-            })
-            .collect();
-        BagMetadata {
-            custom_data: (!dropped.is_empty()).then_some(dropped),
-            ..self.account_of(files, |channel| channel.messages)
-        }
-    }
-
-    /// The contents of the current file, likewise.
-    fn account_of_file(&self) -> BagMetadata {
-        if self.closed.is_empty() {
-            return self.account();
-        }
-        self.account_of(vec![self.current_file()], |channel| {
-            channel.messages - channel.before
-        })
-    }
-
-    fn current_file(&self) -> FileInformation {
-        let name = self.file.file_name().unwrap_or_default();
-        FileInformation {
-            path: name.to_string_lossy().into_owned(),
-            starting_time: StartingTime {
-                nanoseconds_since_epoch: self.span.map_or(NEVER, |(first, _)| first),
-            },
-            duration: metadata::Duration {
-                nanoseconds: self.span.map_or(0, |(first, last)| last - first),
-            },
-            message_count: self
-                .channels
-                .iter()
-                .map(|channel| channel.messages - channel.before)
-                .sum(),
-        }
-    }
-
-    /// The account of these files, with so many messages of each topic.
-    fn account_of(
-        &self,
-        files: Vec<FileInformation>,
-        messages: impl Fn(&Channel) -> u64,
-    ) -> BagMetadata {
-        let start = files.iter().map(|file| file.starting_time).min();
-        let start = start.unwrap_or(StartingTime {
-            nanoseconds_since_epoch: NEVER,
-        });
-        let ends = files.iter().filter(|file| file.message_count > 0);
-        let ends =
-            ends.map(|file| file.starting_time.nanoseconds_since_epoch + file.duration.nanoseconds);
-        BagMetadata {
-            duration: metadata::Duration {
-                nanoseconds: ends
-                    .max()
-                    .map_or(0, |end| end - start.nanoseconds_since_epoch),
-            },
-            starting_time: start,
-            message_count: self.channels.iter().map(&messages).sum(),
-            topics_with_message_count: self
-                .channels
-                .iter()
-                .map(|channel| TopicWithCount {
-                    topic_metadata: TopicMetadata {
-                        name: channel.topic.name.clone(),
-                        type_name: channel.topic.kind.type_name.clone(),
-                        serialization_format: channel.topic.kind.message_encoding.clone(),
-                        offered_qos_profiles: channel.topic.kind.offered_qos.clone(),
-                        type_description_hash: channel.topic.kind.type_hash.clone(),
-                    },
-                    message_count: messages(channel),
-                })
-                .collect(),
-            relative_file_paths: files.iter().map(|file| file.path.clone()).collect(),
-            files,
-            ..BagMetadata::empty()
-        }
-    }
-
     /// Writes the account into the `.mcap` file itself, as rosbag2's storage does.
     fn embed(&mut self, account: &BagMetadata) -> Result<(), WriteError> {
         self.refuse_after_failure()?;
@@ -768,50 +676,9 @@ impl Drop for BagWriter {
 /// Why a file is not written any more whose path leads elsewhere.
 const GONE: &str = "the file was moved or removed meanwhile";
 
-/// A new file, and the same file again.
-fn create_new(path: &Path) -> io::Result<(File, File)> {
-    let file = File::create_new(path)?;
-    let handle = file.try_clone()?;
-    Ok((file, handle))
-}
-
-/// Begins an `.mcap` file.
-fn begin(
-    output: Box<dyn Write + Send>,
-    compression: Compression,
-) -> Result<(mcap::Writer<NoSeek<Sink>>, Arc<Gate>), McapError> {
-    let gate = Arc::new(Gate::default());
-    let sink = Sink {
-        output,
-        gate: Arc::clone(&gate),
-    };
-    // Chunks are built in memory (no seeking), so that the file never holds half of one;
-    // this writer alone decides when one ends (no chunk size).
-    let mcap = mcap::WriteOptions::new()
-        .profile("ros2")
-        .library(concat!("planesman_bag ", env!("CARGO_PKG_VERSION")))
-        .compression(match compression {
-            Compression::None => None,
-            Compression::Zstd => Some(mcap::Compression::Zstd),
-        })
-        .compression_threads(0)
-        .chunk_size(None)
-        .disable_seeking(true)
-        .create(NoSeek::new(sink))?;
-    Ok((mcap, gate))
-}
-
 /// The bag's name: its folder's.
 fn bag_name(folder: &Path) -> Option<&str> {
     folder.file_name().and_then(|name| name.to_str())
-}
-
-/// The part of an error that matters to the user: the message of the operating system, if there is one.
-fn reason(error: McapError) -> String {
-    match error {
-        McapError::Io(error) => error.to_string(),
-        other => other.to_string(),
-    }
 }
 
 fn refused(path: &Path, source: io::Error) -> WriteError {
@@ -820,35 +687,6 @@ fn refused(path: &Path, source: io::Error) -> WriteError {
         WriteError::Exists { path }
     } else {
         WriteError::Create { path, source }
-    }
-}
-
-/// State shared by the bag and its file: the number of bytes accepted, and whether more are.
-#[derive(Default)]
-struct Gate {
-    bytes: AtomicU64,
-    closed: AtomicBool,
-}
-
-/// The file, which takes nothing more once its gate is closed. It is not buffered: a chunk
-/// comes as one piece, and the few small records between chunks are rare.
-struct Sink {
-    output: Box<dyn Write + Send>,
-    gate: Arc<Gate>,
-}
-
-impl Write for Sink {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.gate.closed.load(Ordering::Relaxed) {
-            return Err(io::Error::other("the bag takes nothing more"));
-        }
-        let written = self.output.write(bytes)?;
-        self.gate.bytes.fetch_add(written as u64, Ordering::Relaxed);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.output.flush()
     }
 }
 

@@ -1,0 +1,181 @@
+//! The files of bags: their names, and which belong together.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::{
+    metadata,
+    read_error::CONVERTER,
+    reader::{BagReader, Limits, ReadError},
+    recording::Recording,
+};
+
+/// Whether a name is that of a bag's file, which may be one of several: `.mcap` or `.db3`, packed whole or not.
+#[must_use]
+pub fn is_bag_file(file: &Path) -> bool {
+    is_plain(file) || is_packed(file)
+}
+
+/// Whether a name is that of an unpacked file.
+pub(crate) fn is_plain(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|extension| extension == "mcap" || extension == "db3")
+}
+
+/// Whether a name is that of a file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
+pub(crate) fn is_packed(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default();
+    (ending == "zstd" || ending == "zst") && is_plain(&file.with_extension(""))
+}
+
+/// The files of a folder that its metadata lists; where none of them is there, those that are, as after a renaming. Says so.
+pub(crate) fn present(
+    mut listed: Vec<PathBuf>,
+    folder: &Path,
+) -> Result<(Vec<PathBuf>, Option<String>), ReadError> {
+    let missing: Vec<PathBuf> = listed.iter().filter(|it| !it.exists()).cloned().collect();
+    if missing.is_empty() && !listed.is_empty() {
+        return Ok((listed, None));
+    }
+    let others = match missing.len() == listed.len() {
+        true => bag_files(folder)?,
+        false => Vec::new(),
+    };
+    let said = format!(
+        "its metadata.yaml names {}, not there",
+        self::listed(&missing)
+    );
+    if !others.is_empty() {
+        let said = format!("{said}; {} is read instead", self::listed(&others));
+        return Ok((others, Some(said)));
+    }
+    // Without any, the first is asked for, and refused by its name.
+    if missing.len() < listed.len() {
+        listed.retain(|it| it.exists());
+    }
+    Ok((listed, Some(said)))
+}
+
+/// The unpacked file beside a packed one, if there is one.
+pub(crate) fn unpacked(file: PathBuf) -> PathBuf {
+    let beside = file.with_extension("");
+    if !is_plain(&file) && beside.is_file() {
+        beside
+    } else {
+        file
+    }
+}
+
+/// The contents of a folder without `.mcap` files, and the remedy.
+pub(crate) fn instead(folder: &Path) -> String {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let mut bags: Vec<PathBuf> = paths
+        .filter(|path| path.join(metadata::FILE_NAME).is_file())
+        .collect();
+    if !bags.is_empty() {
+        bags.sort();
+        return format!(
+            ", but bags in folders of their own ({}): name one, or list them all, as experiments of their own",
+            listed(&bags)
+        );
+    }
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
+    endings
+        .find_map(|ending| match ending.to_str()? {
+            "bag" => Some(format!(
+                ", but .bag files of ROS 1; {CONVERTER} makes a bag that is read"
+            )),
+            _ => None,
+        })
+        .unwrap_or_default()
+}
+
+/// The `.mcap` and `.db3` files in `folder`, packed ones where they are not there unpacked, in the order they were written: `NAME_2`
+/// before `NAME_10`.
+pub(crate) fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
+    let unreadable = |source| ReadError::open(folder, source);
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let is_alone = || !path.with_extension("").is_file();
+        if is_plain(&path) || (is_packed(&path) && is_alone()) {
+            files.push(path);
+        }
+    }
+    files.sort_by_cached_key(|path| part_of(path));
+    Ok(files)
+}
+
+/// The name of the bag that a file is a part of, and its number there: `NAME_2.mcap`.
+fn part_of(file: &Path) -> (String, u64) {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
+    let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
+    match number.parse::<u64>() {
+        Ok(number) => (name.to_owned(), number),
+        Err(_) => (stem.to_owned(), 0),
+    }
+}
+
+/// The overlap in time of two parts of one bag that a recorder's threads may leave, ns.
+const OVERLAP: i64 = 1_000_000_000;
+
+/// What tells that files are not the parts of one bag; nothing where they are.
+pub(crate) fn apart(recordings: &[Recording]) -> Option<&'static str> {
+    let mut spans: Vec<(i64, i64)> = recordings.iter().filter_map(|it| it.span).collect();
+    spans.sort_unstable();
+    if spans
+        .windows(2)
+        .any(|it| it[1].0 < it[0].1.saturating_sub(OVERLAP))
+    {
+        return Some("times overlap");
+    }
+    let mut names = recordings.iter().map(|it| part_of(&it.path).0);
+    let first = names.next();
+    names
+        .any(|name| Some(name) != first)
+        .then_some("names differ")
+}
+
+/// Files by their names, the first few of many.
+pub(crate) fn listed(files: &[PathBuf]) -> String {
+    const LISTED: usize = 4;
+    let name = |file: &PathBuf| {
+        let name = file.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    };
+    let mut names: Vec<String> = files.iter().take(LISTED).map(name).collect();
+    if files.len() > LISTED {
+        names.push(format!("and {} more", files.len() - LISTED));
+    }
+    names.join(", ")
+}
+
+/// Files of bags sorted into bags: the parts of a split bag together, in their order, every other by itself.
+#[must_use]
+pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
+    let mut bags: Vec<Vec<PathBuf>> = Vec::new();
+    for file in files {
+        let is_its = |bag: &&mut Vec<PathBuf>| {
+            bag[0].parent() == file.parent() && part_of(&bag[0]).0 == part_of(file).0
+        };
+        match bags.iter_mut().find(is_its) {
+            Some(bag) => bag.push(file.clone()),
+            None => bags.push(vec![file.clone()]),
+        }
+    }
+    let apart = |bag: &Vec<PathBuf>| {
+        bag.len() > 1
+            && matches!(
+                BagReader::open_all(bag, Limits::default()),
+                Err(ReadError::Several { .. })
+            )
+    };
+    let (several, mut whole): (Vec<_>, Vec<_>) = bags.into_iter().partition(apart);
+    whole.extend(several.into_iter().flatten().map(|file| vec![file]));
+    whole
+}
