@@ -195,25 +195,8 @@ impl Controller {
         let control = &circuit.control;
         let commanded = simulation.commanded();
         let all_switched: u32 = commanded.iter().map(|mask| mask.count_ones()).sum();
-        // What pressures beyond the limit, and chambers that are drawn empty, cost: the more the further.
-        let supply = circuit.pressures().0;
         let over = |pressures: [f64; 2], speed: f64| {
-            let change = (speed - measured.speed).abs();
-            let mut cost: f64 = 0.0;
-            for (chamber, pressure) in pressures.iter().enumerate() {
-                if circuit.chambers[chamber].area == 0.0 {
-                    continue;
-                }
-                let swing = overshoots[chamber] * change;
-                if pressure + swing > control.pressure_limit {
-                    cost =
-                        cost.max(OVER_LIMIT * ((pressure + swing) / control.pressure_limit - 1.0));
-                }
-                if pressure - swing < 0.0 {
-                    cost = cost.max(OVER_LIMIT * (swing - pressure) / supply);
-                }
-            }
-            cost.min(MOST_OVER)
+            measured.cost_over_limits(circuit, overshoots, pressures, speed)
         };
         let mut best = asked.abs() / self.largest_speed
             + control.switching_cost * f64::from(all_switched)
@@ -317,6 +300,33 @@ impl Measured {
         let stiffness =
             per_way[0] * circuit.chambers[0].area + per_way[1] * circuit.chambers[1].area;
         per_way.map(|per_way| per_way / (stiffness / circuit.load.mass).sqrt())
+    }
+
+    /// What pressures beyond the limit, and chambers that are drawn empty, cost at a speed: the more the further.
+    fn cost_over_limits(
+        &self,
+        circuit: &Circuit,
+        overshoots: [f64; 2],
+        pressures: [f64; 2],
+        speed: f64,
+    ) -> f64 {
+        let limit = circuit.control.pressure_limit;
+        let supply = circuit.pressures().0;
+        let change = (speed - self.speed).abs();
+        let mut cost: f64 = 0.0;
+        for (chamber, pressure) in pressures.iter().enumerate() {
+            if circuit.chambers[chamber].area == 0.0 {
+                continue;
+            }
+            let swing = overshoots[chamber] * change;
+            if pressure + swing > limit {
+                cost = cost.max(OVER_LIMIT * ((pressure + swing) / limit - 1.0));
+            }
+            if pressure - swing < 0.0 {
+                cost = cost.max(OVER_LIMIT * (swing - pressure) / supply);
+            }
+        }
+        cost.min(MOST_OVER)
     }
 }
 

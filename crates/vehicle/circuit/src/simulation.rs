@@ -12,16 +12,16 @@
 //!
 //! Steps depend on events and commands only, not on when somebody looks.
 
+mod plan;
+mod rates;
+
 use std::sync::Arc;
 
-use planesman_linear::{
-    DORMAND_PRINCE_DENSE_NODES, DORMAND_PRINCE_NODES, DormandPrinceDense, dormand_prince_step,
-    first_below_zero, lowest_point,
-};
+use planesman_linear::{DORMAND_PRINCE_DENSE_NODES, DormandPrinceDense};
 use rand::RngExt as _;
 use rand_pcg::{Pcg64, rand_core::SeedableRng as _};
 
-use crate::circuit::{Circuit, MOST_EDGES, MOST_LEVELS, root};
+use crate::circuit::{Circuit, MOST_EDGES};
 use crate::ledger::Ledger;
 use crate::line::{AtValves, LineStep, NODES, Waves};
 
@@ -31,11 +31,7 @@ const FIRST_EDGE: usize = 12;
 /// load's force, work of the stops' damping, of the seal; the air's volume in A and B as a share of the oil's; then volume and loss of
 /// each edge.
 const STATES: usize = FIRST_EDGE + 2 * MOST_EDGES;
-/// Of a circuit with four edges at most: the common one.
-const FEW_STATES: usize = FIRST_EDGE + 2 * 4;
 
-/// The largest of the last coefficients of a line's wave over a step, as a multiple of a step's largest error.
-const TAIL: f64 = 1.0;
 /// The smallest jump of a line's wave at which a step ends, as a multiple of a step's largest error.
 const JUMP: f64 = 1.0;
 /// A step this short is taken whatever its error, s; with so many of them and of events in a cycle its motion counts as unsolved.
@@ -92,6 +88,24 @@ pub struct Force {
     pub rate: f64,
 }
 
+/// What has come of the motion so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Totals {
+    /// The way, m.
+    slid: f64,
+    /// The energy of an ideal proportional valve for it, J.
+    proportional: f64,
+    met_stop: bool,
+    /// Kinetic energy that rigid stops took, J.
+    impacts: f64,
+    /// What was stored at the start, J.
+    first: f64,
+    /// Of the chambers' pressures, gauge, Pa.
+    highest: f64,
+    lowest: f64,
+    steps: u64,
+}
+
 /// Ram, oil and valves. Cloning it clones its whole future.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
@@ -119,14 +133,7 @@ pub struct Simulation {
     step: f64,
     random: Pcg64,
     switchings: Vec<u32>,
-    slid: f64,
-    proportional: f64,
-    met_stop: bool,
-    impacts: f64,
-    first: f64,
-    highest: f64,
-    lowest: f64,
-    steps: u64,
+    totals: Totals,
     /// Steps in the present cycle that were taken although their error was too large, and events.
     forced: u32,
     unsolved: bool,
@@ -197,20 +204,17 @@ impl Simulation {
             step: longest,
             random: Pcg64::seed_from_u64(seed),
             switchings: vec![0; valves],
-            slid: 0.0,
-            proportional: 0.0,
-            met_stop: false,
-            impacts: 0.0,
-            first: 0.0,
-            highest: p_a.max(p_b),
-            lowest: if b.area > 0.0 { p_a.min(p_b) } else { p_a },
-            steps: 0,
+            totals: Totals {
+                highest: p_a.max(p_b),
+                lowest: if b.area > 0.0 { p_a.min(p_b) } else { p_a },
+                ..Totals::default()
+            },
             forced: 0,
             unsolved: false,
             circuit,
         };
         new.mode = new.at_rest();
-        new.first = new.stored(&row);
+        new.totals.first = new.stored(&row);
         new
     }
 
@@ -246,7 +250,7 @@ impl Simulation {
     /// The highest and the lowest pressure that a chamber has had, gauge, Pa.
     #[must_use]
     pub fn peaks(&self) -> (f64, f64) {
-        (self.highest, self.lowest)
+        (self.totals.highest, self.totals.lowest)
     }
 
     /// The highest and the lowest pressure at the valves' end of a line, gauge, Pa; `None` without lines. Each step of the
@@ -264,7 +268,7 @@ impl Simulation {
     /// Whether the ram has met a stop since the start.
     #[must_use]
     pub fn met_stop(&self) -> bool {
-        self.met_stop
+        self.totals.met_stop
     }
 
     /// What an ideal 4-way proportional valve, without lag and leakage, would take for the same motion up to `time`, up to which it has been advanced, J: the
@@ -272,7 +276,7 @@ impl Simulation {
     #[must_use]
     pub fn proportional(&self, time: f64) -> f64 {
         let moved = self.row_at(time)[0] - self.row[0];
-        self.proportional + self.circuit.proportional(moved)
+        self.totals.proportional + self.circuit.proportional(moved)
     }
 
     /// Whether the motion could not be solved: it is no longer finite, or has no end of steps shorter than a nanosecond or of events in a cycle.
@@ -303,7 +307,7 @@ impl Simulation {
     /// Steps taken.
     #[must_use]
     pub fn steps(&self) -> u64 {
-        self.steps
+        self.totals.steps
     }
 
     /// What holds the ram.
@@ -485,11 +489,11 @@ impl Simulation {
             compression: row[4],
             compressed: row[5],
             viscous: row[6],
-            friction: c.load.coulomb * (self.slid + (row[0] - self.row[0]).abs()),
-            stops: row[8] + self.impacts,
+            friction: c.load.coulomb * (self.totals.slid + (row[0] - self.row[0]).abs()),
+            stops: row[8] + self.totals.impacts,
             seal: row[9],
             load: row[7],
-            mechanical: self.stored(row) - self.first,
+            mechanical: self.stored(row) - self.totals.first,
             switching: c.valves.energy * self.total_switchings() as f64,
             ..Ledger::default()
         };
@@ -590,19 +594,19 @@ impl Simulation {
             let [begin, end] = stretch.slopes.map(|slopes| h * slopes[chamber]);
             let (highest, lowest) =
                 extremes(before[2 + chamber], stretch.after[2 + chamber], begin, end);
-            self.highest = self.highest.max(highest);
-            self.lowest = self.lowest.min(lowest);
+            self.totals.highest = self.totals.highest.max(highest);
+            self.totals.lowest = self.totals.lowest.min(lowest);
         }
         let moved = stretch.after[0] - before[0];
-        self.slid += moved.abs();
-        self.proportional += self.circuit.proportional(moved);
+        self.totals.slid += moved.abs();
+        self.totals.proportional += self.circuit.proportional(moved);
         self.row = stretch.after;
         self.time = stretch.end;
         self.stretch = None;
         for (place, step) in self.line_steps.drain(..) {
             self.lines[place].push(&step, self.step);
         }
-        self.steps += 1;
+        self.totals.steps += 1;
         self.forced += u32::from(stretch.event.is_some());
         self.unsolved |= self.forced > MOST_FORCED;
         let mass = self.circuit.load.mass;
@@ -615,15 +619,15 @@ impl Simulation {
             Some(Event::BreakAway(sign)) => self.mode = Mode::Sliding(sign),
             Some(Event::Release(side)) => self.mode = Mode::Sliding(-side),
             Some(Event::Stop(side)) => {
-                self.impacts += 0.5 * mass * self.row[1] * self.row[1];
+                self.totals.impacts += 0.5 * mass * self.row[1] * self.row[1];
                 self.row[0] = side * self.circuit.load.travel;
                 self.row[1] = 0.0;
                 self.mode = Mode::AtStop(side);
-                self.met_stop = true;
+                self.totals.met_stop = true;
             }
             Some(Event::ContactOn(side)) => {
                 self.contact = Some(side);
-                self.met_stop = true;
+                self.totals.met_stop = true;
             }
             Some(Event::ContactOff(_)) => self.contact = None,
         }
@@ -639,336 +643,6 @@ impl Simulation {
             Mode::Stuck
         }
     }
-
-    /// The force on the ram besides friction, N.
-    #[inline(always)]
-    fn net(&self, time: f64, row: &[f64]) -> f64 {
-        let load = &self.circuit.load;
-        let [a, b] = self.circuit.areas();
-        row[2] * a + row[3] * b
-            - load.spring * row[0]
-            - load.force
-            - self.force_at(time)
-            - self.stop_force(row).0
-    }
-
-    #[inline(always)]
-    fn force_at(&self, time: f64) -> f64 {
-        self.force.begin + self.force.rate * time
-    }
-
-    /// The elastic stop's force against positive motion, N, and how much of it its damping makes.
-    #[inline(always)]
-    fn stop_force(&self, row: &[f64]) -> (f64, f64) {
-        let (Some(side), Some(stop)) = (self.contact, self.circuit.load.elastic_stop) else {
-            return (0.0, 0.0);
-        };
-        let depth = side * row[0] - self.circuit.load.travel;
-        let spring = stop.stiffness * depth;
-        let whole = spring * (1.0 + stop.damping * side * row[1]).max(0.0);
-        (side * whole, side * (whole - spring))
-    }
-
-    /// The rates of all states.
-    #[inline(always)]
-    fn rates(&self, time: f64, row: &[f64; STATES]) -> [f64; STATES] {
-        if self.lines.is_empty() {
-            self.rates_of::<STATES, false>(time, row)
-        } else {
-            self.rates_behind_lines(time, row)
-        }
-    }
-
-    #[inline(never)]
-    fn rates_behind_lines(&self, time: f64, row: &[f64; STATES]) -> [f64; STATES] {
-        self.rates_of::<STATES, true>(time, row)
-    }
-
-    /// The rates of the first `N` states, with lines or without.
-    #[inline(always)]
-    fn rates_of<const N: usize, const LINES: bool>(&self, time: f64, row: &[f64; N]) -> [f64; N] {
-        // At the valves less at the source.
-        let mut differences = [0.0; MOST_LEVELS];
-        if LINES {
-            for line in self.lines.iter().filter(|line| line.is_open()) {
-                differences[line.level] = self.at_valves(line, time, row).pressure;
-            }
-        }
-        let c = &*self.circuit;
-        let load = &c.load;
-        let [a, b] = &c.chambers;
-        let [x, v, p_a, p_b] = [row[0], row[1], row[2], row[3]];
-        let mut rates = [0.0; N];
-        let pressures = [p_a, p_b];
-        let mut flows = [0.0; 2];
-        for (place, edge) in c.edges.iter().enumerate() {
-            if self.k[place] == 0.0 {
-                continue;
-            }
-            let mut drop = c.levels[edge.level].pressure - pressures[edge.chamber];
-            if LINES {
-                drop += differences[edge.level];
-            }
-            let flow = self.k[place] * root(drop, c.valves.transition);
-            flows[edge.chamber] += flow;
-            rates[FIRST_EDGE + 2 * place] = flow;
-            rates[FIRST_EDGE + 1 + 2 * place] = flow * drop;
-        }
-        let leak = c.seal_leakage * (p_a - p_b);
-        rates[9] = leak * (p_a - p_b);
-        let squeezed = [flows[0] - leak - a.area * v, flows[1] + leak + b.area * v];
-
-        rates[2] = c.oil.effective(p_a, row[10]) / a.volume_at(a.area * x) * squeezed[0];
-        rates[10] = c.oil.air_rate(p_a, row[10], rates[2]);
-        let mut powers = [p_a * squeezed[0], 0.0];
-        if b.area > 0.0 {
-            rates[3] = c.oil.effective(p_b, row[11]) / b.volume_at(-b.area * x) * squeezed[1];
-            rates[11] = c.oil.air_rate(p_b, row[11], rates[3]);
-            powers[1] = p_b * squeezed[1];
-        }
-        rates[4] = powers[0] + powers[1];
-        rates[5] = powers[0].max(0.0) + powers[1].max(0.0);
-        if let Mode::Sliding(sign) = self.mode {
-            rates[0] = v;
-            rates[1] = (self.net(time, row) - load.viscous * v - sign * load.coulomb) / load.mass;
-            rates[6] = load.viscous * v * v;
-            rates[7] = self.force_at(time) * v;
-            rates[8] = self.stop_force(row).1 * v;
-        }
-        rates
-    }
-
-    /// A step of length `h` from here, and its error.
-    fn stepped(&self, h: f64) -> ([f64; STATES], [f64; STATES]) {
-        if !self.lines.is_empty() {
-            return self.stepped_behind_lines(h);
-        }
-        let times = DORMAND_PRINCE_NODES.map(|share| self.time + share * h);
-        if self.circuit.edges.len() > 4 {
-            return dormand_prince_step(&self.row, h, &times, |time, row| {
-                self.rates_of::<STATES, false>(*time, row)
-            });
-        }
-        let mut few = [0.0; FEW_STATES];
-        few.copy_from_slice(&self.row[..FEW_STATES]);
-        let (after, error) = dormand_prince_step(&few, h, &times, |time, row| {
-            self.rates_of::<FEW_STATES, false>(*time, row)
-        });
-        let (mut row, mut errors) = ([0.0; STATES], [0.0; STATES]);
-        row[..FEW_STATES].copy_from_slice(&after);
-        errors[..FEW_STATES].copy_from_slice(&error);
-        (row, errors)
-    }
-
-    // Apart, so that it costs circuits without lines nothing.
-    #[inline(never)]
-    fn stepped_behind_lines(&self, h: f64) -> ([f64; STATES], [f64; STATES]) {
-        let times = DORMAND_PRINCE_NODES.map(|share| self.time + share * h);
-        dormand_prince_step(&self.row, h, &times, |time, row| {
-            self.rates_behind_lines(*time, row)
-        })
-    }
-
-    /// The next stretch, at most up to `limit`.
-    fn plan(&mut self, limit: f64) -> Stretch {
-        let mut limit = limit;
-        self.line_steps.clear();
-        for line in self.lines.iter_mut().filter(|line| line.is_open()) {
-            line.stay_closed(self.time);
-            limit = limit.min(line.look_back(self.time));
-        }
-        let horizon = limit - self.time;
-        let sliding = matches!(self.mode, Mode::Sliding(_));
-        let longest = if sliding { self.longest } else { f64::INFINITY };
-        let mut h = self.step.min(longest).min(horizon);
-        let mut most = 4.0;
-        // What is left of the horizon is not worth a step of its own.
-        if horizon - h < 1e-3 * h {
-            h = horizon;
-        }
-        let after = loop {
-            let dense = self.dense(h);
-            let (after, errors) = match &dense {
-                Some(dense) => (dense.after, dense.error),
-                None => self.stepped(h),
-            };
-            let mut error = errors
-                .iter()
-                .zip(&self.scales)
-                .map(|(error, scale)| (error / scale).abs())
-                .fold(0.0, |one: f64, other| {
-                    if other > one || other.is_nan() {
-                        other
-                    } else {
-                        one
-                    }
-                })
-                / self.accuracy;
-            if let Some(dense) = &dense
-                && (error <= 1.0 || h <= SHORTEST)
-            {
-                self.line_steps = self.line_steps_along(h, dense);
-                let tails = self.line_steps.iter().map(|(_, step)| step.tail());
-                let most = TAIL * self.accuracy * self.scales[2];
-                error = tails.fold(error, |error, tail| error.max(tail / most));
-            }
-            let factor = (0.9 / error.max(1e-12).sqrt().sqrt().sqrt()).clamp(0.2, most);
-            if error <= 1.0 || h <= SHORTEST {
-                self.forced += u32::from(error > 1.0);
-                self.unsolved |= error.is_nan() || self.forced > MOST_FORCED;
-                // A step cut short by the horizon says nothing against longer ones.
-                self.step = if h < self.step {
-                    self.step.max(h * factor)
-                } else {
-                    h * factor
-                };
-                break after;
-            }
-            // What has just been too long is not tried again at once.
-            most = 1.0;
-            let factor = if error.is_finite() {
-                factor.min(0.8)
-            } else {
-                0.2
-            };
-            h = (h * factor).max(SHORTEST.min(horizon));
-            self.step = h;
-        };
-        let end = if h == horizon { limit } else { self.time + h };
-        let begin_rates = self.rates(self.time, &self.row);
-        let end_rates = self.rates(self.time + h, &after);
-        let slopes = |end: &[f64; STATES]| [[begin_rates[2], begin_rates[3]], [end[2], end[3]]];
-        let mut stretch = Stretch {
-            end,
-            after,
-            slopes: slopes(&end_rates),
-            event: None,
-        };
-        for event in self.possible() {
-            let begin = self.margin(event, self.time, &self.row, &begin_rates);
-            let end = self.margin(event, self.time + h, &after, &end_rates);
-            let until = if end.0 < 0.0 {
-                h
-            } else if may_touch(begin, end, h) {
-                let lowest = lowest_point(0.0, h, |h| self.margin_after(event, h));
-                if self.margin_after(event, lowest).0 >= 0.0 {
-                    continue;
-                }
-                lowest
-            } else {
-                continue;
-            };
-            let at = self.zero(event, until, begin);
-            if self.time + at < stretch.end
-                || (stretch.event.is_none() && self.time + at <= stretch.end)
-            {
-                let (end, after) = (self.time + at, self.stepped(at).0);
-                stretch = Stretch {
-                    end,
-                    after,
-                    slopes: slopes(&self.rates(end, &after)),
-                    event: Some(event),
-                };
-            }
-        }
-        if stretch.event.is_some() && !self.lines.is_empty() {
-            self.line_steps = self.line_steps(stretch.end - self.time);
-        }
-        stretch
-    }
-
-    /// The events that may end this mode.
-    fn possible(&self) -> impl Iterator<Item = Event> + use<> {
-        let load = &self.circuit.load;
-        let mut events = [None; 5];
-        match self.mode {
-            Mode::Stuck => {
-                events[0] = Some(Event::BreakAway(1.0));
-                events[1] = Some(Event::BreakAway(-1.0));
-            }
-            Mode::AtStop(side) => events[0] = Some(Event::Release(side)),
-            Mode::Sliding(sign) => {
-                if load.coulomb > 0.0 {
-                    events[0] = Some(Event::Halt(sign));
-                }
-                match (load.elastic_stop, self.contact) {
-                    (None, _) => {
-                        events[1] = Some(Event::Stop(1.0));
-                        events[2] = Some(Event::Stop(-1.0));
-                    }
-                    (Some(_), None) => {
-                        events[1] = Some(Event::ContactOn(1.0));
-                        events[2] = Some(Event::ContactOn(-1.0));
-                    }
-                    (Some(_), Some(side)) => events[1] = Some(Event::ContactOff(side)),
-                }
-            }
-        }
-        events.into_iter().flatten()
-    }
-
-    /// An event's margin, positive until it comes, and the margin's rate.
-    fn margin(
-        &self,
-        event: Event,
-        time: f64,
-        row: &[f64; STATES],
-        rates: &[f64; STATES],
-    ) -> (f64, f64) {
-        let travel = self.circuit.load.travel;
-        let [a, b] = self.circuit.areas();
-        let net = || self.net(time, row);
-        let net_rate =
-            || rates[2] * a + rates[3] * b - self.circuit.load.spring * row[1] - self.force.rate;
-        let held = self.circuit.break_away();
-        match event {
-            Event::Halt(sign) => (sign * row[1], sign * rates[1]),
-            Event::BreakAway(sign) => (held - sign * net(), -sign * net_rate()),
-            // On a stop without friction a hair of force lifts the ram.
-            Event::Release(side) => (
-                held.max(1e-9 * a * self.scales[2]) + side * net(),
-                side * net_rate(),
-            ),
-            Event::Stop(side) | Event::ContactOn(side) => (travel - side * row[0], -side * row[1]),
-            Event::ContactOff(side) => (side * row[0] - travel, side * row[1]),
-        }
-    }
-
-    fn margin_after(&self, event: Event, h: f64) -> (f64, f64) {
-        let row = self.stepped(h).0;
-        let rates = self.rates(self.time + h, &row);
-        self.margin(event, self.time + h, &row, &rates)
-    }
-
-    /// Where a margin, `begin` with its rate here and below zero at `until`, is zero.
-    fn zero(&self, event: Event, until: f64, begin: (f64, f64)) -> f64 {
-        let margin = |h| self.margin_after(event, h);
-        let (mut low, mut high) = (0.0, until);
-        if begin.0 <= 0.0 {
-            if begin.1 <= 0.0 {
-                return 0.0;
-            }
-            // It starts at zero and rises: the zero is a later one.
-            for _ in 0..60 {
-                low = 0.5 * high;
-                if margin(low).0 > 0.0 {
-                    break;
-                }
-                high = low;
-            }
-        }
-        first_below_zero(low, high, margin)
-    }
-}
-
-/// Whether a margin that falls from `begin` and rises to `end`, values with their rates, may be below zero between: where the two
-/// tangents meet it is lower than any curve that bends upwards throughout.
-fn may_touch(begin: (f64, f64), end: (f64, f64), h: f64) -> bool {
-    if begin.1 >= 0.0 || end.1 <= 0.0 {
-        return false;
-    }
-    let meet = (begin.0 - end.0 + end.1 * h) / (end.1 - begin.1);
-    begin.0 + begin.1 * meet.clamp(0.0, h) < 0.0
 }
 
 /// The largest and the smallest value of the cubic from `begin` to `end` with the slopes `m0` and `m1` there.
