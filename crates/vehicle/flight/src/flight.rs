@@ -4,6 +4,8 @@
 //! irregularities are tolerated as in the loop: a repeated tick counts once, a message that does not decode or whose
 //! stamp is out of order is skipped, a restart of the vehicle begins a new flight. [`Flight::notes`] lists each.
 
+mod collected;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -13,25 +15,21 @@ use planesman_bag::reader::{BagReader, Messages, Order};
 
 use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_hydraulics::Energy;
-use planesman_linear::TimeHistory;
 use planesman_linear::{StepMeter, StepMetrics};
-use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
-};
+use planesman_msgs::planesman_msgs::msg::{DhaState, ModelEstimate, VehicleState};
 use planesman_msgs::{Message, cdr};
 
 use crate::in_order::{InOrder, Next, ReorderStatistics};
-use crate::model_summary::identified;
+use collected::{
+    ACTUATORS, Commands, Controls, Line, Models, Motions, Rams, Stamped, States, Thrusters, points,
+    seconds,
+};
+
+pub(crate) use collected::depth_held;
 
 /// Points over time: s since the first state, and the quantity.
 pub type Points = Vec<(f64, f64)>;
 
-/// The time that the close-up of the planes shows, s.
-const CLOSE_UP: f64 = 5.0;
-/// Of a tick's plane motion one sample in so many is drawn.
-const DRAWN_SAMPLES: usize = 5;
-/// More actuators than any vehicle has.
-const ACTUATORS: usize = 16;
 /// Topics with lost messages that a note names.
 const LOST_SHOWN: usize = 10;
 
@@ -152,130 +150,6 @@ pub fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
     counts
 }
 
-/// A message with a stamp.
-trait Stamped: Message {
-    /// Nanoseconds.
-    fn stamp(&self) -> i64;
-}
-
-macro_rules! stamped {
-    ($($message:ty),*) => {
-        $(impl Stamped for $message {
-            fn stamp(&self) -> i64 {
-                self.header.stamp.nanos()
-            }
-        })*
-    };
-}
-
-stamped!(
-    VehicleState,
-    ControlState,
-    PlaneCommand,
-    PlaneMotion,
-    DhaState,
-    ModelEstimate,
-    ThrusterCommand
-);
-
-/// Data collected from one topic's messages, in their order.
-trait Collected: Default {
-    type Message: Stamped;
-
-    /// Takes the next message; `t` is its stamp, s.
-    fn take(&mut self, t: f64, message: &Self::Message);
-}
-
-/// One topic's messages, and the data collected from them.
-#[derive(Default)]
-struct Line<T: Collected> {
-    order: InOrder<T::Message>,
-    data: T,
-}
-
-impl<T: Collected> Line<T> {
-    fn push(&mut self, origin: i64, message: T::Message) {
-        let next = self.order.take(message.stamp(), message);
-        self.take(origin, next);
-    }
-
-    fn finish(&mut self, origin: i64) {
-        let next = self.order.finish();
-        self.take(origin, next);
-    }
-
-    fn take(&mut self, origin: i64, next: Option<Next<T::Message>>) {
-        let (stamp, message) = match next {
-            None => return,
-            Some(Next::On(stamp, message)) => (stamp, message),
-            Some(Next::Restarted(stamp, message)) => {
-                self.data = T::default();
-                (stamp, message)
-            }
-        };
-        self.data.take(seconds(origin, stamp), &message);
-    }
-}
-
-/// Seconds from `origin` to `stamp`, both in ns.
-fn seconds(origin: i64, stamp: i64) -> f64 {
-    (stamp - origin) as f64 * 1e-9
-}
-
-/// The vehicle's true states.
-#[derive(Default)]
-struct States {
-    /// The first and the last, ns.
-    span: Option<(i64, i64)>,
-    ticks: u64,
-    planes_held: u64,
-    last_depth: f64,
-    depth: TimeHistory,
-    pitch: TimeHistory,
-    place: [TimeHistory; 2],
-    roll: TimeHistory,
-    yaw: TimeHistory,
-    speed: TimeHistory,
-}
-
-impl Collected for States {
-    type Message = VehicleState;
-
-    fn take(&mut self, t: f64, state: &VehicleState) {
-        let stamp = state.stamp();
-        let (first, _) = self.span.unwrap_or((stamp, stamp));
-        self.span = Some((first, stamp));
-        self.ticks += 1;
-        self.planes_held += u64::from(state.planes_source == VehicleState::PLANES_HELD);
-        self.last_depth = state.depth;
-        self.depth.take(t, state.depth);
-        self.pitch.take(t, state.pitch);
-        self.place[0].take(t, state.distance);
-        self.place[1].take(t, state.cross_track);
-        self.roll.take(t, state.roll);
-        self.yaw.take(t, state.yaw);
-        self.speed.take(t, state.surge);
-    }
-}
-
-/// The depth held (m), and since when, after one more state of the controller; `None` where none is.
-pub(crate) fn depth_held<T>(
-    since: Option<(f64, T)>,
-    control: &ControlState,
-    now: T,
-) -> Option<(f64, T)> {
-    if control.feedback_stale {
-        return since;
-    }
-    let target = control.depth_target;
-    let holds = [ControlState::MODE_DEPTH, ControlState::MODE_HOVER].contains(&control.mode);
-    holds.then(|| {
-        since
-            .filter(|(depth, _)| *depth == target)
-            .unwrap_or((target, now))
-    })
-}
-
 /// A meter of the response to a setpoint from a depth, up to the time `end`; `None` where the vehicle was there already.
 pub(crate) fn step_meter(
     depth: f64,
@@ -286,147 +160,6 @@ pub(crate) fn step_meter(
     is_step
         .then(|| StepMeter::new(depth, setpoint, end))
         .transpose()
-}
-
-/// The state of the controller.
-#[derive(Default)]
-struct Controls {
-    /// The depth held (m), and since when (ns); `None` where none is.
-    depth_held: Option<(f64, i64)>,
-    depth_setpoint: TimeHistory,
-    pitch_command: TimeHistory,
-    heading_setpoint: TimeHistory,
-}
-
-impl Collected for Controls {
-    type Message = ControlState;
-
-    fn take(&mut self, t: f64, control: &ControlState) {
-        self.depth_setpoint.take(t, control.depth_setpoint);
-        self.pitch_command.take(t, control.pitch_command);
-        if control.heading_held {
-            self.heading_setpoint.take(t, control.heading_setpoint);
-        }
-        self.depth_held = depth_held(self.depth_held, control, control.stamp());
-    }
-}
-
-/// A plane angle over the flight, and over its first seconds.
-#[derive(Default)]
-struct Angle {
-    began: Option<f64>,
-    all: TimeHistory,
-    first: TimeHistory,
-}
-
-impl Angle {
-    fn take(&mut self, t: f64, angle: f64) {
-        self.all.take(t, angle);
-        if t <= *self.began.get_or_insert(t) + CLOSE_UP {
-            self.first.take(t, angle);
-        }
-    }
-
-    fn points(&self, shift: f64) -> [Points; 2] {
-        let mut first = points(&self.first, shift);
-        first.retain(|(t, _)| *t <= CLOSE_UP);
-        [points(&self.all, shift), first]
-    }
-}
-
-#[derive(Default)]
-struct Commands {
-    planes: Angle,
-    rudder: TimeHistory,
-    thrust: TimeHistory,
-}
-
-impl Collected for Commands {
-    type Message = PlaneCommand;
-
-    fn take(&mut self, t: f64, command: &PlaneCommand) {
-        self.planes.take(t, command.dive_planes);
-        self.rudder.take(t, command.rudder);
-        self.thrust.take(t, command.thrust);
-    }
-}
-
-/// What the thrusters are asked to do, by their names.
-#[derive(Default)]
-struct Thrusters(Vec<(String, TimeHistory)>);
-
-impl Collected for Thrusters {
-    type Message = ThrusterCommand;
-
-    fn take(&mut self, t: f64, command: &ThrusterCommand) {
-        for (name, value) in command.name.iter().zip(&command.command) {
-            if self.0.len() < ACTUATORS && self.0.iter().all(|(known, _)| known != name) {
-                self.0.push((name.clone(), TimeHistory::default()));
-            }
-            if let Some((_, history)) = self.0.iter_mut().find(|(known, _)| known == name) {
-                history.take(t, *value);
-            }
-        }
-    }
-}
-
-/// The plane angle as the actuator moved it, several points a tick.
-#[derive(Default)]
-struct Motions(Angle);
-
-impl Collected for Motions {
-    type Message = PlaneMotion;
-
-    fn take(&mut self, t: f64, motion: &PlaneMotion) {
-        let duration = motion.duration.nanos() as f64 * 1e-9;
-        let last = motion.dive_planes.len().saturating_sub(1).max(1) as f64;
-        for (i, angle) in motion.dive_planes.iter().enumerate().step_by(DRAWN_SAMPLES) {
-            self.0.take(t + duration * i as f64 / last, *angle);
-        }
-    }
-}
-
-#[derive(Default)]
-struct Rams {
-    pulses: u64,
-    energy: Energy,
-    ram: f64,
-    pressure: TimeHistory,
-}
-
-impl Collected for Rams {
-    type Message = DhaState;
-
-    fn take(&mut self, t: f64, state: &DhaState) {
-        self.pulses = state.pulses;
-        self.energy = Energy::from(state);
-        self.ram = state.ram;
-        self.pressure.take(t, state.pressure);
-    }
-}
-
-/// The estimates of one pair of signals.
-#[derive(Default)]
-struct Models {
-    valid: Option<ModelEstimate>,
-    reason: String,
-    pole: [TimeHistory; 2],
-}
-
-impl Collected for Models {
-    type Message = ModelEstimate;
-
-    fn take(&mut self, t: f64, model: &ModelEstimate) {
-        self.reason.clone_from(&model.reason);
-        if !model.valid {
-            return;
-        }
-        if let Some(pole) = identified(model).dominant() {
-            self.pole[0].take(t, pole.re);
-            self.pole[1].take(t, pole.im);
-        }
-        self.valid = Some(model.clone());
-    }
 }
 
 /// The data of all topics of a flight.
@@ -784,11 +517,6 @@ fn concerns(namespace: &str, topic: &str) -> bool {
 fn is_of_a_ram(name: &str) -> bool {
     name.strip_prefix("dha_state")
         .is_some_and(|group| !group.contains('/'))
-}
-
-/// A time history's points, `shift` seconds earlier.
-fn points(history: &TimeHistory, shift: f64) -> Points {
-    history.points().map(|(t, y)| (t - shift, y)).collect()
 }
 
 /// Why a message of a bag is passed over.

@@ -1,0 +1,289 @@
+//! What is kept of each topic's messages.
+
+use planesman_hydraulics::Energy;
+use planesman_linear::TimeHistory;
+use planesman_msgs::Message;
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
+};
+
+use super::Points;
+use crate::in_order::{InOrder, Next};
+use crate::model_summary::identified;
+
+/// The time that the close-up of the planes shows, s.
+const CLOSE_UP: f64 = 5.0;
+/// Of a tick's plane motion one sample in so many is drawn.
+const DRAWN_SAMPLES: usize = 5;
+/// More actuators than any vehicle has.
+pub(super) const ACTUATORS: usize = 16;
+
+/// A message with a stamp.
+pub(super) trait Stamped: Message {
+    /// Nanoseconds.
+    fn stamp(&self) -> i64;
+}
+
+macro_rules! stamped {
+    ($($message:ty),*) => {
+        $(impl Stamped for $message {
+            fn stamp(&self) -> i64 {
+                self.header.stamp.nanos()
+            }
+        })*
+    };
+}
+
+stamped!(
+    VehicleState,
+    ControlState,
+    PlaneCommand,
+    PlaneMotion,
+    DhaState,
+    ModelEstimate,
+    ThrusterCommand
+);
+
+/// Data collected from one topic's messages, in their order.
+pub(super) trait Collected: Default {
+    type Message: Stamped;
+
+    /// Takes the next message; `t` is its stamp, s.
+    fn take(&mut self, t: f64, message: &Self::Message);
+}
+
+/// One topic's messages, and the data collected from them.
+#[derive(Default)]
+pub(super) struct Line<T: Collected> {
+    pub(super) order: InOrder<T::Message>,
+    pub(super) data: T,
+}
+
+impl<T: Collected> Line<T> {
+    pub(super) fn push(&mut self, origin: i64, message: T::Message) {
+        let next = self.order.take(message.stamp(), message);
+        self.take(origin, next);
+    }
+
+    pub(super) fn finish(&mut self, origin: i64) {
+        let next = self.order.finish();
+        self.take(origin, next);
+    }
+
+    fn take(&mut self, origin: i64, next: Option<Next<T::Message>>) {
+        let (stamp, message) = match next {
+            None => return,
+            Some(Next::On(stamp, message)) => (stamp, message),
+            Some(Next::Restarted(stamp, message)) => {
+                self.data = T::default();
+                (stamp, message)
+            }
+        };
+        self.data.take(seconds(origin, stamp), &message);
+    }
+}
+
+/// Seconds from `origin` to `stamp`, both in ns.
+pub(super) fn seconds(origin: i64, stamp: i64) -> f64 {
+    (stamp - origin) as f64 * 1e-9
+}
+
+/// The vehicle's true states.
+#[derive(Default)]
+pub(super) struct States {
+    /// The first and the last, ns.
+    pub(super) span: Option<(i64, i64)>,
+    pub(super) ticks: u64,
+    pub(super) planes_held: u64,
+    pub(super) last_depth: f64,
+    pub(super) depth: TimeHistory,
+    pub(super) pitch: TimeHistory,
+    pub(super) place: [TimeHistory; 2],
+    pub(super) roll: TimeHistory,
+    pub(super) yaw: TimeHistory,
+    pub(super) speed: TimeHistory,
+}
+
+impl Collected for States {
+    type Message = VehicleState;
+
+    fn take(&mut self, t: f64, state: &VehicleState) {
+        let stamp = state.stamp();
+        let (first, _) = self.span.unwrap_or((stamp, stamp));
+        self.span = Some((first, stamp));
+        self.ticks += 1;
+        self.planes_held += u64::from(state.planes_source == VehicleState::PLANES_HELD);
+        self.last_depth = state.depth;
+        self.depth.take(t, state.depth);
+        self.pitch.take(t, state.pitch);
+        self.place[0].take(t, state.distance);
+        self.place[1].take(t, state.cross_track);
+        self.roll.take(t, state.roll);
+        self.yaw.take(t, state.yaw);
+        self.speed.take(t, state.surge);
+    }
+}
+
+/// The depth held (m), and since when, after one more state of the controller; `None` where none is.
+pub(crate) fn depth_held<T>(
+    since: Option<(f64, T)>,
+    control: &ControlState,
+    now: T,
+) -> Option<(f64, T)> {
+    if control.feedback_stale {
+        return since;
+    }
+    let target = control.depth_target;
+    let holds = [ControlState::MODE_DEPTH, ControlState::MODE_HOVER].contains(&control.mode);
+    holds.then(|| {
+        since
+            .filter(|(depth, _)| *depth == target)
+            .unwrap_or((target, now))
+    })
+}
+
+/// The state of the controller.
+#[derive(Default)]
+pub(super) struct Controls {
+    /// The depth held (m), and since when (ns); `None` where none is.
+    pub(super) depth_held: Option<(f64, i64)>,
+    pub(super) depth_setpoint: TimeHistory,
+    pub(super) pitch_command: TimeHistory,
+    pub(super) heading_setpoint: TimeHistory,
+}
+
+impl Collected for Controls {
+    type Message = ControlState;
+
+    fn take(&mut self, t: f64, control: &ControlState) {
+        self.depth_setpoint.take(t, control.depth_setpoint);
+        self.pitch_command.take(t, control.pitch_command);
+        if control.heading_held {
+            self.heading_setpoint.take(t, control.heading_setpoint);
+        }
+        self.depth_held = depth_held(self.depth_held, control, control.stamp());
+    }
+}
+
+/// A plane angle over the flight, and over its first seconds.
+#[derive(Default)]
+pub(super) struct Angle {
+    pub(super) began: Option<f64>,
+    pub(super) all: TimeHistory,
+    pub(super) first: TimeHistory,
+}
+
+impl Angle {
+    fn take(&mut self, t: f64, angle: f64) {
+        self.all.take(t, angle);
+        if t <= *self.began.get_or_insert(t) + CLOSE_UP {
+            self.first.take(t, angle);
+        }
+    }
+
+    pub(super) fn points(&self, shift: f64) -> [Points; 2] {
+        let mut first = points(&self.first, shift);
+        first.retain(|(t, _)| *t <= CLOSE_UP);
+        [points(&self.all, shift), first]
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Commands {
+    pub(super) planes: Angle,
+    pub(super) rudder: TimeHistory,
+    pub(super) thrust: TimeHistory,
+}
+
+impl Collected for Commands {
+    type Message = PlaneCommand;
+
+    fn take(&mut self, t: f64, command: &PlaneCommand) {
+        self.planes.take(t, command.dive_planes);
+        self.rudder.take(t, command.rudder);
+        self.thrust.take(t, command.thrust);
+    }
+}
+
+/// What the thrusters are asked to do, by their names.
+#[derive(Default)]
+pub(super) struct Thrusters(pub(super) Vec<(String, TimeHistory)>);
+
+impl Collected for Thrusters {
+    type Message = ThrusterCommand;
+
+    fn take(&mut self, t: f64, command: &ThrusterCommand) {
+        for (name, value) in command.name.iter().zip(&command.command) {
+            if self.0.len() < ACTUATORS && self.0.iter().all(|(known, _)| known != name) {
+                self.0.push((name.clone(), TimeHistory::default()));
+            }
+            if let Some((_, history)) = self.0.iter_mut().find(|(known, _)| known == name) {
+                history.take(t, *value);
+            }
+        }
+    }
+}
+
+/// The plane angle as the actuator moved it, several points a tick.
+#[derive(Default)]
+pub(super) struct Motions(pub(super) Angle);
+
+impl Collected for Motions {
+    type Message = PlaneMotion;
+
+    fn take(&mut self, t: f64, motion: &PlaneMotion) {
+        let duration = motion.duration.nanos() as f64 * 1e-9;
+        let last = motion.dive_planes.len().saturating_sub(1).max(1) as f64;
+        for (i, angle) in motion.dive_planes.iter().enumerate().step_by(DRAWN_SAMPLES) {
+            self.0.take(t + duration * i as f64 / last, *angle);
+        }
+    }
+}
+
+#[derive(Default)]
+pub(super) struct Rams {
+    pub(super) pulses: u64,
+    pub(super) energy: Energy,
+    pub(super) ram: f64,
+    pub(super) pressure: TimeHistory,
+}
+
+impl Collected for Rams {
+    type Message = DhaState;
+
+    fn take(&mut self, t: f64, state: &DhaState) {
+        self.pulses = state.pulses;
+        self.energy = Energy::from(state);
+        self.ram = state.ram;
+        self.pressure.take(t, state.pressure);
+    }
+}
+
+/// The estimates of one pair of signals.
+#[derive(Default)]
+pub(super) struct Models {
+    pub(super) valid: Option<ModelEstimate>,
+    pub(super) reason: String,
+    pub(super) pole: [TimeHistory; 2],
+}
+
+impl Collected for Models {
+    type Message = ModelEstimate;
+
+    fn take(&mut self, t: f64, model: &ModelEstimate) {
+        self.reason.clone_from(&model.reason);
+        if !model.valid {
+            return;
+        }
+        if let Some(pole) = identified(model).dominant() {
+            self.pole[0].take(t, pole.re);
+            self.pole[1].take(t, pole.im);
+        }
+        self.valid = Some(model.clone());
+    }
+}
+
+/// A time history's points, `shift` seconds earlier.
+pub(super) fn points(history: &TimeHistory, shift: f64) -> Points {
+    history.points().map(|(t, y)| (t - shift, y)).collect()
+}
