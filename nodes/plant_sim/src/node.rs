@@ -178,6 +178,16 @@ struct Stepping {
     responder: Responder<Step>,
 }
 
+/// The wait for the answers to a tick.
+struct Wait {
+    /// When its state was first sent, by the machine's clock.
+    sent: Time,
+    /// `answer_timeout`, s.
+    timeout: f64,
+    /// Whether the answers have been missing for longer.
+    overdue: bool,
+}
+
 struct Node {
     plant: Plant,
     publishers: Publishers,
@@ -197,8 +207,7 @@ struct Node {
     saturated: (u8, Instant),
     answers: Answers,
     gates: Gates,
-    /// When the state of the present tick was first sent, by the machine's clock.
-    sent: Time,
+    wait: Wait,
     /// Whether somebody publishes `plane_motion`; then `planes` is not used.
     has_motion: bool,
     /// Whether the log says whose `planes` are not used.
@@ -212,10 +221,6 @@ struct Node {
     /// Whether the next tick follows on a pause.
     resumes: bool,
     warnings: Throttle,
-    /// `answer_timeout`, s.
-    answer_timeout: f64,
-    /// Whether the answers have been missing for longer.
-    overdue: bool,
     /// The last reading of the clock, ns, and when by the machine's monotonic clock.
     seen: Option<(Instant, i64)>,
     /// The latest contact, its time by the stamps.
@@ -297,7 +302,11 @@ impl Node {
             saturated: (0, Instant::now()),
             answers,
             gates,
-            sent: Time::default(),
+            wait: Wait {
+                sent: Time::default(),
+                timeout: parameters.answer_timeout,
+                overdue: false,
+            },
             has_motion: false,
             told_of_vain: false,
             paused: parameters.start_paused,
@@ -306,8 +315,6 @@ impl Node {
             missed: 0,
             resumes: true,
             warnings: Throttle::new(WARNING_PERIOD),
-            answer_timeout: parameters.answer_timeout,
-            overdue: false,
             seen: None,
             contact: "none".to_owned(),
             plant,
@@ -334,7 +341,7 @@ impl Node {
             }
             Event::Answer(answer) => self.answers.on_answer(&answer, self.stamp),
             Event::Gate(event) => {
-                if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.sent) {
+                if let Some(topic) = self.gates.on(rt, event, self.stamp, &self.wait.sent) {
                     self.answers.on_gate(topic);
                 }
             }
@@ -365,7 +372,7 @@ impl Node {
             Event::Parameters(parameters) => match self.plant.set_parameters(&parameters) {
                 Ok(()) => {
                     self.answers.set_parameters(&parameters);
-                    self.answer_timeout = parameters.answer_timeout;
+                    self.wait.timeout = parameters.answer_timeout;
                 }
                 Err(reason) => log::error!("{reason}; the parameters before stay in force"),
             },
@@ -515,7 +522,7 @@ impl Node {
         if saturated != 0 {
             self.saturated = (self.saturated.0 | saturated, Instant::now());
         }
-        self.sent = planesman_node::wall_time();
+        self.wait.sent = planesman_node::wall_time();
         let Ok(()) = self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
         self.answers.begin();
@@ -750,12 +757,12 @@ impl Node {
                 self.publishers.say(stamp, observation);
             }
         }
-        let was_overdue = self.overdue;
-        self.overdue = self.answer_timeout > 0.0 && silence >= self.answer_timeout;
-        if self.overdue {
+        let was_overdue = self.wait.overdue;
+        self.wait.overdue = self.wait.timeout > 0.0 && silence >= self.wait.timeout;
+        if self.wait.overdue {
             status = (Level::Error, format!("{outcome} for {silence:.0} s"));
         }
-        match (was_overdue, self.overdue) {
+        match (was_overdue, self.wait.overdue) {
             (false, true) => log::error!("tick {}: {}", self.k, status.1),
             (true, false) => log::info!("tick {}: answered again", self.k),
             _ => {}
