@@ -1,0 +1,350 @@
+//! The run itself: inputs out, tick by tick, and outputs into a bag.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+use planesman_bag::qos::Durability;
+use planesman_bag::{BagReader, BagWriter, Order, Topic, TopicId};
+use planesman_decode::{StampDecoder, Values};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_node::{Direction, Next, Publisher, Qos, RawPublisher, RawSample, Runtime};
+use planesman_show::diff::stamp_decoder;
+use planesman_signals::types;
+
+use super::{Event, Plan, PlayArgs, START, Started};
+
+/// Time in which the middleware's matches settle, and in which the last outputs come.
+const SETTLING: Duration = Duration::from_millis(500);
+/// Messages that a topic keeps.
+const DEPTH: usize = 1000;
+/// Time for a message without a stamp to arrive before what follows.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// A topic that is played.
+struct Input {
+    name: String,
+    publisher: RawPublisher,
+    stamp: Option<StampDecoder>,
+}
+
+/// A topic of the node.
+struct Output {
+    topic: Topic,
+    id: Option<TopicId>,
+    stamp: Option<StampDecoder>,
+}
+
+/// When a tick is over.
+enum Answers {
+    /// At every stamp of this input.
+    Each(usize),
+    /// At these stamps: those of the recorded answers.
+    At(BTreeSet<i64>),
+}
+
+pub(super) struct Player {
+    rt: Runtime<Event>,
+    inputs: Vec<Input>,
+    outputs: Vec<Output>,
+    /// The number of the topic that ends a tick; behind the outputs if it is none of them.
+    answer: usize,
+    answers: Answers,
+    /// The clock, where the bag has none.
+    clock: Option<Publisher<Clock>>,
+    writer: BagWriter,
+    values: Values,
+    timeout: Duration,
+    /// The last tick that was answered, and whether the present one is.
+    answered: Option<i64>,
+    is_answered: bool,
+    /// The oldest stamp that answers the present tick.
+    since: i64,
+    /// The stamp of the tick that is played.
+    now: i64,
+}
+
+/// Reads the stamps of a topic's messages.
+pub(super) fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<StampDecoder> {
+    stamp_decoder(&types(bag, topic).ok()?)
+}
+
+fn hash(topic: &Topic) -> Option<&str> {
+    Some(topic.kind.type_hash.as_str()).filter(|it| !it.is_empty())
+}
+
+/// The topics that are played, with their publishers.
+fn inputs_of(rt: &Runtime<Event>, plan: &Plan, bag: &BagReader) -> Result<Vec<Input>> {
+    let input = |topic: &Topic| {
+        let is_latched =
+            |it: &planesman_bag::OfferedQos| it.durability == Durability::TransientLocal;
+        let qos = match topic.kind.offered_qos.iter().any(is_latched) {
+            true => Qos::latched(DEPTH),
+            false => Qos::reliable(DEPTH),
+        };
+        let type_name = &topic.kind.type_name;
+        Ok(Input {
+            publisher: rt.raw_publisher(&topic.name, type_name, hash(topic), qos)?,
+            stamp: stamps_of(bag, topic),
+            name: topic.name.clone(),
+        })
+    };
+    plan.inputs.iter().map(input).collect()
+}
+
+/// Subscribes to the outputs, reliably to the one that ends a tick.
+fn subscribe(rt: &Runtime<Event>, outputs: &[Output], answer: usize) -> Result<()> {
+    for (number, Output { topic, .. }) in outputs.iter().enumerate() {
+        let qos = match number == answer {
+            true => Qos::record_reliable(),
+            false => Qos::record(),
+        };
+        let event = move |sample| Event::Sample(number, sample);
+        rt.subscribe_raw(&topic.name, &topic.kind.type_name, hash(topic), qos, event)?;
+    }
+    Ok(())
+}
+
+impl Player {
+    pub(super) fn new(
+        rt: Runtime<Event>,
+        plan: &Plan,
+        topics: Vec<Topic>,
+        bag: &BagReader,
+        args: &PlayArgs,
+        mut writer: BagWriter,
+    ) -> Result<Self> {
+        let inputs = inputs_of(&rt, plan, bag)?;
+        let mut outputs = Vec::new();
+        for topic in topics {
+            outputs.push(Output {
+                id: Some(writer.add_topic(&topic)?),
+                stamp: stamps_of(bag, &topic),
+                topic,
+            });
+        }
+        let place = |answer: &Topic| outputs.iter().position(|it| it.topic.name == answer.name);
+        let answer = match &plan.answer {
+            None => 0,
+            Some(answer) => match place(answer) {
+                Some(place) => place,
+                None => {
+                    let known = planesman_decode::message_types::find(&answer.kind.type_name)?;
+                    outputs.push(Output {
+                        id: None,
+                        stamp: stamp_decoder(&known.types),
+                        topic: answer.clone(),
+                    });
+                    outputs.len() - 1
+                }
+            },
+        };
+        subscribe(&rt, &outputs, answer)?;
+        let answers = match (plan.tick, &outputs[answer]) {
+            (
+                None,
+                Output {
+                    topic,
+                    stamp: Some(decoder),
+                    ..
+                },
+            ) => Answers::At(recorded_stamps(bag, topic, decoder)),
+            (tick, _) => Answers::Each(tick.unwrap_or_default()),
+        };
+        let has_clock = plan
+            .inputs
+            .iter()
+            .any(|it| it.kind.type_name == "rosgraph_msgs/msg/Clock");
+        let clock = match has_clock {
+            true => None,
+            false => Some(rt.publisher("/clock", Qos::reliable(DEPTH))?),
+        };
+        Ok(Self {
+            rt,
+            inputs,
+            outputs,
+            answer,
+            answers,
+            clock,
+            writer,
+            values: Values::default(),
+            timeout: Duration::from_secs_f64(args.timeout),
+            answered: None,
+            is_answered: false,
+            since: i64::MIN,
+            now: 0,
+        })
+    }
+
+    /// Waits until the node reads the inputs and writes the answer.
+    pub(super) fn wait_for_node(&mut self, mut child: Option<&mut Started>) -> Result<()> {
+        let deadline = Instant::now() + START;
+        let answer = self.outputs[self.answer].topic.name.clone();
+        let mut settled: Option<(usize, Instant)> = None;
+        loop {
+            if let Some(child) = child.as_mut() {
+                child.check()?;
+            }
+            let connections = self.rt.connections();
+            let answers = connections.find(Direction::Subscription, &answer);
+            let inputs = self.inputs.iter().filter(|it| {
+                let found = connections.find(Direction::Publisher, &it.name);
+                found.is_some_and(|it| it.peers > 0)
+            });
+            let read = inputs.count();
+            let others = answers.map_or(0, |it| it.peers);
+            if others > 1 {
+                bail!("{others} nodes publish '{answer}': stop the others");
+            }
+            let is_there = others == 1 && read > 0;
+            settled = settled
+                .filter(|it| is_there && it.0 == read)
+                .or_else(|| is_there.then(|| (read, Instant::now())));
+            if settled.is_some_and(|it| it.1.elapsed() > SETTLING) {
+                return Ok(());
+            }
+            if Instant::now() > deadline {
+                bail!(
+                    "no node publishes '{answer}' and reads what is played; is it in this domain and namespace? (planesman doctor)"
+                );
+            }
+            match self.rt.next(Duration::from_millis(20)) {
+                Next::Stop => bail!("stopped before the first tick"),
+                Next::Event(_) | Next::Timeout => {}
+            }
+        }
+    }
+
+    /// Plays all inputs. Returns the number of ticks.
+    pub(super) fn play(&mut self, bag: &BagReader, mut child: Option<&mut Started>) -> Result<u64> {
+        let names: Vec<String> = self.inputs.iter().map(|it| it.name.clone()).collect();
+        let wanted = |it: &Topic| names.contains(&it.name);
+        // The stamp whose answer is waited for before the next one is played.
+        let mut due: Option<i64> = None;
+        let mut ticks = 0;
+        for message in bag.messages_of(wanted, Order::File) {
+            let message = message?;
+            let Some(place) = names.iter().position(|it| *it == message.topic.name) else {
+                continue;
+            };
+            let stamp = self.inputs[place]
+                .stamp
+                .as_ref()
+                .and_then(|it| it.read(&message.payload, &mut self.values));
+            if let Some(tick) = due.filter(|tick| stamp.is_none_or(|it| it > *tick)) {
+                self.wait_for(tick, child.as_deref_mut())?;
+                ticks += 1;
+                due = None;
+            }
+            let begins = match &self.answers {
+                Answers::Each(trigger) if place == *trigger => {
+                    Some(stamp.unwrap_or(message.log_time))
+                }
+                Answers::Each(_) => None,
+                Answers::At(stamps) => stamp.filter(|it| stamps.contains(it)),
+            };
+            let is_first = ticks == 0 && due.is_none();
+            if let Some(time) = stamp.or(begins).filter(|it| *it > self.now || is_first) {
+                self.now = time;
+                if let Some(clock) = &self.clock {
+                    clock.publish(&Clock {
+                        clock: Time::from_nanos(time),
+                    });
+                }
+            }
+            let begins = begins.filter(|it| {
+                due.is_none() && (stamp.is_none() || self.answered.is_none_or(|done| *it > done))
+            });
+            if begins.is_some() {
+                self.is_answered = false;
+                self.since = stamp.unwrap_or(i64::MIN);
+            }
+            if !self.inputs[place].publisher.publish(&message.payload) {
+                bail!("{}: a message cannot be published", message.topic.name);
+            }
+            match begins {
+                Some(tick) if stamp.is_some() => due = Some(tick),
+                // Without a stamp nothing tells which messages belong to the same tick.
+                Some(tick) => {
+                    self.wait_for(tick, child.as_deref_mut())?;
+                    ticks += 1;
+                }
+                None if stamp.is_none() => self.take_for(PAUSE, false)?,
+                None => {}
+            }
+        }
+        if let Some(tick) = due {
+            self.wait_for(tick, child)?;
+            ticks += 1;
+        }
+        self.take_for(SETTLING, false)?;
+        Ok(ticks)
+    }
+
+    /// Takes the node's messages until it has answered a stamp.
+    fn wait_for(&mut self, tick: i64, child: Option<&mut Started>) -> Result<()> {
+        let deadline = Instant::now() + self.timeout;
+        while !self.is_answered {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                if let Some(child) = child {
+                    child.check()?;
+                }
+                bail!(
+                    "no message on '{}' answers the tick at {}.{:09} s within {} s (--timeout)",
+                    self.outputs[self.answer].topic.name,
+                    tick.div_euclid(1_000_000_000),
+                    tick.rem_euclid(1_000_000_000),
+                    self.timeout.as_secs_f64()
+                );
+            }
+            self.take_for(left, true)?;
+        }
+        self.answered = Some(tick);
+        Ok(())
+    }
+
+    /// Takes one message within a time, or all that come with no more than that time between them.
+    fn take_for(&mut self, time: Duration, only_one: bool) -> Result<()> {
+        loop {
+            match self.rt.next(time) {
+                Next::Event(Event::Sample(number, sample)) => self.take(number, &sample)?,
+                Next::Event(Event::Parameters) => {}
+                Next::Stop => bail!("stopped"),
+                Next::Timeout => return Ok(()),
+            }
+            if only_one {
+                return Ok(());
+            }
+        }
+    }
+
+    fn take(&mut self, number: usize, sample: &RawSample) -> Result<()> {
+        let output = &self.outputs[number];
+        if let Some(id) = output.id {
+            self.writer
+                .write_raw(id, &sample.bytes, self.now, self.now)?;
+        }
+        if number == self.answer {
+            let decoder = output.stamp.as_ref();
+            let stamp = decoder.and_then(|it| it.read(&sample.bytes, &mut self.values));
+            self.is_answered |= stamp.is_none_or(|it| it >= self.since);
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<()> {
+        self.writer.close()?;
+        Ok(self.rt.shutdown()?)
+    }
+}
+
+fn recorded_stamps(bag: &BagReader, topic: &Topic, decoder: &StampDecoder) -> BTreeSet<i64> {
+    let mut values = Values::default();
+    let messages = bag.messages_of(|it| it.name == topic.name, Order::File);
+    let stamps = messages
+        .map_while(Result::ok)
+        .filter_map(|message| decoder.read(&message.payload, &mut values));
+    stamps.collect()
+}
