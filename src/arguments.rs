@@ -236,20 +236,25 @@ pub fn choice_also_known<T: Copy + Send + Sync + 'static>(
     described: fn(T) -> (&'static str, &'static str),
     also: fn(T) -> &'static [&'static str],
 ) -> impl TypedValueParser<Value = T> {
-    let values = all.iter().map(move |value| {
-        let (name, about) = described(*value);
-        let about = match also(*value) {
-            [] => about.to_owned(),
-            names => format!("{about} [also: {}]", names.join(", ")),
-        };
-        PossibleValue::new(name).help(about).aliases(also(*value))
-    });
+    let values = all.iter().map(|it| possible(described(*it), also(*it)));
     PossibleValuesParser::new(values).try_map(move |name| {
         let is_it =
             |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
         let mut values = all.iter().copied();
         values.find(is_it).ok_or("not one of the values")
     })
+}
+
+/// A value with its name, its help line and its other names.
+pub fn possible(
+    (name, about): (&'static str, &'static str),
+    also: &'static [&'static str],
+) -> PossibleValue {
+    let about = match also {
+        [] => about.to_owned(),
+        names => format!("{about} [also: {}]", names.join(", ")),
+    };
+    PossibleValue::new(name).help(about).aliases(also)
 }
 
 /// A parser for the format of a table.

@@ -99,7 +99,7 @@ impl ReviewArgs {
             ));
         }
         let mut options = FitOptions {
-            signals: (&signals).into(),
+            signals: signals.options(),
             validation: self.validation.clone(),
             ..FitOptions::default()
         };

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use planesman_fit::declaration::OptionGroup as _;
 use planesman_fit::model_file::given;
-use planesman_fit::{EquationsFile, Sources};
+use planesman_fit::{EquationsFile, FitOptions, Sources};
 use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;
@@ -101,7 +102,10 @@ fn sources(data: Vec<PathBuf>, columns: Option<Vec<(String, PyBackedBytes)>>) ->
 /// The options of a fit by their names, with the words that are possible where there are few.
 #[pyfunction]
 pub(crate) fn fit_options() -> Vec<(&'static str, Vec<&'static str>)> {
-    planesman_fit::options()
+    let options = FitOptions::declarations().into_iter();
+    let words = options.map(|it| (it.name, it.kind().words));
+    let names = words.map(|(name, words)| (name, words.iter().map(|it| it.name).collect()));
+    names.collect()
 }
 
 /// A model file, as JSON.

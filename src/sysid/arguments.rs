@@ -1,58 +1,121 @@
-//! Arguments shared by several commands: data, signals, a grid.
+//! Arguments shared by several commands: data, signals, and the options that a library declares.
 
 use std::path::PathBuf;
 
-use clap::{Arg, Args};
+use clap::builder::{ArgPredicate, PossibleValuesParser};
+use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use planesman_console::progress::Bars;
-use planesman_fit::rules::{self, EXCLUDES, NEEDS, Rule, RuleError, Span};
-use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions, Sources};
+use planesman_fit::declaration::{Declaration, OptionGroup, Takes};
+use planesman_fit::rules::{Rule, RuleError, Span};
+use planesman_fit::{DataOptions, SignalOptions, Sources};
 use planesman_parallel::Progress;
-use planesman_signals::{
-    Band, Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend, Unwrap,
-};
-use planesman_units::Dimension;
 
-use crate::arguments::{choice, quantity};
+use crate::arguments::possible;
 
-/// An argument with the others that the library's rules let it be given with.
-pub(crate) fn together(argument: Arg) -> Arg {
-    let id = argument.get_id().clone();
-    let of = |(option, _): &(&str, &str)| id == *option;
-    let needs = NEEDS.into_iter().filter(of);
-    let argument = needs.fold(argument, |it, (_, needed)| it.requires(needed));
-    let excludes = EXCLUDES.into_iter().filter(of);
-    excludes.fold(argument, |it, (_, other)| it.conflicts_with(other))
+/// Options that a library declares, as arguments.
+#[derive(Clone, Debug)]
+pub(crate) struct Declared<T>(pub(crate) T);
+
+impl<T: OptionGroup> Args for Declared<T> {
+    fn augment_args(command: Command) -> Command {
+        let default = T::default();
+        let options = default.values().into_iter();
+        command.args(options.map(|(option, value)| argument(option, value.written())))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
-/// The data that a command is given.
+impl<T: OptionGroup> FromArgMatches for Declared<T> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut options = Self(T::default());
+        options.update_from_arg_matches(matches)?;
+        Ok(options)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        for option in T::declarations() {
+            let texts: Vec<&str> = match option.kind().takes {
+                Takes::Nothing if matches.get_flag(option.name) => vec!["True"],
+                Takes::Nothing => Vec::new(),
+                _ => {
+                    let texts = matches.get_many::<String>(option.name);
+                    texts.into_iter().flatten().map(String::as_str).collect()
+                }
+            };
+            for text in texts {
+                let put = self.0.put(option, text);
+                put.map_err(|it| Error::raw(ErrorKind::ValueValidation, it))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An option in a help text, with its value.
+fn in_words(name: &str, value: Option<&str>) -> String {
+    let value = value.map_or_else(String::new, |it| format!(" {it}"));
+    format!("--{}{value}", name.replace('_', "-"))
+}
+
+/// The argument of an option.
+fn argument(option: &'static Declaration, default: Vec<String>) -> Arg {
+    let kind = option.kind();
+    let argument = Arg::new(option.name)
+        .long(option.name.replace('_', "-"))
+        .short(option.short)
+        .visible_aliases(option.alias)
+        .help(option.doc(in_words))
+        .help_heading(option.section)
+        .requires_ifs(option.needs.map(|it| (ArgPredicate::IsPresent, it)))
+        .conflicts_with_all(option.excludes);
+    if kind.takes == Takes::Nothing {
+        return argument.action(ArgAction::SetTrue);
+    }
+    let value = match option.value {
+        "" => option.name.to_uppercase(),
+        value => value.to_owned(),
+    };
+    let argument = argument
+        .value_name(value)
+        .default_values(default)
+        .allow_hyphen_values(kind.hyphen)
+        .action(match kind.takes {
+            Takes::Several => ArgAction::Append,
+            _ => ArgAction::Set,
+        });
+    match &kind.words[..] {
+        [] => argument.value_parser(move |text: &str| {
+            (kind.accept)(text, &option.range).map(|()| text.to_owned())
+        }),
+        words => {
+            let words = words
+                .iter()
+                .map(|it| possible((it.name, it.about), it.also));
+            argument.value_parser(PossibleValuesParser::new(words))
+        }
+    }
+}
+
+/// Data, and the options that go with it.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Data")]
-pub(crate) struct DataArgs {
+pub(crate) struct DataArgs<T: OptionGroup = DataOptions> {
     /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, one or several tables (.csv), or a
     /// log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog)
     #[arg(required = true, value_name = "DATA", help_heading = None::<&str>)]
     pub(crate) data: Vec<PathBuf>,
-    /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
-    #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
-    stamp: Option<Clock>,
-    /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
-    #[arg(long, value_name = "COLUMN")]
-    time: Option<String>,
-    /// Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]
-    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described))]
-    time_unit: Option<TimeUnit>,
-    /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
-    #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, rules::SAMPLE_TIME.least, rules::SAMPLE_TIME.most))]
-    sample_time: Option<f64>,
-    /// Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
-    most_unpacked: Option<u32>,
+    #[command(flatten)]
+    pub(crate) options: Declared<T>,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
 }
 
-impl DataArgs {
+impl<T: OptionGroup> DataArgs<T> {
     /// Who is told of progress: standard error, unless it is not wanted.
     pub(crate) fn progress(&self) -> Box<dyn Progress> {
         match self.quiet {
@@ -60,18 +123,14 @@ impl DataArgs {
             false => Box::new(Bars::default()),
         }
     }
+}
 
+impl DataArgs {
     /// The options they stand for, of these paths.
     pub(crate) fn options(&self, paths: Vec<PathBuf>) -> DataOptions {
         DataOptions {
             sources: Sources::Files(paths),
-            stamp: self.stamp,
-            time: TableTime {
-                column: self.time.clone(),
-                unit: self.time_unit,
-                sample_time: self.sample_time,
-            },
-            most_unpacked: self.most_unpacked.map(|it| u64::from(it) * 1_000_000),
+            ..self.options.0.clone()
         }
     }
 }
@@ -82,11 +141,11 @@ impl From<&DataArgs> for DataOptions {
     }
 }
 
-/// Signals of some data, on one grid.
+/// Signals of some data, and the options that go with them.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct SignalArgs {
+pub(crate) struct SignalArgs<T: OptionGroup = SignalOptions> {
     #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) data: DataArgs<T>,
     /// Input signal: TOPIC:FIELD, or a CSV column; one that was not recorded in words, 'VALUE[UNIT] from TIME': '12V from 0.1s',
     /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'. Given again for each further input: one model has them all
     #[arg(
@@ -95,7 +154,8 @@ pub(crate) struct SignalArgs {
         required = true,
         value_name = "SIGNAL",
         allow_hyphen_values = true,
-        help_heading = "Signals"
+        help_heading = "Signals",
+        display_order = 0
     )]
     pub(crate) input: Vec<String>,
     /// Output signal; given again for each further output
@@ -104,99 +164,25 @@ pub(crate) struct SignalArgs {
         short,
         required = true,
         value_name = "SIGNAL",
-        help_heading = "Signals"
+        help_heading = "Signals",
+        display_order = 0
     )]
     pub(crate) output: Vec<String>,
-    /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
-    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
-    reference: Option<String>,
-    #[command(flatten)]
-    grid: GridArgs,
-    #[command(flatten)]
-    preparation: PreparationArgs,
 }
 
-/// How a record is prepared before a model is fitted.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Preparation")]
-pub(crate) struct PreparationArgs {
-    /// Outliers: samples far from the median of those around them
-    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
-    outliers: Outliers,
-    /// Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz)
-    /// [default: all]
-    #[arg(long, value_name = "LOW..HIGH", value_parser = span(rules::BAND))]
-    prefilter: Option<Band>,
-    /// Which data is used
-    #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
-    segment: SegmentChoice,
-    /// What is subtracted from each signal
-    #[arg(long, value_parser = choice(&Trend::ALL, Trend::described), default_value = "none")]
-    detrend: Trend,
-}
-
-impl From<&SignalArgs> for SignalOptions {
-    fn from(args: &SignalArgs) -> Self {
-        let first = |names: &[String]| names.first().cloned().unwrap_or_default();
-        Self {
-            data: (&args.data).into(),
-            input: first(&args.input),
-            output: first(&args.output),
-            other_inputs: args.input.iter().skip(1).cloned().collect(),
-            other_outputs: args.output.iter().skip(1).cloned().collect(),
-            reference: args.reference.clone(),
-            grid: (&args.grid).into(),
-            preparation: (&args.preparation).into(),
-        }
-    }
-}
-
-impl From<&PreparationArgs> for PreparationOptions {
-    fn from(args: &PreparationArgs) -> Self {
-        Self {
-            outliers: args.outliers,
-            prefilter: args.prefilter,
-            segment: args.segment,
-            detrend: args.detrend,
-        }
-    }
-}
-
-/// How samples are put on a grid.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Grid")]
-pub(crate) struct GridArgs {
-    /// Sampling rate of the grid [default: that of the slowest output]
-    #[arg(long, value_name = "HZ", value_parser = by(rules::RATE))]
-    rate: Option<f64>,
-    /// Use only data between these times, in seconds from the first output's first sample; several windows are
-    /// runs of one model
-    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW))]
-    window: Vec<(f64, f64)>,
-    /// Resampling of inputs
-    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "mean")]
-    input_method: Method,
-    /// Resampling of outputs
-    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "linear")]
-    output_method: Method,
-    /// Longest interval between two samples that is not a gap [default: five sample intervals; none for a held input]
-    #[arg(long, value_name = "SECONDS", value_parser = by(rules::MAX_GAP))]
-    max_gap: Option<f64>,
-    /// Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not
-    #[arg(long, value_name = "360|2pi|65536|no", value_parser = rules::unwrap, default_value = "automatic", allow_hyphen_values = true)]
-    unwrap: Unwrap,
-}
-
-impl From<&GridArgs> for GridOptions {
-    fn from(args: &GridArgs) -> Self {
-        Self {
-            rate: args.rate,
-            window: args.window.clone(),
-            input_method: args.input_method,
-            output_method: args.output_method,
-            max_gap: args.max_gap,
-            unwrap: args.unwrap,
-        }
+impl<T: OptionGroup + Clone + AsMut<SignalOptions>> SignalArgs<T> {
+    /// The options, with data and signals.
+    pub(crate) fn options(&self) -> T {
+        let mut options = self.data.options.0.clone();
+        let signals = options.as_mut();
+        signals.data.sources = Sources::Files(self.data.data.clone());
+        let named = |names: &[String]| {
+            let first = names.first().cloned().unwrap_or_default();
+            (first, names.iter().skip(1).cloned().collect())
+        };
+        (signals.input, signals.other_inputs) = named(&self.input);
+        (signals.output, signals.other_outputs) = named(&self.output);
+        options
     }
 }
 

@@ -6,10 +6,12 @@ use anyhow::{Result, bail};
 use clap::Parser;
 use planesman_bag::metadata;
 use planesman_console::{Format, print_wrapped};
-use planesman_fit::{CompareOptions, compare, compare_several, rules};
+use planesman_fit::{
+    CompareOptions, GridOptions, PreparationOptions, compare, compare_several, rules,
+};
 use planesman_model_file::{ModelFile, SeveralModelFile};
 
-use super::arguments::{DataArgs, GridArgs, PreparationArgs, together};
+use super::arguments::{DataArgs, Declared};
 use crate::arguments::output_file;
 use planesman_flight::sink::write_text;
 use planesman_show::pages::tables::{numbers, of_several, tables};
@@ -21,7 +23,6 @@ use planesman_show::pages::tables::{numbers, of_several, tables};
 #[derive(Clone, Debug, Parser)]
 #[command(
     name = "sysid compare",
-    mut_args = together,
     override_usage = "planesman sysid compare [OPTIONS] <MODEL>... <DATA>...",
     mut_arg("data", |arg| arg.value_name("MODEL|DATA").help(
         "Model files (*.json, *.yaml), then the data: a bag folder, one or several .mcap or .db3 files of a split bag, \
@@ -38,9 +39,9 @@ pub struct CompareArgs {
     #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     output: Option<String>,
     #[command(flatten)]
-    grid: GridArgs,
+    grid: Declared<GridOptions>,
     #[command(flatten)]
-    preparation: PreparationArgs,
+    preparation: Declared<PreparationOptions>,
     /// How many samples ahead predictions are judged
     #[arg(long, value_name = "SAMPLES", value_delimiter = ',', default_value = "1,10",
         value_parser = clap::value_parser!(u16).range(rules::AHEAD), help_heading = "Judgement")]
@@ -70,8 +71,8 @@ impl TryFrom<&CompareArgs> for CompareOptions {
             data: args.data.options(data),
             input: args.input.clone(),
             output: args.output.clone(),
-            grid: (&args.grid).into(),
-            preparation: (&args.preparation).into(),
+            grid: args.grid.0.clone(),
+            preparation: args.preparation.0,
             ahead: args.ahead.iter().map(|it| usize::from(*it)).collect(),
         })
     }
@@ -152,8 +153,8 @@ fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Re
     let options = CompareOptions {
         models: Vec::new(),
         data: args.data.options(data),
-        grid: (&args.grid).into(),
-        preparation: (&args.preparation).into(),
+        grid: args.grid.0.clone(),
+        preparation: args.preparation.0,
         ..CompareOptions::default()
     };
     let found = compare_several(models, &options, &*args.data.progress())?;

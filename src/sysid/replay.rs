@@ -8,14 +8,15 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use planesman_console::print_wrapped;
 use planesman_console::progress::spinner;
+use planesman_fit::declaration::{Declaration, OptionGroup as _};
 use planesman_fit::rules::{RATE, WINDOW};
 use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions};
 use planesman_identifier::IdentifierParameters;
 use planesman_identifier::replay::{OnEstimate, Replay, replay, replay_record, text};
 use planesman_parameters::{Parameters as _, Value, Values, file};
-use planesman_signals::{LogKind, Outliers, TableTime, is_table};
+use planesman_signals::{LogKind, Outliers, is_table};
 
-use super::arguments::{DataArgs, by, span, together};
+use super::arguments::{DataArgs, by, span};
 use super::history::History;
 use crate::arguments::output_file;
 
@@ -24,7 +25,7 @@ const PRINTED: usize = 10;
 
 /// Run the live identifier on a bag, table or log, and compare with a bag's published estimates.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "replay", mut_args = together)]
+#[command(name = "replay")]
 pub struct ReplayArgs {
     #[command(flatten)]
     data: DataArgs,
@@ -127,8 +128,9 @@ impl ReplayArgs {
     }
 
     fn refuse_options_of_tables(&self, data: &DataOptions) -> Result<()> {
+        let of_tables = |it: &&Declaration| it.name != "most_unpacked";
         let is_given = self.rate.is_some() || !self.window.is_empty();
-        if is_given || data.stamp.is_some() || data.time != TableTime::default() {
+        if is_given || data.given().iter().any(of_tables) {
             bail!(
                 "--stamp, --time, --time-unit, --sample-time, --rate and --window are for tables and logs; a bag's messages are \
                  taken as the node took them: -p sample_time:=, -p start:= and -p resample:= say how"

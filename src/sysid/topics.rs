@@ -7,11 +7,11 @@ use planesman_decode::FieldPath;
 use planesman_fit::{DataOptions, FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
 use planesman_signals::hertz;
 
-use super::arguments::{DataArgs, together};
+use super::arguments::DataArgs;
 
 /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "sysid topics", mut_args = together)]
+#[command(name = "sysid topics")]
 pub struct TopicsArgs {
     #[command(flatten)]
     data: DataArgs,

@@ -108,7 +108,7 @@ impl TuneArgs {
             );
         }
         let mut options = FitOptions {
-            signals: (&self.signals).into(),
+            signals: self.signals.options(),
             ..FitOptions::default()
         };
         options.vehicle.speed = self.gains.speed();

@@ -15,7 +15,7 @@ use crate::error::FitError;
 use crate::model_file;
 use crate::options::{GridOptions, PreparationOptions, SignalOptions};
 use crate::record::Expected;
-use crate::rules::{AHEAD, count};
+use crate::rules::check_ahead;
 
 /// Frequencies of a response.
 const FREQUENCIES: usize = 200;
@@ -82,9 +82,7 @@ pub struct Compared {
 pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comparison, FitError> {
     let models = &options.models;
     let (path, first) = models.first().ok_or(FitError::NoModel)?;
-    for ahead in &options.ahead {
-        count("ahead", Some(*ahead), &AHEAD)?;
-    }
+    check_ahead(&options.ahead)?;
     let signals = SignalOptions {
         input: signal(models, options.input.as_ref(), "input", |it| &it.input)?,
         output: signal(models, options.output.as_ref(), "output", |it| &it.output)?,

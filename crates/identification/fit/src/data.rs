@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use planesman_bag::{is_bag_file, sorted_into_bags};
 use planesman_parallel::{Progress, stop_point};
-use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime, is_table};
+use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime, TimeUnit, is_table};
+use planesman_units::Dimension;
 
+use crate::declaration::{OptionGroup, Range, options};
 use crate::error::FitError;
-use crate::rules::{SAMPLE_TIME, number, together};
 
 /// Columns by name, all of one length; NaN is a sample that is not there.
 pub type Columns = Vec<(String, Vec<f64>)>;
@@ -27,18 +28,27 @@ impl Default for Sources {
     }
 }
 
-/// What is read, and how its time is.
-#[derive(Clone, Debug, Default)]
-pub struct DataOptions {
-    /// The data.
-    pub sources: Sources,
-    /// The clock of a bag's stamps; `None` for the messages' own if all have one.
-    pub stamp: Option<Clock>,
-    /// How the time of a table or of columns is read.
-    pub time: TableTime,
-    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
-    pub most_unpacked: Option<u64>,
+options! {
+    /// What is read, and how its time is.
+    #[derive(Clone, Debug)]
+    pub struct DataOptions in "Data" {
+        /// The data.
+        sources: Sources;
+        /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
+        stamp: Option<Clock> = None;
+        /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
+        time: Option<String> = None, value: "COLUMN", excludes: Some("sample_time");
+        /// Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]
+        time_unit: Option<TimeUnit> = None, excludes: Some("sample_time");
+        /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
+        sample_time: Option<f64> = None, value: "TIME", range: Range::Quantity(Dimension::Time, 1e-6, 1e6);
+        /// Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
+        most_unpacked: Option<usize> = None, value: "MB", range: Range::Count(1..=1_000_000_000);
+    }
 }
+
+/// The data is an argument of each front end.
+impl OptionGroup for Sources {}
 
 /// The result of `read`, which is handed what it tells of the bytes that it has read of so many.
 pub(crate) fn reading<R>(
@@ -104,17 +114,15 @@ impl DataOptions {
     }
 
     fn opened(&self, paths: Vec<PathBuf>) -> Result<Source, FitError> {
-        let time = &self.time;
-        number("sample_time", time.sample_time, &SAMPLE_TIME)?;
-        together(|option| match option {
-            "time" => time.column.is_some(),
-            "time_unit" => time.unit.is_some(),
-            "sample_time" => time.sample_time.is_some(),
-            _ => false,
-        })?;
+        self.check_values()?;
+        let time = TableTime {
+            column: self.time.clone(),
+            unit: self.time_unit,
+            sample_time: self.sample_time,
+        };
         let opened = match &self.sources {
             Sources::Columns(columns) => {
-                ColumnSource::new(columns.clone(), time).map(Source::Columns)
+                ColumnSource::new(columns.clone(), &time).map(Source::Columns)
             }
             Sources::Files(_) if paths.iter().all(|it| it.as_os_str().is_empty()) => {
                 return Err(FitError::NoData);
@@ -122,8 +130,8 @@ impl DataOptions {
             Sources::Files(_) => Source::open(&Data {
                 paths,
                 stamp: self.stamp,
-                time: time.clone(),
-                most_unpacked: self.most_unpacked,
+                time,
+                most_unpacked: self.most_unpacked.map(|it| it as u64 * 1_000_000),
             }),
         };
         opened.map_err(FitError::data)

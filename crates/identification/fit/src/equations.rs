@@ -4,9 +4,13 @@ use planesman_equations::{Equations, EquationsFile, EquationsFit, Found, Initial
 use planesman_parallel::Progress;
 use serde_json::{Value, json};
 
+use crate::declaration::OptionGroup as _;
 use crate::error::FitError;
 use crate::options::FitOptions;
 use crate::stamped::StampedRuns;
+
+/// Options that equations answer themselves.
+const OF_STRUCTURE: [&str; 5] = ["order", "numerator", "delay", "no_offset", "at_rest"];
 
 /// Equations fitted to data.
 #[derive(Debug)]
@@ -28,17 +32,10 @@ pub fn fit_equations(
     progress: &dyn Progress,
 ) -> Result<EquationsResult, FitError> {
     options.check_stamped()?;
-    let structure = &options.structure;
-    let given = [
-        ("order", structure.order.is_some()),
-        ("numerator", structure.numerator.is_some()),
-        ("delay", structure.delay.is_some()),
-        ("no_offset", structure.no_offset),
-        ("at_rest", structure.at_rest),
-    ];
-    if let Some((option, _)) = given.into_iter().find(|it| it.1) {
+    let given = options.given();
+    if let Some(option) = given.iter().find(|it| OF_STRUCTURE.contains(&it.name)) {
         return Err(FitError::NotOf(
-            option,
+            option.name,
             "equations, which stand in their file",
         ));
     }
@@ -217,7 +214,7 @@ parameters: {a: {start: 1, min: 0.01}, b: {start: 1}}
         let columns = vec![("volts".to_owned(), u), ("y".to_owned(), y.collect())];
         let mut options = FitOptions::default();
         options.signals.data = DataOptions::columns(columns);
-        options.signals.data.time.sample_time = Some(0.1);
+        options.signals.data.sample_time = Some(0.1);
         options.signals.input = "u=volts".to_owned();
         options
     }

@@ -404,7 +404,7 @@ mod tests {
     fn options(data: DataOptions) -> FitOptions {
         let mut options = FitOptions::default();
         options.signals.data = data;
-        options.signals.data.time.sample_time = Some(SAMPLE_TIME);
+        options.signals.data.sample_time = Some(SAMPLE_TIME);
         options.signals.input = "u".to_owned();
         options.signals.output = "y".to_owned();
         options.structure.order = Some(1);

@@ -11,6 +11,7 @@
 //! - [`fit_equations`]: state equations of one's own, on the stamps themselves.
 //! - [`fit_several`], [`compare_several`]: the same of several inputs and outputs.
 //! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
+//! - [`declaration`]: the options, each declared once for the library and its front ends.
 //! - [`rules`]: the values that options take.
 //!
 //! Each is told to a [`Progress`](planesman_parallel::Progress), which may be `()`, and ends at its next stop point when it is
@@ -25,7 +26,7 @@
 //!     y.push(0.9 * y[k - 1] + 0.2 * u[k - 1]);
 //! }
 //! let mut data = DataOptions::columns(vec![("u".to_owned(), u), ("y".to_owned(), y)]);
-//! data.time.sample_time = Some(0.1);
+//! data.sample_time = Some(0.1);
 //! let options = FitOptions {
 //!     signals: SignalOptions { data, input: "u".to_owned(), output: "y".to_owned(), ..Default::default() },
 //!     structure: StructureOptions { order: Some(1), ..Default::default() },
@@ -39,6 +40,7 @@
 mod compare;
 mod continuous;
 mod data;
+pub mod declaration;
 mod equations;
 mod error;
 mod fit;
@@ -67,7 +69,7 @@ pub use error::FitError;
 pub use fit::{FitData, FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, KnownVehicle, MethodChoice, PreparationOptions, RecursionOptions,
-    SignalOptions, StructureOptions, Validation, VehicleOptions, options,
+    SignalOptions, StructureOptions, Validation, VehicleOptions,
 };
 pub use planesman_equations::EquationsFile;
 pub use samples::{SamplesOptions, samples};

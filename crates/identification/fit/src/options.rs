@@ -13,105 +13,106 @@ use planesman_identification::several;
 use planesman_signals::{
     Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend, Unwrap,
 };
+use planesman_units::Dimension;
 
 use crate::data::DataOptions;
+use crate::declaration::{OptionGroup, Range, Value, choices, options};
 use crate::error::FitError;
 use crate::rules::{
-    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, COHERENCE, DELAY, FINITE, FORGETTING, MAX_GAP,
-    NOT_NEGATIVE, NUMERATOR, ORDER, RATE, RuleError, SPEED, WINDOW, count, number, span, together,
+    self, ABOVE_ZERO, BAND, COHERENCE, FORGETTING, MAX_GAP, NOT_NEGATIVE, RATE, RuleError, WINDOW,
 };
 use crate::steps_in_words::StepsInWords;
 
 /// The largest order of a model with poles.
 const MAX_ORDER: usize = 20;
 
-/// The options of [`fit`](crate::fit).
-///
-/// Each is the option of that name of `planesman sysid fit`; docs/sysid.md says more.
-#[derive(Clone, Debug, Default)]
-pub struct FitOptions {
-    /// The signals of some data, on one grid.
-    pub signals: SignalOptions,
-    /// Data to judge the model on, of which nothing is fitted; `None` for the last three tenths of the record.
-    pub validation: Option<Validation>,
-    /// The estimator.
-    pub method: MethodChoice,
-    /// The model's structure.
-    pub structure: StructureOptions,
-    /// Known values of the vehicle.
-    pub vehicle: VehicleOptions,
-    /// How the recursive methods learn.
-    pub recursion: RecursionOptions,
-    /// Simulated records of a bootstrap for 95 % intervals of poles and gain, 100 to 100,000; `None` for none.
-    pub bootstrap: Option<usize>,
-    /// The static curve in front of the dynamics or behind them.
-    pub curve: CurveChoice,
-}
-
-/// Signals of some data, on one grid.
-#[derive(Clone, Debug, Default)]
-pub struct SignalOptions {
-    /// The data.
-    pub data: DataOptions,
-    /// The input: `TOPIC:FIELD`, a column, or one that was not recorded in words: `12V from 0.1s`.
-    pub input: String,
-    /// The output.
-    pub output: String,
-    /// Further inputs, each recorded: the model is then one of several inputs ([`fit_several`](crate::fit_several)).
-    pub other_inputs: Vec<String>,
-    /// Further outputs.
-    pub other_outputs: Vec<String>,
-    /// The reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages.
-    pub reference: Option<String>,
-    /// The grid.
-    pub grid: GridOptions,
-    /// How the record is prepared.
-    pub preparation: PreparationOptions,
-}
-
-/// How samples are put on a grid.
-#[derive(Clone, Debug)]
-pub struct GridOptions {
-    /// Sampling rate, Hz; `None` for that of the slowest output.
-    pub rate: Option<f64>,
-    /// The times that are used, in seconds from the first output's first sample, infinite where open; several are runs of one
-    /// model, none is all.
-    pub window: Vec<(f64, f64)>,
-    /// Resampling of inputs.
-    pub input_method: Resampling,
-    /// Resampling of outputs.
-    pub output_method: Resampling,
-    /// The longest interval between two samples that is not a gap, s; `None` for five sample intervals, and for none of a held
-    /// input.
-    pub max_gap: Option<f64>,
-    /// What becomes of angles and counters that wrap.
-    pub unwrap: Unwrap,
-}
-
-impl Default for GridOptions {
-    fn default() -> Self {
-        Self {
-            rate: None,
-            window: Vec::new(),
-            input_method: Resampling::Mean,
-            output_method: Resampling::Linear,
-            max_gap: None,
-            unwrap: Unwrap::Automatic,
-        }
+options! {
+    /// The options of [`fit`](crate::fit).
+    ///
+    /// Each is the option of that name of `planesman sysid fit`; docs/sysid.md says more.
+    #[derive(Clone, Debug)]
+    pub struct FitOptions in "Model" {
+        /// The signals of some data, on one grid.
+        signals: SignalOptions;
+        /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data as in
+        /// `window`, which is then left out of the fit [default: a model of the first seven tenths is judged on the rest]
+        validation: Option<Validation> = None, section: "Data", value: "DATA|FROM..TO";
+        /// The estimator
+        method: MethodChoice = MethodChoice::default(), of_grid: true;
+        /// The model's structure.
+        structure: StructureOptions;
+        /// Known values of the vehicle.
+        vehicle: VehicleOptions;
+        /// How the recursive methods learn.
+        recursion: RecursionOptions;
+        /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
+        bootstrap: Option<usize> = None, value: "RECORDS", range: Range::Count(100..=100_000), of_one: true;
+        /// Static curve in front of the dynamics (Hammerstein) or behind them (Wiener)
+        curve: CurveChoice = CurveChoice::default(), of_one: true;
     }
 }
 
-/// How a record is prepared before a model is fitted.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PreparationOptions {
-    /// What becomes of samples far from the median of those around them.
-    pub outliers: Outliers,
-    /// The band of frequencies that is used, of every signal, Hz; 0 or infinity for an open edge.
-    pub prefilter: Option<Band>,
-    /// Which data is used.
-    pub segment: SegmentChoice,
-    /// What is subtracted from each signal.
-    pub detrend: Trend,
+options! {
+    /// Signals of some data, on one grid.
+    #[derive(Clone, Debug)]
+    pub struct SignalOptions in "Signals" {
+        /// The data.
+        data: DataOptions;
+        /// The input: `TOPIC:FIELD`, a column, or one that was not recorded in words: `12V from 0.1s`.
+        input: String;
+        /// The output.
+        output: String;
+        /// Further inputs, each recorded: the model is then one of several inputs ([`fit_several`](crate::fit_several)).
+        other_inputs: Vec<String>;
+        /// Further outputs.
+        other_outputs: Vec<String>;
+        /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
+        reference: Option<String> = None, value: "SIGNAL", short: Some('r'), of_one: true;
+        /// The grid.
+        grid: GridOptions;
+        /// How the record is prepared.
+        preparation: PreparationOptions;
+    }
+}
+
+/// The names of signals are arguments of each front end.
+impl OptionGroup for String {}
+impl OptionGroup for Vec<String> {}
+
+options! {
+    /// How samples are put on a grid.
+    #[derive(Clone, Debug)]
+    pub struct GridOptions in "Grid" {
+        /// Sampling rate of the grid (Hz) [default: that of the slowest output]
+        rate: Option<f64> = None, value: "HZ", range: Range::Number(RATE), of_grid: true;
+        /// Use only data between these times, in seconds from the first output's first sample; several windows are
+        /// runs of one model
+        window: Vec<(f64, f64)> = Vec::new(), value: "FROM..TO", range: Range::Span(WINDOW);
+        /// Resampling of inputs
+        input_method: Resampling = Resampling::Mean;
+        /// Resampling of outputs
+        output_method: Resampling = Resampling::Linear;
+        /// Longest interval between two samples that is not a gap (s) [default: five sample intervals; none for a held input]
+        max_gap: Option<f64> = None, value: "SECONDS", range: Range::Number(MAX_GAP);
+        /// Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not
+        unwrap: Unwrap = Unwrap::Automatic, value: "360|2pi|65536|no";
+    }
+}
+
+options! {
+    /// How a record is prepared before a model is fitted.
+    #[derive(Clone, Copy, Debug)]
+    pub struct PreparationOptions in "Preparation" {
+        /// Outliers: samples far from the median of those around them
+        outliers: Outliers = Outliers::default();
+        /// Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz)
+        /// [default: all]
+        prefilter: Option<Band> = None, value: "LOW..HIGH", range: Range::Span(BAND), of_grid: true;
+        /// Which data is used
+        segment: SegmentChoice = SegmentChoice::default(), of_grid: true;
+        /// What is subtracted from each signal
+        detrend: Trend = Trend::default(), of_grid: true;
+    }
 }
 
 /// Data to judge a model on.
@@ -200,100 +201,110 @@ impl MethodChoice {
     }
 }
 
-/// Every option of a fit by its name, with its words where it takes one of several.
-#[must_use]
-pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
-    const OTHERS: [&str; 33] = [
-        "input",
-        "output",
-        "reference",
-        "time",
-        "sample_time",
-        "most_unpacked",
-        "prefilter",
-        "rate",
-        "window",
-        "max_gap",
-        "unwrap",
-        "validation",
-        "order",
-        "coherence",
-        "numerator",
-        "delay",
-        "zeros_at_one",
-        "integrators",
-        "no_offset",
-        "at_rest",
-        "prewindow",
-        "own_numerators",
-        "heave",
-        "vehicle",
-        "heave_doubt",
-        "speed",
-        "inertia",
-        "noise",
-        "bias_drift",
-        "disturbance",
-        "bootstrap",
-        "forgetting",
-        "initial_covariance",
-    ];
-    fn words<T: Copy>(
-        all: &[T],
-        described: fn(T) -> (&'static str, &'static str),
-    ) -> Vec<&'static str> {
-        all.iter().map(|it| described(*it).0).collect()
-    }
-    let mut options: Vec<_> = OTHERS.map(|name| (name, Vec::new())).into();
-    options.extend([
-        ("stamp", words(&Clock::ALL, Clock::described)),
-        ("time_unit", words(&TimeUnit::ALL, TimeUnit::described)),
-        ("outliers", words(&Outliers::ALL, Outliers::described)),
-        (
-            "segment",
-            words(&SegmentChoice::ALL, SegmentChoice::described),
-        ),
-        ("detrend", words(&Trend::ALL, Trend::described)),
-        (
-            "input_method",
-            words(&Resampling::ALL, Resampling::described),
-        ),
-        (
-            "output_method",
-            words(&Resampling::ALL, Resampling::described),
-        ),
-        ("method", words(&MethodChoice::ALL, MethodChoice::described)),
-        ("process", words(&Form::ALL, Form::described)),
-        ("curve", words(&CurveChoice::ALL, CurveChoice::described)),
-    ]);
-    options
+choices! {
+    Clock, |_| &[];
+    TimeUnit, |_| &[];
+    Resampling, |_| &[];
+    Outliers, |_| &[];
+    SegmentChoice, |_| &[];
+    Trend, |_| &[];
+    Form, |_| &[];
+    CurveChoice, |_| &[];
+    MethodChoice, Self::also_known;
 }
 
-/// The model's structure.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StructureOptions {
-    /// The order, known poles not counted, 0 for a static gain; for a finite impulse response the number of its coefficients. `None` to search it.
-    pub order: Option<usize>,
-    /// The form of a process model; `None` for a criterion to choose.
-    pub process: Option<Form>,
-    /// For the frequency domain, the least coherence that a transfer function is fitted by, 0 to 1; `None` for 0.6.
-    pub coherence: Option<f64>,
-    /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
-    pub numerator: Option<usize>,
-    /// Samples from the input to its first effect; `None` to search it.
-    pub delay: Option<usize>,
-    /// Zeros known to be at z = 1.
-    pub zeros_at_one: usize,
-    /// Poles known to be at z = 1.
-    pub integrators: usize,
-    /// The output has no offset.
-    pub no_offset: bool,
-    /// The data begins at rest; else the initial state is estimated.
-    pub at_rest: bool,
-    /// Input and output are zero before each segment (the thesis' start): zeros are put in front of it.
-    pub prewindow: bool,
-    /// Each segment has its own numerator; only the poles are common.
-    pub own_numerators: bool,
+impl Value for Validation {
+    const PYTHON: &'static str = "Path | Span";
+
+    fn read(text: &str, _: &Range) -> Result<Self, RuleError> {
+        text.parse()
+    }
+
+    fn written(&self) -> String {
+        match self {
+            Self::Data(path) => path.display().to_string(),
+            Self::Window(from, to) => (*from, *to).written(),
+        }
+    }
+
+    /// A file or folder is looked for when it is read.
+    fn check(&self, _: &Range) -> Result<(), RuleError> {
+        match self {
+            Self::Data(_) => Ok(()),
+            Self::Window(from, to) => Value::check(&(*from, *to), &Range::Span(WINDOW)),
+        }
+    }
+}
+
+impl Value for Unwrap {
+    const PYTHON: &'static str = "Literal[\"automatic\", \"2pi\", \"no\"] | float";
+
+    fn read(text: &str, _: &Range) -> Result<Self, RuleError> {
+        rules::unwrap(text)
+    }
+
+    fn written(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for [f64; 4] {
+    const PYTHON: &'static str = "Sequence[float]";
+
+    fn read(text: &str, _: &Range) -> Result<Self, RuleError> {
+        rules::heave(text)
+    }
+
+    fn written(&self) -> String {
+        self.map(|it| it.to_string()).join(",")
+    }
+}
+
+impl Value for KnownVehicle {
+    const PYTHON: &'static str = "str";
+    const HYPHEN: bool = false;
+
+    fn read(text: &str, _: &Range) -> Result<Self, RuleError> {
+        Ok(Self {
+            name: text.to_owned(),
+            heave: None,
+        })
+    }
+
+    fn written(&self) -> String {
+        self.name.clone()
+    }
+}
+
+options! {
+    /// The model's structure.
+    #[derive(Clone, Copy, Debug)]
+    pub struct StructureOptions in "Model" {
+        /// Order of the model (of its denominator), known poles not counted, 0 for a static gain; for fir the number of coefficients
+        /// [default: searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
+        order: Option<usize> = None, range: Range::Count(0..=64), alias: Some("denominator-order");
+        /// Form of a process model, for `method process` [default: chosen by the Bayesian criterion]
+        process: Option<Form> = None, value: "FORM", of_one: true;
+        /// For `method frf`: the least coherence of input and output in the band that the model is fitted in [default: 0.6]
+        coherence: Option<f64> = None, value: "SHARE", range: Range::Number(COHERENCE), of_grid: true;
+        /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
+        numerator: Option<usize> = None, value: "COUNT", range: Range::Count(1..=40), needs: Some("order");
+        /// Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same
+        /// sample [default: searched, 0 to 1000; for a method that is named 1 to 3, 1 with `order`]
+        delay: Option<usize> = None, range: Range::Count(0..=1000);
+        /// Number of zeros known to be at z = 1
+        zeros_at_one: usize = 0, range: Range::Count(0..=4), of_one: true;
+        /// Number of poles known to be at z = 1
+        integrators: usize = 0, range: Range::Count(0..=4), of_one: true;
+        /// The output has no offset
+        no_offset: bool = false;
+        /// The data begins at rest [default: the initial state is estimated]
+        at_rest: bool = false;
+        /// Input and output are zero before each segment (the thesis' start): zeros are put in front of it
+        prewindow: bool = false, needs: Some("order"), of_one: true;
+        /// Each segment has its own numerator; only the poles are common
+        own_numerators: bool = false, of_one: true;
+    }
 }
 
 impl StructureOptions {
@@ -321,39 +332,61 @@ impl StructureOptions {
 /// A vehicle whose equations are known.
 #[derive(Clone, Debug, Default)]
 pub struct KnownVehicle {
+    /// A built-in vehicle or a vehicle file.
+    pub name: String,
     /// Its coefficients of heave at `speed`, as `planesman_vehicle::heave::heave_of` has them; `None` where no speed was given.
     pub heave: Option<[f64; 4]>,
 }
 
-/// Known values of the vehicle.
-#[derive(Clone, Debug, Default)]
-pub struct VehicleOptions {
-    /// For the methods vehicle and kalman: nu, zeta, eta and epsilon of `q_dot = K/J u - B/J q - M_theta/J theta + nu w`,
-    /// `w_dot = epsilon u + eta q - zeta w`, with w in the output's unit times m.
-    pub heave: Option<[f64; 4]>,
-    /// The same of a known vehicle at `speed`: for planes in rad, a rate in rad/s.
-    pub vehicle: Option<KnownVehicle>,
-    /// Standard deviation of the heave coefficients, % of each.
-    pub heave_doubt: f64,
-    /// The vehicle's speed, m/s, for `vehicle` and the model file.
-    pub speed: Option<f64>,
-    /// Moment of inertia J: turns K/J into K.
-    pub inertia: Option<f64>,
-    /// For kalman: standard deviation of the noise, output unit; `None` for that of second differences.
-    pub noise: Option<f64>,
-    /// For kalman: standard deviation of the sensor's bias drift in one second, output unit.
-    pub bias_drift: f64,
-    /// For kalman: standard deviation of the output's change by disturbances in one second, output unit.
-    pub disturbance: f64,
+options! {
+    /// Known values of the vehicle.
+    #[derive(Clone, Debug)]
+    pub struct VehicleOptions in "Vehicle" {
+        /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
+        /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
+        heave: Option<[f64; 4]> = None, value: "NU,ZETA,ETA,EPSILON", of_one: true;
+        /// The same from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s
+        vehicle: Option<KnownVehicle> = None, value: "NAME|FILE", needs: Some("speed"), excludes: Some("heave"), of_one: true;
+        /// Standard deviation of the heave coefficients, in % of each
+        heave_doubt: f64 = 0.0, value: "PERCENT", range: Range::Number(NOT_NEGATIVE);
+        /// The vehicle's speed (m/s, or with its unit: 1ft/s), for `vehicle` and the model file
+        speed: Option<f64> = None, range: Range::Quantity(Dimension::Speed, 1e-3, 100.0), of_one: true;
+        /// Moment of inertia J; K, B and M_theta are printed with it
+        inertia: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
+        /// For kalman: standard deviation of the noise, output unit [default: from second differences]
+        noise: Option<f64> = None, range: Range::Number(ABOVE_ZERO), of_one: true;
+        /// For kalman: standard deviation of the sensor's bias drift in one second, output unit
+        bias_drift: f64 = 0.0, range: Range::Number(NOT_NEGATIVE);
+        /// For kalman: standard deviation of the output's change by disturbances in one second, output unit
+        disturbance: f64 = 0.0, range: Range::Number(NOT_NEGATIVE);
+    }
 }
 
-/// How the recursive methods learn.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RecursionOptions {
-    /// Forgetting factor per sample; `None` for 1, none.
-    pub forgetting: Option<f64>,
-    /// Initial covariance of each parameter; `None` for 1e8.
-    pub initial_covariance: Option<f64>,
+impl VehicleOptions {
+    /// Looks up the coefficients of the known vehicle by its name and the speed, m/s.
+    ///
+    /// # Errors
+    /// Those of `heave_of`.
+    pub fn look_up<E>(
+        &mut self,
+        heave_of: impl FnOnce(&str, f64) -> Result<[f64; 4], E>,
+    ) -> Result<(), E> {
+        if let (Some(vehicle), Some(speed)) = (&mut self.vehicle, self.speed) {
+            vehicle.heave = Some(heave_of(&vehicle.name, speed)?);
+        }
+        Ok(())
+    }
+}
+
+options! {
+    /// How the recursive methods learn.
+    #[derive(Clone, Copy, Debug)]
+    pub struct RecursionOptions in "Recursive methods" {
+        /// For recursive methods: forgetting factor per sample (1: none; 0.98: a memory of about 50 samples) [default: 1]
+        forgetting: Option<f64> = None, value: "LAMBDA", range: Range::Number(FORGETTING), of_one: true;
+        /// For recursive methods: initial covariance of each parameter [default: 1e8]
+        initial_covariance: Option<f64> = None, value: "P0", range: Range::Number(ABOVE_ZERO), of_one: true;
+    }
 }
 
 impl RecursionOptions {
@@ -378,6 +411,18 @@ impl RecursionOptions {
     }
 }
 
+impl AsMut<SignalOptions> for SignalOptions {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
+impl AsMut<SignalOptions> for FitOptions {
+    fn as_mut(&mut self) -> &mut SignalOptions {
+        &mut self.signals
+    }
+}
+
 impl SignalOptions {
     /// Whether there are several inputs or outputs.
     #[must_use]
@@ -397,69 +442,29 @@ impl SignalOptions {
         all.cloned().collect()
     }
 
-    /// Checks grid and preparation.
-    pub(crate) fn check(&self) -> Result<(), FitError> {
+    /// Checks that no signal is named twice.
+    fn check_names(&self) -> Result<(), FitError> {
         for names in [self.inputs(), self.outputs()] {
             let twice = |(at, name): (usize, &String)| names[..at].contains(name);
             if let Some((_, name)) = names.iter().enumerate().find(|it| twice(*it)) {
                 return Err(FitError::Twice(name.clone()));
             }
         }
-        let grid = &self.grid;
-        number("rate", grid.rate, &RATE)?;
-        number("max_gap", grid.max_gap, &MAX_GAP)?;
-        for window in &grid.window {
-            span("window", *window, &WINDOW)?;
-        }
-        let band = self.preparation.prefilter;
-        band.map_or(Ok(()), |band| span("prefilter", band, &BAND))
+        Ok(())
+    }
+
+    /// Checks each value.
+    pub(crate) fn check(&self) -> Result<(), FitError> {
+        self.check_names()?;
+        self.check_values()
     }
 }
 
 impl FitOptions {
     /// Checks each value.
     pub(crate) fn check(&self) -> Result<(), FitError> {
-        self.signals.check()?;
-        let (structure, vehicle) = (&self.structure, &self.vehicle);
-        if let Some(Validation::Window(from, to)) = self.validation {
-            span("validation", (from, to), &WINDOW)?;
-        }
-        for (option, value, range) in [
-            ("order", structure.order, ORDER),
-            ("numerator", structure.numerator, NUMERATOR),
-            ("delay", structure.delay, DELAY),
-            ("zeros_at_one", Some(structure.zeros_at_one), AT_ONE),
-            ("integrators", Some(structure.integrators), AT_ONE),
-            ("bootstrap", self.bootstrap, BOOTSTRAP),
-        ] {
-            count(option, value, &range)?;
-        }
-        let covariance = self.recursion.initial_covariance;
-        for (option, value, rule) in [
-            ("heave_doubt", Some(vehicle.heave_doubt), NOT_NEGATIVE),
-            ("speed", vehicle.speed, SPEED),
-            ("inertia", vehicle.inertia, ABOVE_ZERO),
-            ("noise", vehicle.noise, ABOVE_ZERO),
-            ("bias_drift", Some(vehicle.bias_drift), NOT_NEGATIVE),
-            ("disturbance", Some(vehicle.disturbance), NOT_NEGATIVE),
-            ("coherence", structure.coherence, COHERENCE),
-            ("forgetting", self.recursion.forgetting, FORGETTING),
-            ("initial_covariance", covariance, ABOVE_ZERO),
-        ] {
-            number(option, value, &rule)?;
-        }
-        for coefficient in vehicle.heave.into_iter().flatten() {
-            number("heave", Some(coefficient), &FINITE)?;
-        }
-        together(|option| match option {
-            "order" => structure.order.is_some(),
-            "numerator" => structure.numerator.is_some(),
-            "prewindow" => structure.prewindow,
-            "vehicle" => vehicle.vehicle.is_some(),
-            "heave" => vehicle.heave.is_some(),
-            "speed" => vehicle.speed.is_some(),
-            _ => false,
-        })
+        self.signals.check_names()?;
+        self.check_values()
     }
 
     /// Whether the output is at rest before the record: as it is said, or where an input in words begins with it.
@@ -559,28 +564,8 @@ impl FitOptions {
 
     /// The first option that is given of those that only a sampled model of one input and output has.
     pub(crate) fn given_of_one(&self) -> Option<&'static str> {
-        let (structure, vehicle) = (&self.structure, &self.vehicle);
-        let recursion = &self.recursion;
-        let of_one = [
-            ("reference", self.signals.reference.is_some()),
-            ("process", structure.process.is_some()),
-            ("zeros_at_one", structure.zeros_at_one > 0),
-            ("integrators", structure.integrators > 0),
-            ("prewindow", structure.prewindow),
-            ("own_numerators", structure.own_numerators),
-            ("heave", vehicle.heave.is_some()),
-            ("vehicle", vehicle.vehicle.is_some()),
-            ("speed", vehicle.speed.is_some()),
-            ("inertia", vehicle.inertia.is_some()),
-            ("noise", vehicle.noise.is_some()),
-            ("bootstrap", self.bootstrap.is_some()),
-            ("curve", self.curve != CurveChoice::default()),
-            ("forgetting", recursion.forgetting.is_some()),
-            ("initial_covariance", recursion.initial_covariance.is_some()),
-        ];
-        of_one
-            .into_iter()
-            .find_map(|(option, given)| given.then_some(option))
+        let given = self.given();
+        given.iter().find(|it| it.of_one).map(|it| it.name)
     }
 
     /// The options of the analysis of several inputs or outputs.

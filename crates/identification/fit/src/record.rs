@@ -6,7 +6,7 @@ use planesman_signals::{
     without_dynamics,
 };
 
-use crate::data::{DataOptions, reading};
+use crate::data::{DataOptions, Sources, reading};
 use crate::error::FitError;
 use crate::options::{GridOptions, SignalOptions, Validation};
 use crate::steps_in_words::StepsInWords;
@@ -135,10 +135,8 @@ impl SignalOptions {
         let own = match given {
             Validation::Window(..) => None,
             Validation::Data(path) => Some(DataOptions {
-                stamp: self.data.stamp,
-                time: self.data.time.clone(),
-                most_unpacked: self.data.most_unpacked,
-                ..DataOptions::files([path])
+                sources: Sources::Files(vec![path.clone()]),
+                ..self.data.clone()
             }),
         };
         let grid = self.grid.within(match given {

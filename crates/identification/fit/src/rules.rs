@@ -1,6 +1,7 @@
 //! The values that options take, each rule stated once: the command line's parsers and the library's checks use it.
 
 use std::f64::consts::PI;
+use std::num::ParseIntError;
 use std::ops::RangeInclusive;
 
 use planesman_signals::Unwrap;
@@ -59,17 +60,12 @@ const LEAST: f64 = f64::from_bits(1);
 
 /// Sampling rates, Hz.
 pub const RATE: Rule = Rule::new(1e-6, 1e6, "expected a rate between 1e-6 and 1e6 Hz");
-/// The interval between two rows, s.
-pub const SAMPLE_TIME: Rule =
-    Rule::new(1e-6, 1e6, "a number from 0.000001 to 1000000 s is expected");
 /// The longest interval that is no gap, s.
 pub const MAX_GAP: Rule = Rule::new(LEAST, 1e9, "expected a time between 0 and 1e9 s");
 /// Forgetting factors per sample.
 pub const FORGETTING: Rule = Rule::new(1e-3, 1.0, "a number from 0.001 to 1 is expected");
 /// Coherences.
 pub const COHERENCE: Rule = Rule::new(0.05, 0.999, "a coherence from 0.05 to 0.999 is expected");
-/// A vehicle's speed, m/s.
-pub const SPEED: Rule = Rule::new(1e-3, 100.0, "a number from 0.001 to 100 m/s is expected");
 /// Periods of an angle or a counter.
 pub const PERIOD: Rule = Rule::new(
     1e-6,
@@ -172,86 +168,23 @@ pub const BAND: Span = Span {
     text: "is not a band; write LOW..HIGH in Hz, as 0.01..2, 0.01.. or ..2",
 };
 
-/// Options that need another.
-pub const NEEDS: [(&str, &str); 3] = [
-    ("numerator", "order"),
-    ("prewindow", "order"),
-    ("vehicle", "speed"),
-];
-/// Options that exclude each other.
-pub const EXCLUDES: [(&str, &str); 3] = [
-    ("vehicle", "heave"),
-    ("time", "sample_time"),
-    ("time_unit", "sample_time"),
-];
-
-/// Orders of a model, 0 for a static gain; above 20 of a finite impulse response alone.
-pub const ORDER: RangeInclusive<i64> = 0..=64;
-/// Coefficients of a numerator.
-pub const NUMERATOR: RangeInclusive<i64> = 1..=40;
-/// Delays, samples.
-pub const DELAY: RangeInclusive<i64> = 0..=1000;
-/// Zeros and poles known to be at z = 1.
-pub const AT_ONE: RangeInclusive<i64> = 0..=4;
-/// Records of a bootstrap.
-pub const BOOTSTRAP: RangeInclusive<i64> = 100..=100_000;
 /// Samples ahead at which predictions are judged.
 pub const AHEAD: RangeInclusive<i64> = 1..=1000;
 
-/// Checks a number that may be given.
-pub(crate) fn number(
-    option: &'static str,
-    value: Option<f64>,
-    rule: &Rule,
-) -> Result<(), FitError> {
-    let Some(value) = value else {
-        return Ok(());
-    };
-    let checked = rule.check(&value.to_string(), value);
-    checked
-        .map(drop)
-        .map_err(|rule| FitError::value(option, value, rule))
+/// The whole number that is written so, in the range.
+pub(crate) fn whole(text: &str, range: &RangeInclusive<i64>) -> Result<usize, RuleError> {
+    let number: i64 =
+        (text.parse()).map_err(|refusal: ParseIntError| RuleError::Own(refusal.to_string()))?;
+    let within = usize::try_from(number).ok();
+    let within = within.filter(|_| range.contains(&number));
+    within.ok_or_else(|| RuleError::Count(number.into(), range.clone()))
 }
 
-/// Checks a count that may be given.
-pub(crate) fn count(
-    option: &'static str,
-    value: Option<usize>,
-    range: &RangeInclusive<i64>,
-) -> Result<(), FitError> {
-    match value {
-        Some(value) if !i64::try_from(value).is_ok_and(|it| range.contains(&it)) => {
-            let rule = RuleError::Count(value as i128, range.clone());
-            Err(FitError::value(option, value, rule))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Checks two edges.
-pub(crate) fn span(
-    option: &'static str,
-    (from, to): (f64, f64),
-    rule: &Span,
-) -> Result<(), FitError> {
-    let written = format!("{from}..{to}");
-    let checked = rule.check(&written, (from, to));
-    checked
-        .map(drop)
-        .map_err(|rule| FitError::value(option, written, rule))
-}
-
-/// Checks which options are given together.
-pub(crate) fn together(is_given: impl Fn(&str) -> bool) -> Result<(), FitError> {
-    for (option, needed) in NEEDS {
-        if is_given(option) && !is_given(needed) {
-            return Err(FitError::Needs(option, needed));
-        }
-    }
-    for (option, other) in EXCLUDES {
-        if is_given(option) && is_given(other) {
-            return Err(FitError::Excludes(option, other));
-        }
+/// Checks the samples ahead at which predictions are judged.
+pub(crate) fn check_ahead(ahead: &[usize]) -> Result<(), FitError> {
+    for samples in ahead {
+        let refused = |rule| FitError::value("ahead", samples, rule);
+        whole(&samples.to_string(), &AHEAD).map_err(refused)?;
     }
     Ok(())
 }

@@ -20,7 +20,7 @@ use crate::fit::{doubted, told};
 use crate::model_file::{given_channel, judgement, place};
 use crate::options::{FitOptions, SignalOptions};
 use crate::record::Expected;
-use crate::rules::{AHEAD, count};
+use crate::rules::check_ahead;
 
 /// A model of each output, and the record.
 #[derive(Debug)]
@@ -326,9 +326,7 @@ pub fn compare_several(
     progress: &dyn Progress,
 ) -> Result<SeveralComparison, FitError> {
     let (path, first) = models.first().ok_or(FitError::NoModel)?;
-    for ahead in &options.ahead {
-        count("ahead", Some(*ahead), &AHEAD)?;
-    }
+    check_ahead(&options.ahead)?;
     let mut inputs: Vec<String> = Vec::new();
     let mut outputs: Vec<String> = Vec::new();
     let take = |names: &mut Vec<String>, name: &String| {
@@ -459,7 +457,7 @@ mod tests {
     fn options(data: Columns) -> FitOptions {
         let mut options = FitOptions::default();
         options.signals.data = DataOptions::columns(data);
-        options.signals.data.time.sample_time = Some(0.5);
+        options.signals.data.sample_time = Some(0.5);
         options.signals.input = "u".to_owned();
         options.signals.other_inputs = vec!["v".to_owned()];
         options.signals.output = "y".to_owned();
@@ -508,7 +506,7 @@ mod tests {
                 data: DataOptions::columns(columns(60, 0.05)),
                 ..CompareOptions::default()
             };
-            of.data.time.sample_time = Some(0.5);
+            of.data.sample_time = Some(0.5);
             let judged = compare_several(&[(path, read)], &of, &()).unwrap();
             let outputs: Vec<&str> = judged.models.iter().map(|it| it.output.as_str()).collect();
             assert_eq!(outputs, ["y", "z"]);

@@ -4,7 +4,8 @@ use planesman_equations::{Between, Run, Track};
 use planesman_parallel::Progress;
 use planesman_signals::{Method, Reading, Request, Role, Stretches, hertz, read_samples};
 
-use crate::data::{DataOptions, reading};
+use crate::data::{DataOptions, Sources, reading};
+use crate::declaration::OptionGroup as _;
 use crate::error::FitError;
 use crate::fit::{doubted, told};
 use crate::options::{FitOptions, GridOptions, Validation};
@@ -55,20 +56,10 @@ impl FitOptions {
     /// The first of them.
     pub fn check_stamped(&self) -> Result<(), FitError> {
         self.check()?;
-        let (signals, preparation) = (&self.signals, &self.signals.preparation);
-        let of_grid = [
-            ("rate", signals.grid.rate.is_some()),
-            ("prefilter", preparation.prefilter.is_some()),
-            ("segment", preparation.segment != Default::default()),
-            ("detrend", preparation.detrend != Default::default()),
-            ("method", self.method != Default::default()),
-            ("coherence", self.structure.coherence.is_some()),
-        ];
-        let of_grid = of_grid
-            .into_iter()
-            .find_map(|(option, given)| given.then_some(option));
-        match of_grid.or_else(|| self.given_of_one()) {
-            Some(option) => Err(FitError::NotOf(option, WHAT)),
+        let given = self.given();
+        let of_grid = given.iter().find(|it| it.of_grid);
+        match of_grid.or_else(|| given.iter().find(|it| it.of_one)) {
+            Some(option) => Err(FitError::NotOf(option.name, WHAT)),
             None => Ok(()),
         }
     }
@@ -110,10 +101,8 @@ impl FitOptions {
             }
             Some(Validation::Data(path)) => {
                 let data = DataOptions {
-                    stamp: signals.data.stamp,
-                    time: signals.data.time.clone(),
-                    most_unpacked: signals.data.most_unpacked,
-                    ..DataOptions::files([path])
+                    sources: Sources::Files(vec![path.clone()]),
+                    ..signals.data.clone()
                 };
                 let runs = self.runs_of(&data, &[], &mut found, inputs.len(), progress);
                 runs.map_err(|error| FitError::Validation(Box::new(error)))?

@@ -122,7 +122,7 @@ pub(crate) fn suggestion<'s>(
     let mut tried = data.clone();
     if !has_time {
         // Which model there is does not depend on the unit of time.
-        tried.time.sample_time = tried.time.sample_time.or(Some(1.0));
+        tried.sample_time = tried.sample_time.or(Some(1.0));
     }
     if inputs.is_empty() || outputs.is_empty() {
         return Ok(None);
@@ -378,16 +378,15 @@ fn is_of_steps(record: &Record) -> bool {
 
 /// The options of the time that the data needs.
 fn time(data: &DataOptions, has_time: bool) -> String {
-    let time = &data.time;
     let stamp = data.stamp.map(|it| it.described().0.to_owned());
-    let unit = time.unit.map(|it| it.described().0.to_owned());
-    let step = match (time.sample_time, has_time) {
+    let unit = data.time_unit.map(|it| it.described().0.to_owned());
+    let step = match (data.sample_time, has_time) {
         (None, false) => Some("SECONDS".to_owned()),
         (step, _) => step.map(|it| format!("{it}s")),
     };
     let options = [
         ("stamp", stamp),
-        ("time", time.column.as_deref().map(shell_word)),
+        ("time", data.time.as_deref().map(shell_word)),
         ("time-unit", unit),
         ("sample-time", step),
     ];
