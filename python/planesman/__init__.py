@@ -15,8 +15,9 @@ interpreter's lock.
 from importlib.metadata import version as _version
 
 from planesman._native import PlanesmanError
+from planesman._options import FitOptions
 from planesman.data import Samples, list_fields, read_bag
-from planesman.identification import FitOptions, FrequencyResponse, Model, Uncertainty, fit, fit_equations, fit_several
+from planesman.identification import FrequencyResponse, Model, Uncertainty, fit, fit_equations, fit_several
 from planesman.many import fit_all, sweep
 from planesman.reports import reproduce
 from planesman.simulation import STATES, Flight, Loop, TransferFunction, parameter_file, parameters, simulate, transfer_function

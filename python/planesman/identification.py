@@ -7,13 +7,14 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native, _tables
 from planesman._arguments import check_names, keywords, path_text, paths, text
+from planesman._options import FitOptions, Path
 from planesman._progress import Progress
 from planesman.data import Samples
 from planesman.simulation import Form, of_control
@@ -22,129 +23,10 @@ if TYPE_CHECKING:
     import matplotlib.figure
     from typing_extensions import Unpack
 
-Path = str | PathLike[str]
-Span = tuple[float | None, float | None]
 Data = Path | Sequence[Path] | Mapping[str, Any]
-
-Method = Literal[
-    "automatic",
-    "box_jenkins",
-    "output_error",
-    "armax",
-    "least_squares",
-    "n4sid",
-    "process",
-    "frf",
-    "fir",
-    "recursive_least_squares",
-    "extended_least_squares",
-    "recursive_prediction_error",
-    "recursive_output_error",
-    "vehicle",
-    "kalman",
-    "all",
-]
 
 # Standard deviations of a 95 % interval.
 _95 = 1.959964
-
-
-class FitOptions(TypedDict, total=False):
-    """The options of `fit` and `fit_all`: those of `planesman sysid fit`, whose `--help` and docs/sysid.md say more."""
-
-    reference: str
-    """Setpoint of the control loop, for closed-loop data: the model is then fitted in two stages, or by the response to it."""
-    stamp: Literal["header", "log"]
-    """Time stamps: of the message headers, or of the recorder."""
-    time: str
-    """Column of time of a table."""
-    time_unit: Literal["s", "ms", "us", "ns", "min", "h", "d"]
-    """Its unit."""
-    sample_time: float | str
-    """Interval between two rows of a table or of arrays without a time, s."""
-    most_unpacked: int
-    """Read of each file of a bag at most so many MB once it is unpacked: a small file can unpack to thousands of times its size."""
-    rate: float
-    """Sampling rate of the grid, Hz; that of the slowest output without."""
-    window: Span | Sequence[Span]
-    """Use only data from .. to, s from the first output's first sample; several are runs of one model."""
-    validation: Path | Span
-    """Data of its own, or a window of the data, to judge the model on; nothing of it is fitted."""
-    input_method: Literal["mean", "foh", "linear", "hold", "centred"]
-    """Resampling of inputs."""
-    output_method: Literal["mean", "foh", "linear", "hold", "centred"]
-    """Resampling of outputs."""
-    max_gap: float
-    """Longest interval between two samples that is not a gap, s."""
-    unwrap: Literal["automatic", "2pi", "no"] | float
-    """Angles and counters that wrap: unwrapped where the jump is unmistakable, with this period, or not."""
-    outliers: Literal["outputs", "report", "drop", "keep"]
-    """Replace outliers of outputs, name them only, replace those of inputs too, or do not look for them."""
-    prefilter: Span
-    """Band of frequencies that is used, Hz."""
-    segment: Literal["all", "auto"]
-    """Use all data, or the longest part in which the input moves."""
-    detrend: Literal["none", "mean", "line"]
-    """What is subtracted from each signal."""
-    method: Method
-    """The estimator; automatic without; "all" tries each and takes the one that simulates held-out data best."""
-    order: int
-    """Order of the denominator; searched without."""
-    process: Literal["1", "2", "2u", "i", "1i"]
-    """Form of a process model, for method "process"; chosen by a criterion without."""
-    coherence: float
-    """For method "frf": the least coherence in the band that the model is fitted in, 0 to 1; 0.6 without."""
-    numerator: int
-    """Coefficients of the numerator."""
-    delay: int
-    """Samples from the input to its first effect; searched without."""
-    zeros_at_one: int
-    """Zeros known to be at z = 1."""
-    integrators: int
-    """Poles known to be at z = 1."""
-    no_offset: bool
-    """The output has no offset."""
-    at_rest: bool
-    """The data begins at rest."""
-    prewindow: bool
-    """Input and output are zero before each segment."""
-    own_numerators: bool
-    """Only the poles are common to the segments."""
-    heave: Sequence[float]
-    """For vehicle and kalman: nu, zeta, eta, epsilon of the heave equation."""
-    vehicle: str
-    """The same from a built-in vehicle or a vehicle file, at `speed`."""
-    heave_doubt: float
-    """Standard deviation of the heave coefficients, %."""
-    speed: float | str
-    """The vehicle's speed, m/s or with its unit, for `vehicle` and the model file."""
-    inertia: float
-    """Moment of inertia J."""
-    noise: float
-    """For kalman: standard deviation of the noise, output unit."""
-    bias_drift: float
-    """For kalman: of the bias drift in one second, output unit."""
-    disturbance: float
-    """For kalman: of the output's change by disturbances in one second, output unit."""
-    forgetting: float
-    """For recursive methods: forgetting factor per sample."""
-    initial_covariance: float
-    """For recursive methods: initial covariance of each parameter."""
-    curve: Literal[
-        "automatic",
-        "none",
-        "dead_zone",
-        "saturation",
-        "square",
-        "piecewise",
-        "backlash",
-        "output_dead_zone",
-        "output_saturation",
-        "output_piecewise",
-    ]
-    """Static curve in front of the dynamics (Hammerstein) or behind them (Wiener); the evidence decides without."""
-    bootstrap: int
-    """Records of a bootstrap, for 95 % intervals of poles and gain."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from distributed import Client
     from typing_extensions import Unpack
 
-    from planesman.identification import FitOptions
+    from planesman._options import FitOptions
 
 # Flights and fits of a part, at most.
 _FLIGHTS = 1000

@@ -20,6 +20,7 @@ mod hostile_data;
 mod messy;
 mod pages;
 mod params_file;
+mod python_options;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 mod remus_100;
