@@ -1,7 +1,7 @@
 //! Program T6 (Brunner, NPS thesis, 1988, App. C), flown through the controller's loops.
 //!
 //! Expected values are the program's, recomputed from its listing; the thesis prints "optimum about 0.6,
-//! no overshoot, within 3.5 % after about 12.5 s". `tests/controllers_book.rs` has the rest of its numbers.
+//! no overshoot, within 3.5 % after about 12.5 s". `book.rs` has the rest of its numbers.
 
 use planesman_control::{Controller, ControllerParameters, Quantity};
 use planesman_msgs::builtin_interfaces::msg::Time;
