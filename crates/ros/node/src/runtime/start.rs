@@ -139,7 +139,6 @@ impl<E: 'static> Runtime<E> {
             .map_err(Error::name(&names.full()))?;
         let rosout = arguments.rosout.then(|| node.logging_handle());
         let graph = Graph::new(&participant, context.clone(), &mut node)?;
-
         let executor = Rc::new(LocalExecutor::new());
         let (diagnostics_due, changed) = bounded(1);
         let shared = Rc::new(Shared::new(
