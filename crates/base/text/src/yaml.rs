@@ -6,10 +6,13 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::ops::Range;
 
 use saphyr_parser::{Event, Parser, Tag};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_yaml_ng::Value;
 
 /// How deep lists and mappings may nest; the deepest of this project's own files nests five deep.
 const DEPTH: usize = 64;
@@ -48,6 +51,61 @@ pub enum Error {
     /// No YAML, or not of the form that is wanted.
     #[error("{0}")]
     Parse(String),
+    /// A value breaks the rule of its field.
+    #[error("{0}")]
+    Refused(Refusal),
+}
+
+/// A value that breaks the rule of its field.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {value} refused: {rule}")]
+pub struct Refusal {
+    /// The field's path: `oil.return`, `fins[0].area`.
+    pub field: String,
+    /// The value as the file has it; empty where the field is missing.
+    pub value: String,
+    /// The values that are accepted.
+    pub rule: String,
+}
+
+impl Refusal {
+    /// The refusal of a field in `text` that is read as a `T`.
+    #[must_use]
+    pub fn at<T: DeserializeOwned + Display>(text: &str, field: &str, rule: &str) -> Self {
+        Self {
+            field: field.to_owned(),
+            value: value_at::<T>(text, field).map_or(String::new(), |value| value.to_string()),
+            rule: rule.to_owned(),
+        }
+    }
+
+    /// What a field's reader says (`planesman_units::read`), as the parser repeats it: the field before it, the place in the text behind it.
+    fn of(error: &serde_yaml_ng::Error) -> Option<Self> {
+        let reason = error.to_string();
+        let (field, rest) = reason.split_once(": ")?;
+        let (value, rule) = rest.split_once(REFUSED)?;
+        let at = rule.rfind(" at line ").unwrap_or(rule.len());
+        Some(Self {
+            field: field.to_owned(),
+            value: value.to_owned(),
+            rule: rule[..at].to_owned(),
+        })
+    }
+}
+
+/// Between the value and the rule of a [`Refusal`].
+const REFUSED: &str = " refused: ";
+
+/// The value at a path, as `oil.return` or `fins[0].area`; `None` where there is none or it is no `T`.
+fn value_at<T: DeserializeOwned>(text: &str, path: &str) -> Option<T> {
+    let mut value: &Value = &from_str(text).ok()?;
+    for key in path.replace('[', ".[").split('.') {
+        value = match key.strip_prefix('[').and_then(|it| it.strip_suffix(']')) {
+            Some(place) => value.get(place.parse::<usize>().ok()?)?,
+            None => value.get(key)?,
+        };
+    }
+    T::deserialize(value).ok()
 }
 
 impl From<serde_yaml_ng::Error> for Error {
@@ -62,7 +120,10 @@ impl From<serde_yaml_ng::Error> for Error {
 /// [`Error`]: a text beyond the bounds, no YAML, or one that is no `T`.
 pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     check(text)?;
-    serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
+    serde_yaml_ng::from_str(text).map_err(|error| match Refusal::of(&error) {
+        Some(refusal) => Error::Refused(refusal),
+        None => Error::Parse(explained(error.to_string(), text)),
+    })
 }
 
 /// Where a scalar stands in a text: the keys that lead to it, places in lists among them as `[0]`, and its bytes.
@@ -236,7 +297,6 @@ fn is_harmless(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_yaml_ng::Value;
 
     fn refusal(text: &str) -> String {
         from_str::<Value>(text).expect_err("refused").to_string()

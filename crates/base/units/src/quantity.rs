@@ -10,7 +10,7 @@ use serde::de::{
 };
 
 use crate::dimension::symbol;
-use crate::{Dimension, Unit};
+use crate::{Dimension, Rule, Unit};
 
 /// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -24,6 +24,9 @@ pub enum Error {
     /// The magnitude is none that a quantity of the dimension has: the smallest beside 0 and the largest, SI, with the unit.
     #[error("its magnitude must be 0, or from {:e} to {:e} {}", .0[0], .0[1], .1)]
     Magnitude([f64; 2], &'static str),
+    /// The value is 0 or less.
+    #[error("it must be above zero")]
+    NotAboveZero,
     /// The value is outside the range of its field, or is NaN.
     #[error("it must be from {least} to {most}{}{unit}", if .unit.is_empty() { "" } else { " " })]
     Within {
@@ -79,6 +82,20 @@ impl Quantity {
     ) -> Result<f64, Error> {
         let value = self.converted(dimension, further)?;
         within(value, range, dimension.units()[0].symbol)
+    }
+
+    /// The value in SI, by the rule of its field.
+    ///
+    /// # Errors
+    /// [`Error`]: no number, no unit of the dimension, a value that breaks the rule.
+    pub fn by_rule(&self, dimension: Dimension, rule: Rule) -> Result<f64, Error> {
+        rule.check(self.converted(dimension, &[])?, dimension)
+    }
+
+    /// Another number with the same unit.
+    #[must_use]
+    pub fn with_number(&self, number: f64) -> Self {
+        Self(format!("{number} {}", self.parts().1))
     }
 
     fn converted(&self, dimension: Dimension, further: &[Unit]) -> Result<f64, Error> {
@@ -151,7 +168,7 @@ fn parsed(number: &str) -> Result<f64, Error> {
 }
 
 /// The value, where its magnitude is one that a quantity of the dimension can have.
-fn plausible(value: f64, dimension: Dimension) -> Result<f64, Error> {
+pub(crate) fn plausible(value: f64, dimension: Dimension) -> Result<f64, Error> {
     let [least, most] = dimension.magnitudes();
     match value == 0.0 || (least..=most).contains(&value.abs()) {
         true => Ok(value),
@@ -188,7 +205,7 @@ impl FromStr for Quantity {
 
 impl<'de> Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Written)
+        deserializer.deserialize_any(Written(Ok::<_, Infallible>))
     }
 }
 
@@ -200,39 +217,45 @@ struct Mapping {
     unit: String,
 }
 
-/// Reads either form. A bare number passes: its rejection names the units of the field.
-struct Written;
+/// Reads either form, and hands the quantity on. A bare number passes: its rejection names the units of the field.
+pub(crate) struct Written<F>(pub(crate) F);
 
-impl<'de> Visitor<'de> for Written {
-    type Value = Quantity;
+impl<T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Written<F> {
+    fn read<E: de::Error>(self, text: String) -> Result<T, E> {
+        (self.0)(Quantity(text)).map_err(E::custom)
+    }
+}
+
+impl<'de, T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Visitor<'de> for Written<F> {
+    type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a number with its unit, such as 28 in")
     }
 
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<Quantity, E> {
-        Ok(Quantity(text.to_owned()))
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
+        self.read(text.to_owned())
     }
 
-    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Quantity, E> {
-        Ok(Quantity(number.to_string()))
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<T, E> {
+        self.read(number.to_string())
     }
 
-    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Quantity, E> {
-        Ok(Quantity(number.to_string()))
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<T, E> {
+        self.read(number.to_string())
     }
 
-    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Quantity, E> {
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<T, E> {
         // A message repeats it: 1e308 in three hundred digits would hide the rest.
-        Ok(Quantity(match number.abs() {
+        self.read(match number.abs() {
             0.0 | 1e-6..1e15 => number.to_string(),
             _ => format!("{number:e}"),
-        }))
+        })
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quantity, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
         let Mapping { value, unit } = Mapping::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(Quantity(format!("{value} {unit}")))
+        self.read(format!("{value} {unit}"))
     }
 }
 
