@@ -8,18 +8,28 @@
 //! `K / (J s^2 + B s)`. `K` is printed for `U0` = 1 ft/s; what a plane gives grows with the square of
 //! the speed. The damping is the report's secant at 0.15 rad/s, whatever the speed.
 
+use serde::Deserialize;
+
+use crate::positive;
+
 /// A plant of one axis, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Axis {
     /// `K` \[N m/rad\], the moment per plane angle at [`reference_speed`](Self::reference_speed).
+    #[serde(with = "positive::moment")]
     pub gain: f64,
     /// `U0` \[m/s\].
+    #[serde(with = "positive::speed")]
     pub reference_speed: f64,
     /// `J` \[kg m^2\], with the water that moves along.
+    #[serde(with = "positive::inertia")]
     pub inertia: f64,
     /// `B` \[N m s/rad\].
+    #[serde(with = "positive::rotary_damping")]
     pub damping: f64,
     /// `C` \[N m/rad\].
+    #[serde(skip)]
     pub restoring: f64,
 }
 

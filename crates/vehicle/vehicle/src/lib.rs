@@ -26,6 +26,7 @@ mod motion;
 mod normal;
 pub mod pitch;
 mod planes;
+mod positive;
 mod propulsion;
 mod seaway;
 pub mod six_dof;

@@ -16,6 +16,9 @@
 //! backwards brakes it until it stands.
 
 use planesman_units::{FOOT, SLUG};
+use serde::Deserialize;
+
+use crate::positive;
 
 /// `rho` \[kg/m^3\] of the report's fresh water, 1.94 slug/ft^3.
 pub(crate) const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);
@@ -24,17 +27,23 @@ pub(crate) const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);
 pub(crate) const KINEMATIC_VISCOSITY: f64 = 1.25e-5 * FOOT * FOOT;
 
 /// Thrust and drag of the vehicle, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Propulsion {
     /// `A` \[m^2\], the cross section.
+    #[serde(with = "positive::area")]
     pub frontal_area: f64,
     /// `S_fb` \[m^2\], the wetted surface of the forebody.
+    #[serde(with = "positive::area")]
     pub wetted_area: f64,
     /// `l` \[m\], the plate's length in the Reynolds number.
+    #[serde(with = "positive::length")]
     pub plate_length: f64,
     /// `m_x` \[kg\], the water that moves along.
+    #[serde(with = "positive::mass")]
     pub added_mass: f64,
     /// \[m/s\], reached with full thrust.
+    #[serde(with = "positive::speed")]
     pub design_speed: f64,
 }
 

@@ -21,7 +21,16 @@
 //! Roll, yaw and propulsion are the report's plants of one axis each (ch. II,
 //! [`Axis`], [`Propulsion`]); a vehicle may lack them.
 
-use crate::{axis::Axis, propulsion::Propulsion};
+use planesman_units::{Rule, readers};
+use serde::Deserialize;
+
+use crate::{axis::Axis, positive, propulsion::Propulsion};
+
+readers! {
+    // Coefficients have no dimension: those of vehicles are below 10.
+    coefficient: Number, [-1e4, 1e4];
+    place: Length, Rule::Any;
+}
 
 /// A vehicle, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,35 +66,50 @@ pub struct Vehicle {
 }
 
 /// Nondimensional coefficients of the vertical plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Coefficients {
     /// `Z'wdot`: heave force per heave acceleration, less than 0 (added mass).
+    #[serde(with = "coefficient")]
     pub z_w_dot: f64,
     /// `Z'w`: heave force per heave velocity, less than 0 (damping).
+    #[serde(with = "coefficient")]
     pub z_w: f64,
     /// `Z'q`: heave force per pitch rate.
+    #[serde(with = "coefficient")]
     pub z_q: f64,
     /// `Z'delta`: heave force per plane angle.
+    #[serde(with = "coefficient")]
     pub z_delta: f64,
     /// `M'w`: pitch moment per heave velocity.
+    #[serde(with = "coefficient")]
     pub m_w: f64,
     /// `M'q`: pitch moment per pitch rate, less than 0 (damping).
+    #[serde(with = "coefficient")]
     pub m_q: f64,
     /// `I'y - M'qdot`: moment of inertia with the added one.
+    #[serde(with = "coefficient")]
     pub i_y_minus_m_q_dot: f64,
     /// `M'delta`: pitch moment per plane angle.
+    #[serde(with = "coefficient")]
     pub m_delta: f64,
     /// `Z'qdot`: heave force per pitch acceleration.
+    #[serde(default, with = "coefficient")]
     pub z_q_dot: f64,
     /// `M'wdot`: pitch moment per heave acceleration.
+    #[serde(default, with = "coefficient")]
     pub m_w_dot: f64,
     /// `Z'ww`: heave force per `w|w|`, at most 0 (cross-flow drag).
+    #[serde(default, with = "coefficient")]
     pub z_ww: f64,
     /// `Z'qq`: heave force per `q|q|`.
+    #[serde(default, with = "coefficient")]
     pub z_qq: f64,
     /// `M'ww`: pitch moment per `w|w|`.
+    #[serde(default, with = "coefficient")]
     pub m_ww: f64,
     /// `M'qq`: pitch moment per `q|q|`, at most 0 (cross-flow drag).
+    #[serde(default, with = "coefficient")]
     pub m_qq: f64,
 }
 
@@ -98,13 +122,17 @@ pub struct Coefficients {
 /// ```text
 /// Z_b + Z_s = Z_delta        -x_b Z_b - x_s Z_s = M_delta
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PlaneArms {
     /// `x_b`
+    #[serde(with = "place")]
     pub bow: f64,
     /// `x_s`
+    #[serde(with = "place")]
     pub stern: f64,
     /// The moment arm of the ram that turns the planes \[m\], for viewers alone: the actuator has its own. None: there is no ram to show.
+    #[serde(default, with = "positive::optional_length")]
     pub moment_arm: Option<f64>,
 }
 
@@ -125,11 +153,14 @@ impl PlaneArms {
 }
 
 /// A place on the hull, from the body's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Port {
     /// Along body x \[m\], positive forward.
+    #[serde(with = "place")]
     pub forward: f64,
     /// Along body z \[m\], positive towards the keel.
+    #[serde(with = "place")]
     pub below: f64,
 }
 

@@ -16,12 +16,13 @@ use crate::{
     Vehicle,
     axis::Axis,
     coefficients::Geometry,
-    identified,
+    identified, positive,
     propulsion::Propulsion,
     six_dof,
     vehicle::{Coefficients, PlaneArms, Port},
 };
-use planesman_units::{Dimension, Quantity, within};
+use planesman_text::yaml::{self, Refusal};
+use planesman_units::{Quantity, Rule, readers};
 
 /// The vehicle that needs no file: the NPS model of Brunner 1988.
 pub const BRUNNER: &str = "brunner";
@@ -74,14 +75,12 @@ pub enum VehicleError {
         reason: String,
     },
     /// A value breaks a rule.
-    #[error("vehicle file '{file}': {field}: {reason}")]
+    #[error("vehicle file '{file}': {refusal}")]
     Refused {
         /// Its path.
         file: String,
-        /// The field, dots between levels.
-        field: &'static str,
-        /// The value and the rule.
-        reason: String,
+        /// The field, its value and the rule.
+        refusal: Refusal,
     },
     /// An identified model's file is not well formed.
     #[error(transparent)]
@@ -198,21 +197,27 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
 /// # Errors
 /// [`VehicleError::Malformed`], [`VehicleError::OfSixDegrees`] or [`VehicleError::Refused`].
 pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
-    written(file, text)?
-        .vehicle()
-        .map_err(|(field, reason)| VehicleError::Refused {
+    let written = written(file, text)?;
+    match written.check() {
+        Ok(()) => Ok(written.vehicle()),
+        Err((field, rule)) => Err(VehicleError::Refused {
             file: file.to_owned(),
-            field,
-            reason,
-        })
+            refusal: Refusal::at::<Quantity>(text, field, rule),
+        }),
+    }
 }
 
 fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
-    planesman_text::yaml::from_str(text).map_err(|e| match six_dof::is_of_six_degrees(text) {
-        true => VehicleError::OfSixDegrees(file.to_owned()),
-        false => VehicleError::Malformed {
-            file: file.to_owned(),
-            reason: e.to_string(),
+    let file = || file.to_owned();
+    yaml::from_str(text).map_err(|error| match error {
+        _ if six_dof::is_of_six_degrees(text) => VehicleError::OfSixDegrees(file()),
+        yaml::Error::Refused(refusal) => VehicleError::Refused {
+            file: file(),
+            refusal,
+        },
+        other => VehicleError::Malformed {
+            file: file(),
+            reason: other.to_string(),
         },
     })
 }
@@ -235,24 +240,23 @@ pub fn remus_100() -> Vehicle {
     load(REMUS_100).expect("the built-in vehicle file is valid")
 }
 
-/// The largest magnitude of a coefficient, which has no dimension: those of vehicles are below 10.
-const MOST_COEFFICIENT: f64 = 1e4;
-
-/// A field and what is wrong with it.
-type Refusal = (&'static str, String);
+readers! {
+    restoring_arm: Length, Rule::Any;
+    gravity_below_origin: Length, Rule::Any, or 0.0;
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct VehicleFile {
     name: String,
-    reference: ReferenceSection,
-    particulars: ParticularsSection,
-    coefficients: CoefficientsSection,
-    planes: Option<PlanesSection>,
-    depth_port: PortSection,
-    roll: Option<AxisSection>,
-    yaw: Option<AxisSection>,
-    propulsion: Option<PropulsionSection>,
+    reference: Reference,
+    particulars: Particulars,
+    coefficients: Coefficients,
+    planes: Option<PlaneArms>,
+    depth_port: Port,
+    roll: Option<Axis>,
+    yaw: Option<Axis>,
+    propulsion: Option<Propulsion>,
     /// Read by the coefficient workbench alone.
     #[serde(default)]
     geometry: Option<Geometry>,
@@ -260,299 +264,99 @@ struct VehicleFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ReferenceSection {
-    length: Quantity,
-    mass: Quantity,
+struct Reference {
+    #[serde(with = "positive::length")]
+    length: f64,
+    #[serde(with = "positive::mass")]
+    mass: f64,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ParticularsSection {
-    mass: Quantity,
-    weight: Quantity,
-    buoyancy: Option<Quantity>,
-    restoring_arm: Quantity,
-    gravity_below_origin: Option<Quantity>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CoefficientsSection {
-    z_w_dot: f64,
-    z_w: f64,
-    z_q: f64,
-    z_delta: f64,
-    m_w: f64,
-    m_q: f64,
-    i_y_minus_m_q_dot: f64,
-    m_delta: f64,
-    #[serde(default)]
-    z_q_dot: f64,
-    #[serde(default)]
-    m_w_dot: f64,
-    #[serde(default)]
-    z_ww: f64,
-    #[serde(default)]
-    z_qq: f64,
-    #[serde(default)]
-    m_ww: f64,
-    #[serde(default)]
-    m_qq: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PlanesSection {
-    bow: Quantity,
-    stern: Quantity,
-    moment_arm: Option<Quantity>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PortSection {
-    forward: Quantity,
-    below: Quantity,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AxisSection {
-    gain: Quantity,
-    reference_speed: Quantity,
-    inertia: Quantity,
-    damping: Quantity,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PropulsionSection {
-    frontal_area: Quantity,
-    wetted_area: Quantity,
-    plate_length: Quantity,
-    added_mass: Quantity,
-    design_speed: Quantity,
+struct Particulars {
+    #[serde(with = "positive::mass")]
+    mass: f64,
+    #[serde(with = "positive::force")]
+    weight: f64,
+    #[serde(default, with = "positive::optional_force")]
+    buoyancy: Option<f64>,
+    #[serde(with = "restoring_arm")]
+    restoring_arm: f64,
+    #[serde(default, with = "gravity_below_origin")]
+    gravity_below_origin: f64,
 }
 
 impl VehicleFile {
-    fn vehicle(self) -> Result<Vehicle, Refusal> {
-        let VehicleFile {
-            name,
-            reference,
-            particulars,
-            coefficients: c,
-            planes,
-            depth_port,
-            roll,
-            yaw,
-            propulsion,
-            geometry: _,
-        } = self;
-        let length = above_zero("reference.length", &reference.length, Dimension::Length)?;
-        let restoring_arm = si(
-            "particulars.restoring_arm",
-            &particulars.restoring_arm,
-            Dimension::Length,
-        )?;
-        require(
-            restoring_arm >= 0.0,
-            "particulars.restoring_arm",
-            &particulars.restoring_arm,
-            "must not be below zero: the vehicle would turn over",
-        )?;
-        let reference_mass = above_zero("reference.mass", &reference.mass, Dimension::Mass)?;
-        let mass = above_zero("particulars.mass", &particulars.mass, Dimension::Mass)?;
-        let weight = above_zero("particulars.weight", &particulars.weight, Dimension::Force)?;
-        let coefficients = c.checked()?;
-        let heave_inertia = mass - coefficients.z_w_dot * reference_mass;
-        let pitch_inertia = coefficients.i_y_minus_m_q_dot * reference_mass * length * length;
-        let coupling =
-            coefficients.z_q_dot * coefficients.m_w_dot * (reference_mass * length).powi(2);
-        require(
-            coupling.abs() < heave_inertia * pitch_inertia,
-            "coefficients.z_q_dot",
-            coefficients.z_q_dot,
-            "must leave the inertia positive: z_q_dot m_w_dot is at least that of heave times pitch",
-        )?;
-        Ok(Vehicle {
-            name,
-            reference_length: length,
-            reference_mass,
-            mass,
-            weight,
-            buoyancy: match &particulars.buoyancy {
-                Some(q) => above_zero("particulars.buoyancy", q, Dimension::Force)?,
-                None => weight,
-            },
-            restoring_arm,
-            gravity_below_origin: match &particulars.gravity_below_origin {
-                Some(q) => on_the_hull("particulars.gravity_below_origin", q, length)?,
-                None => 0.0,
-            },
-            coefficients,
-            planes: planes.map(|p| p.arms(length)).transpose()?,
-            roll: roll
-                .map(|r| r.axis(ROLL_FIELDS, weight * restoring_arm))
-                .transpose()?,
-            yaw: yaw.map(|c| c.axis(YAW_FIELDS, 0.0)).transpose()?,
-            propulsion: propulsion.map(PropulsionSection::checked).transpose()?,
-            depth_port: Port {
-                forward: on_the_hull("depth_port.forward", &depth_port.forward, length)?,
-                below: on_the_hull("depth_port.below", &depth_port.below, length)?,
-            },
-        })
+    /// The rules that a value breaks for a vehicle: the field, and what is accepted there.
+    fn check(&self) -> Result<(), (&'static str, &'static str)> {
+        let (length, reference_mass) = (self.reference.length, self.reference.mass);
+        let (p, c) = (&self.particulars, &self.coefficients);
+        let on_hull = |value: f64| value.abs() <= length;
+        let planes = |holds: &dyn Fn(&PlaneArms) -> bool| self.planes.as_ref().is_none_or(holds);
+        let heave_inertia = p.mass - c.z_w_dot * reference_mass;
+        let pitch_inertia = c.i_y_minus_m_q_dot * reference_mass * length * length;
+        let coupling = c.z_q_dot * c.m_w_dot * (reference_mass * length).powi(2);
+        let passive = "it must not be above zero: it would feed energy to the motion";
+        let far = "it must not be farther from the body's origin than the reference length";
+        let rules = [
+            (
+                p.restoring_arm >= 0.0,
+                "particulars.restoring_arm",
+                "it must not be below zero: the vehicle would turn over",
+            ),
+            (c.z_w_dot <= 0.0, "coefficients.z_w_dot", passive),
+            (c.z_w <= 0.0, "coefficients.z_w", passive),
+            (c.m_q <= 0.0, "coefficients.m_q", passive),
+            (c.z_ww <= 0.0, "coefficients.z_ww", passive),
+            (c.m_qq <= 0.0, "coefficients.m_qq", passive),
+            (
+                c.i_y_minus_m_q_dot > 0.0,
+                "coefficients.i_y_minus_m_q_dot",
+                "it must be above zero",
+            ),
+            (
+                coupling.abs() < heave_inertia * pitch_inertia,
+                "coefficients.z_q_dot",
+                "it must leave the inertia positive: z_q_dot m_w_dot is at least that of heave times pitch",
+            ),
+            (
+                on_hull(p.gravity_below_origin),
+                "particulars.gravity_below_origin",
+                far,
+            ),
+            (planes(&|it| on_hull(it.bow)), "planes.bow", far),
+            (planes(&|it| on_hull(it.stern)), "planes.stern", far),
+            (
+                planes(&|it| it.bow > it.stern),
+                "planes.bow",
+                "it must be ahead of the stern planes",
+            ),
+            (on_hull(self.depth_port.forward), "depth_port.forward", far),
+            (on_hull(self.depth_port.below), "depth_port.below", far),
+        ];
+        let broken = rules.into_iter().find(|rule| !rule.0);
+        broken.map_or(Ok(()), |(_, field, rule)| Err((field, rule)))
     }
-}
 
-/// The names of an axis' gain, reference speed, inertia and damping.
-type AxisFields = [&'static str; 4];
-
-const ROLL_FIELDS: AxisFields = [
-    "roll.gain",
-    "roll.reference_speed",
-    "roll.inertia",
-    "roll.damping",
-];
-
-const YAW_FIELDS: AxisFields = [
-    "yaw.gain",
-    "yaw.reference_speed",
-    "yaw.inertia",
-    "yaw.damping",
-];
-
-impl AxisSection {
-    fn axis(&self, fields: AxisFields, restoring: f64) -> Result<Axis, Refusal> {
-        let [gain, reference_speed, inertia, damping] = fields;
-        Ok(Axis {
-            gain: above_zero(gain, &self.gain, Dimension::Moment)?,
-            reference_speed: above_zero(reference_speed, &self.reference_speed, Dimension::Speed)?,
-            inertia: above_zero(inertia, &self.inertia, Dimension::Inertia)?,
-            damping: above_zero(damping, &self.damping, Dimension::RotaryDamping)?,
-            restoring,
-        })
-    }
-}
-
-impl PlanesSection {
-    fn arms(&self, length: f64) -> Result<PlaneArms, Refusal> {
-        let bow = on_the_hull("planes.bow", &self.bow, length)?;
-        let stern = on_the_hull("planes.stern", &self.stern, length)?;
-        let rule = "must be ahead of the stern planes";
-        require(bow > stern, "planes.bow", &self.bow, rule)?;
-        let arm = |arm| above_zero("planes.moment_arm", arm, Dimension::Length);
-        let moment_arm = self.moment_arm.as_ref().map(arm).transpose()?;
-        Ok(PlaneArms {
-            bow,
-            stern,
-            moment_arm,
-        })
-    }
-}
-
-impl PropulsionSection {
-    fn checked(self) -> Result<Propulsion, Refusal> {
-        let Self {
-            frontal_area,
-            wetted_area,
-            plate_length,
-            added_mass,
-            design_speed,
-        } = self;
-        Ok(Propulsion {
-            frontal_area: above_zero("propulsion.frontal_area", &frontal_area, Dimension::Area)?,
-            wetted_area: above_zero("propulsion.wetted_area", &wetted_area, Dimension::Area)?,
-            plate_length: above_zero("propulsion.plate_length", &plate_length, Dimension::Length)?,
-            added_mass: above_zero("propulsion.added_mass", &added_mass, Dimension::Mass)?,
-            design_speed: above_zero("propulsion.design_speed", &design_speed, Dimension::Speed)?,
-        })
-    }
-}
-
-impl CoefficientsSection {
-    fn checked(self) -> Result<Coefficients, Refusal> {
-        for (field, value) in [
-            ("coefficients.z_w_dot", self.z_w_dot),
-            ("coefficients.z_w", self.z_w),
-            ("coefficients.z_q", self.z_q),
-            ("coefficients.z_delta", self.z_delta),
-            ("coefficients.m_w", self.m_w),
-            ("coefficients.m_q", self.m_q),
-            ("coefficients.i_y_minus_m_q_dot", self.i_y_minus_m_q_dot),
-            ("coefficients.m_delta", self.m_delta),
-            ("coefficients.z_q_dot", self.z_q_dot),
-            ("coefficients.m_w_dot", self.m_w_dot),
-            ("coefficients.z_ww", self.z_ww),
-            ("coefficients.z_qq", self.z_qq),
-            ("coefficients.m_ww", self.m_ww),
-            ("coefficients.m_qq", self.m_qq),
-        ] {
-            let range = [-MOST_COEFFICIENT, MOST_COEFFICIENT];
-            within(value, range, "").map_err(|rule| (field, format!("{value} refused: {rule}")))?;
+    fn vehicle(self) -> Vehicle {
+        let p = self.particulars;
+        let restoring = p.weight * p.restoring_arm;
+        Vehicle {
+            name: self.name,
+            reference_length: self.reference.length,
+            reference_mass: self.reference.mass,
+            mass: p.mass,
+            weight: p.weight,
+            buoyancy: p.buoyancy.unwrap_or(p.weight),
+            restoring_arm: p.restoring_arm,
+            gravity_below_origin: p.gravity_below_origin,
+            coefficients: self.coefficients,
+            planes: self.planes,
+            roll: self.roll.map(|axis| Axis { restoring, ..axis }),
+            yaw: self.yaw,
+            propulsion: self.propulsion,
+            depth_port: self.depth_port,
         }
-        for (field, value) in [
-            ("coefficients.z_w_dot", self.z_w_dot),
-            ("coefficients.z_w", self.z_w),
-            ("coefficients.m_q", self.m_q),
-            ("coefficients.z_ww", self.z_ww),
-            ("coefficients.m_qq", self.m_qq),
-        ] {
-            let rule = "must not be above zero: it would feed energy to the motion";
-            require(value <= 0.0, field, value, rule)?;
-        }
-        require(
-            self.i_y_minus_m_q_dot > 0.0,
-            "coefficients.i_y_minus_m_q_dot",
-            self.i_y_minus_m_q_dot,
-            "must be above zero",
-        )?;
-        Ok(Coefficients {
-            z_w_dot: self.z_w_dot,
-            z_w: self.z_w,
-            z_q: self.z_q,
-            z_delta: self.z_delta,
-            m_w: self.m_w,
-            m_q: self.m_q,
-            i_y_minus_m_q_dot: self.i_y_minus_m_q_dot,
-            m_delta: self.m_delta,
-            z_q_dot: self.z_q_dot,
-            m_w_dot: self.m_w_dot,
-            z_ww: self.z_ww,
-            z_qq: self.z_qq,
-            m_ww: self.m_ww,
-            m_qq: self.m_qq,
-        })
-    }
-}
-
-fn above_zero(field: &'static str, q: &Quantity, dimension: Dimension) -> Result<f64, Refusal> {
-    let si = si(field, q, dimension)?;
-    require(si > 0.0, field, q, "must be above zero")?;
-    Ok(si)
-}
-
-fn si(field: &'static str, q: &Quantity, dimension: Dimension) -> Result<f64, Refusal> {
-    q.si(dimension)
-        .map_err(|rule| (field, format!("{q} refused: {rule}")))
-}
-
-fn on_the_hull(field: &'static str, q: &Quantity, length: f64) -> Result<f64, Refusal> {
-    let si = si(field, q, Dimension::Length)?;
-    let rule = "must not be farther from the body's origin than the reference length";
-    require(si.abs() <= length, field, q, rule)?;
-    Ok(si)
-}
-
-fn require(
-    holds: bool,
-    field: &'static str,
-    value: impl std::fmt::Display,
-    rule: &str,
-) -> Result<(), Refusal> {
-    if holds {
-        Ok(())
-    } else {
-        Err((field, format!("{value} refused: it {rule}")))
     }
 }
 

@@ -4,18 +4,17 @@
 //! in the file with its unit, and must be finite and above zero, but for the arms of fins, which are
 //! negative aft of the centre of gravity.
 
-use serde::{Deserialize, Deserializer, de::Error};
+use planesman_units::{Rule, readers};
+use serde::Deserialize;
 
-use std::fmt::Display;
-
-use planesman_units::{Dimension, Quantity, within};
+use crate::positive;
 
 /// The geometry of a vehicle, and the choices that the methods leave.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
     /// `g` \[m/s^2\] that weights count with.
-    #[serde(deserialize_with = "acceleration")]
+    #[serde(with = "positive::acceleration")]
     pub gravity: f64,
     /// The water.
     pub water: Water,
@@ -43,10 +42,10 @@ pub struct Geometry {
 #[serde(deny_unknown_fields)]
 pub struct Water {
     /// `rho` \[kg/m^3\].
-    #[serde(deserialize_with = "density")]
+    #[serde(with = "positive::density")]
     pub density: f64,
     /// `nu` \[m^2/s\].
-    #[serde(deserialize_with = "viscosity")]
+    #[serde(with = "positive::viscosity")]
     pub viscosity: f64,
 }
 
@@ -55,23 +54,23 @@ pub struct Water {
 #[serde(deny_unknown_fields)]
 pub struct Hull {
     /// Length without planes and screws \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub length: f64,
     /// Breadth \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub breadth: f64,
     /// Depth, keel to deck \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub depth: f64,
     /// Largest section \[m^2\].
-    #[serde(deserialize_with = "area")]
+    #[serde(with = "positive::area")]
     pub section: f64,
     /// Volume \[m^3\].
-    #[serde(deserialize_with = "volume")]
+    #[serde(with = "positive::volume")]
     pub volume: f64,
     /// Where the hull's lift acts at an angle to the stream \[m\] aft of the centre; absent where the
     /// Munk moment is not to be lessened by it.
-    #[serde(default, deserialize_with = "optional_length")]
+    #[serde(default, with = "positive::optional_length")]
     pub lift_aft: Option<f64>,
 }
 
@@ -80,16 +79,16 @@ pub struct Hull {
 #[serde(deny_unknown_fields)]
 pub struct AirBox {
     /// Its weight \[N\].
-    #[serde(deserialize_with = "force")]
+    #[serde(with = "positive::force")]
     pub weight: f64,
     /// Along the hull \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub length: f64,
     /// Across \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub breadth: f64,
     /// Keel to deck \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub depth: f64,
 }
 
@@ -108,13 +107,13 @@ pub struct Fins {
 #[serde(deny_unknown_fields)]
 pub struct FinPair {
     /// From hull to tip, of one plane \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub span: f64,
     /// Along the stream \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub chord: f64,
     /// Centre of pressure forward of the centre of gravity \[m\].
-    #[serde(deserialize_with = "signed_length")]
+    #[serde(with = "signed_length")]
     pub arm: f64,
 }
 
@@ -157,16 +156,16 @@ pub struct Blocks {
     /// How many.
     pub count: u32,
     /// `A` \[m\], side of the square face.
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub side: f64,
     /// `B` \[m\], thickness along the motion.
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub thickness: f64,
     /// One side of the box that the added mass is spread over for its moment of inertia \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub spread_length: f64,
     /// The other \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub spread_breadth: f64,
 }
 
@@ -175,10 +174,10 @@ pub struct Blocks {
 #[serde(deny_unknown_fields)]
 pub struct Damping {
     /// `C_D` of a plate across the stream.
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub drag_coefficient: f64,
     /// The rate at which damping is made linear \[rad/s\].
-    #[serde(deserialize_with = "rate")]
+    #[serde(with = "positive::rate")]
     pub rate: f64,
     /// About the y axis.
     pub pitch: Plate,
@@ -193,10 +192,10 @@ pub struct Damping {
 #[serde(deny_unknown_fields)]
 pub struct Plate {
     /// From end to end, square to the axis \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub length: f64,
     /// Along the axis \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub breadth: f64,
 }
 
@@ -213,19 +212,19 @@ impl Plate {
 #[serde(deny_unknown_fields)]
 pub struct DragAreas {
     /// Length of the Reynolds number \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub plate_length: f64,
     /// All that is wetted \[m^2\].
-    #[serde(deserialize_with = "area")]
+    #[serde(with = "positive::area")]
     pub wetted: f64,
     /// Of it, the forebody \[m^2\].
-    #[serde(deserialize_with = "area")]
+    #[serde(with = "positive::area")]
     pub forebody: f64,
     /// `C_D` of the whole on the largest section.
-    #[serde(deserialize_with = "number")]
+    #[serde(with = "number")]
     pub coefficient: f64,
     /// Greatest speed \[m/s\].
-    #[serde(deserialize_with = "speed")]
+    #[serde(with = "positive::speed")]
     pub speed: f64,
 }
 
@@ -236,13 +235,13 @@ pub struct Screws {
     /// How many.
     pub count: u32,
     /// Their diameter \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub diameter: f64,
     /// The drag they overcome \[N\] at the cruising speed.
-    #[serde(deserialize_with = "force")]
+    #[serde(with = "positive::force")]
     pub drag: f64,
     /// The cruising speed \[m/s\].
-    #[serde(deserialize_with = "speed")]
+    #[serde(with = "positive::speed")]
     pub speed: f64,
 }
 
@@ -253,65 +252,22 @@ pub struct SwingTest {
     /// The measured quantity, such as `Jy`.
     pub name: String,
     /// Pivot to centre of mass \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub length: f64,
     /// Period \[s\].
-    #[serde(deserialize_with = "time")]
+    #[serde(with = "positive::time")]
     pub period: f64,
     /// Standard uncertainty of the length \[m\].
-    #[serde(deserialize_with = "length")]
+    #[serde(with = "positive::length")]
     pub length_uncertainty: f64,
     /// Standard uncertainty of the period \[s\].
-    #[serde(deserialize_with = "time")]
+    #[serde(with = "positive::time")]
     pub period_uncertainty: f64,
 }
 
-/// A quantity of `dimension` in SI, above zero when `positive`.
-fn si<'de, D: Deserializer<'de>>(
-    d: D,
-    dimension: Dimension,
-    positive: bool,
-) -> Result<f64, D::Error> {
-    let quantity = Quantity::deserialize(d)?;
-    let refused = |rule: &dyn Display| D::Error::custom(format!("{quantity} refused: {rule}"));
-    let value = quantity.si(dimension).map_err(|rule| refused(&rule))?;
-    if positive && value <= 0.0 {
-        return Err(refused(&"it must be above zero"));
-    }
-    Ok(value)
-}
-
-/// One deserialiser per dimension.
-macro_rules! quantities {
-    ($($name:ident: $dimension:ident, $positive:literal;)*) => {$(
-        fn $name<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
-            si(d, Dimension::$dimension, $positive)
-        }
-    )*};
-}
-
-quantities! {
-    length: Length, true;
-    signed_length: Length, false;
-    area: Area, true;
-    volume: Volume, true;
-    force: Force, true;
-    density: Density, true;
-    viscosity: Viscosity, true;
-    acceleration: Acceleration, true;
-    speed: Speed, true;
-    rate: Rate, true;
-    time: Time, true;
-}
-
-fn optional_length<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::Error> {
-    length(d).map(Some)
-}
-
-fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
-    let value = f64::deserialize(d)?;
-    within(value, [1e-6, 1e6], "")
-        .map_err(|rule| D::Error::custom(format!("{value} refused: {rule}")))
+readers! {
+    signed_length: Length, Rule::Any;
+    number: Number, [1e-6, 1e6];
 }
 
 #[cfg(test)]
