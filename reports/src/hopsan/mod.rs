@@ -68,9 +68,12 @@ fn circuit(
             bulk_modulus,
             air: 1e-6,
             polytropic: 1.4,
+            density: ORIFICE.1,
+            viscosity: 0.0,
         },
         edges,
         valves: Valves {
+            rated_drop: 1.0,
             opening: 0.0,
             closing: 2.0 / ORIFICE.3,
             scatter: 0.0,

@@ -8,6 +8,11 @@
 //!    A |====|==| B        chambers of a cylinder; x > 0 enlarges A
 //! ```
 
+use planesman_units::readers;
+use serde::{Deserialize, Deserializer};
+
+use crate::file::choice;
+
 /// The most supply levels besides the tank.
 pub const MOST_LEVELS: usize = 5;
 /// The most edges: each level to each chamber.
@@ -43,44 +48,103 @@ pub struct Circuit {
     pub control: Control,
 }
 
+// The fields of the files' sections, each with its range in SI.
+readers! {
+    mass: Mass, [1e-3, 1e7];
+    viscous: Damping, [0.0, 1e8];
+    friction: Force, [0.0, 1e8];
+    stepping: Number, [0.0, 1.0];
+    spring: Stiffness, [0.0, 1e9], or 0.0;
+    force: Force, [-1e8, 1e8], or 0.0;
+    travel: Length, [1e-4, 100.0];
+    stop_stiffness: Stiffness, [1.0, 1e12];
+    stop_damping: Number, [0.0, 1e4];
+
+    area: Area, [1e-7, 10.0];
+    volume: Volume, [1e-9, 100.0];
+
+    bulk_modulus: Pressure, [1e6, 1e11];
+    // Without any air a chamber that is drawn empty would have a pressure below zero.
+    air: Number, [1e-6, 0.5];
+    polytropic: Number, [1.0, 1.7], or 1.4;
+    // Of mineral oil.
+    density: Density, [100.0, 1e4], or 870.0;
+    viscosity: Viscosity, [0.0, 1.0], or 0.0;
+
+    rated_drop: Pressure, [1e3, 1e8];
+    delay: Time, [0.0, 1.0];
+    scatter: Time, [0.0, 1.0], or 0.0;
+    transition: Pressure, [1e2, 1e6], or 5e4;
+    rated_life: Number, [1.0, 1e12];
+    energy: Energy, [0.0, 1e3], or 0.0;
+
+    period: Time, [1e-4, 10.0];
+    gain: Number, [0.0, 1e4];
+    dead_zone: Length, [0.0, 1.0], or 0.0;
+    switching_cost: Number, [0.0, 1.0];
+    energy_cost: Number, [0.0, 10.0];
+    pressure_limit: Pressure, [1e3, 1e9], or f64::INFINITY;
+    force_filter: Time, [0.0, 10.0], or 0.0;
+}
+
+/// A period, ns.
+fn nanoseconds<'de, D: Deserializer<'de>>(from: D) -> Result<i64, D::Error> {
+    Ok((period::deserialize(from)? * 1e9).round() as i64)
+}
+
 /// The load: M dv/dt = p_A A_A - p_B A_B - C v - F_C sgn v - K x - F(t).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Load {
     /// M, kg.
+    #[serde(with = "mass")]
     pub mass: f64,
     /// C, N s/m.
+    #[serde(with = "viscous")]
     pub viscous: f64,
     /// F_C, N: Coulomb friction.
+    #[serde(with = "friction")]
     pub coulomb: f64,
     /// How much more the static friction is, as a share of F_C.
+    #[serde(default, with = "stepping")]
     pub stepping: f64,
     /// K, N/m: a spring to the middle.
+    #[serde(default, with = "spring")]
     pub spring: f64,
     /// F, N: a constant force against positive motion, as a weight.
+    #[serde(default, with = "force")]
     pub force: f64,
     /// Half of the stroke, m: |x| stays within it.
+    #[serde(with = "travel")]
     pub travel: f64,
     /// The stops at its ends where they give way.
     pub elastic_stop: Option<ElasticStop>,
     /// R, m: ram travel per radian of plane.
+    #[serde(with = "travel")]
     pub moment_arm: f64,
 }
 
 /// A stop after Hunt and Crossley: F = k d (1 + lambda dd/dt) at the depth d, never drawing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ElasticStop {
     /// k, N/m.
+    #[serde(with = "stop_stiffness")]
     pub stiffness: f64,
     /// lambda, s/m.
+    #[serde(with = "stop_damping")]
     pub damping: f64,
 }
 
 /// A chamber.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Chamber {
     /// Piston area, m^2.
+    #[serde(with = "area")]
     pub area: f64,
     /// Oil at mid-stroke, lines included, m^3.
+    #[serde(with = "volume")]
     pub volume: f64,
 }
 
@@ -141,51 +205,80 @@ pub struct Edge {
 }
 
 /// What all valves have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Valves {
+    /// The pressure drop at which the file gives flows, Pa.
+    #[serde(with = "rated_drop")]
+    pub rated_drop: f64,
     /// From the command to open, s.
+    #[serde(with = "delay")]
     pub opening: f64,
     /// From the command to closed, s.
+    #[serde(with = "delay")]
     pub closing: f64,
     /// Each delay is drawn evenly within this much to either side, s.
+    #[serde(default, with = "scatter")]
     pub scatter: f64,
     /// Below this pressure drop the flow becomes laminar, Pa.
+    #[serde(default = "transition::default", with = "transition")]
     pub transition: f64,
     /// Switchings that a valve lives.
+    #[serde(with = "rated_life")]
     pub rated_life: f64,
     /// Energy of its solenoid for each switching, J.
+    #[serde(default, with = "energy")]
     pub energy: f64,
 }
 
 /// The oil and the air in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Oil {
     /// Bulk modulus without air, Pa.
+    #[serde(with = "bulk_modulus")]
     pub bulk_modulus: f64,
     /// Share of undissolved air at atmospheric pressure.
+    #[serde(with = "air")]
     pub air: f64,
     /// The air's polytropic exponent: 1 slow, 1.4 fast.
+    #[serde(default = "polytropic::default", with = "polytropic")]
     pub polytropic: f64,
+    /// Density, kg/m^3, of the waves in lines.
+    #[serde(default = "density::default", with = "density")]
+    pub density: f64,
+    /// Kinematic viscosity, m^2/s, of the friction in lines.
+    #[serde(default, with = "viscosity")]
+    pub viscosity: f64,
 }
 
 /// The controller.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Control {
     /// Its law.
+    #[serde(deserialize_with = "choice")]
     pub law: Law,
     /// Sampling time, ns.
+    #[serde(deserialize_with = "nanoseconds")]
     pub period: i64,
     /// Position gain, 1/s: asked speed for a position error.
+    #[serde(with = "gain")]
     pub gain: f64,
     /// Position errors that are left, m, while the reference rests.
+    #[serde(default, with = "dead_zone")]
     pub dead_zone: f64,
     /// What one switching of a valve costs, as a share of the largest speed.
+    #[serde(default, with = "switching_cost")]
     pub switching_cost: f64,
     /// What all of the largest power of the supply costs, as a share of the largest speed.
+    #[serde(default, with = "energy_cost")]
     pub energy_cost: f64,
     /// Pressures in the chambers that the model-based law keeps below, gauge, Pa.
+    #[serde(default = "pressure_limit::default", with = "pressure_limit")]
     pub pressure_limit: f64,
     /// Time constant of the filter of the measured force, s.
+    #[serde(default, with = "force_filter")]
     pub force_filter: f64,
 }
 

@@ -4,15 +4,16 @@
 
 use planesman_parameters::Choice;
 use planesman_text::did_you_mean;
-use planesman_units::{Dimension as D, Quantity, within};
-use serde::de::{Deserialize, Deserializer, Error as _, IgnoredAny, MapAccess, Visitor};
+use planesman_text::yaml::{self, Refusal};
+use planesman_units::{Quantity, readers};
+use serde::de::{Error as _, IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 use crate::circuit::{
-    Chamber, Circuit, Control, Edge, ElasticStop, Level, Line, Load, MOST_LEVELS, MOST_VALVES, Oil,
-    Valves,
+    Chamber, Circuit, Control, Edge, Level, Line, Load, MOST_LEVELS, MOST_VALVES, Oil, Valves,
 };
 use crate::coding::Coding;
 
@@ -24,8 +25,6 @@ const SHORTEST_TIME: f64 = 1e-6;
 const MOST_FREQUENCY: f64 = 20_000.0;
 /// The shortest and the longest delay of a line, s: a step is at most a round trip long, and the wave of a round trip is kept.
 const LINE_DELAYS: [f64; 2] = [5e-5, 0.5];
-/// Density of mineral oil, kg/m^3.
-const DENSITY: f64 = 870.0;
 
 /// Why a text describes no circuit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -34,124 +33,66 @@ pub enum FileError {
     #[error("{0}")]
     Malformed(String),
     /// A value breaks a rule.
-    #[error("{field}: '{value}' refused: {rule}")]
-    Refused {
-        /// The field, dots between levels.
-        field: String,
-        /// As written.
-        value: String,
-        /// The accepted values.
-        rule: String,
-    },
+    #[error("{}: '{}' refused: {}", .0.field, .0.value, .0.rule)]
+    Refused(Refusal),
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: String,
     source: String,
-    load: WrittenLoad,
+    load: Load,
     #[serde(deserialize_with = "each_once")]
-    chambers: BTreeMap<String, WrittenChamber>,
-    seal_leakage: Option<Quantity>,
+    chambers: BTreeMap<String, Chamber>,
+    /// At the rated pressure drop, m^3/s.
+    #[serde(default, with = "leakage")]
+    seal_leakage: f64,
     #[serde(deserialize_with = "each_once")]
-    supply: BTreeMap<String, Quantity>,
+    supply: BTreeMap<String, Pressure>,
     #[serde(default, deserialize_with = "each_once")]
-    lines: BTreeMap<String, WrittenLine>,
-    oil: WrittenOil,
-    valves: WrittenValves,
+    lines: BTreeMap<String, LineSection>,
+    oil: Oil,
+    valves: Valves,
     #[serde(deserialize_with = "each_once")]
-    edges: BTreeMap<String, WrittenEdge>,
-    control: WrittenControl,
+    edges: BTreeMap<String, EdgeSection>,
+    control: Control,
 }
 
-#[derive(serde::Deserialize)]
+readers! {
+    leakage: Flow, [0.0, 1.0], or 0.0;
+    pressure: Pressure, [0.0, 1e8];
+    length: Length, [1e-3, 1e4];
+    diameter: Length, [1e-4, 1.0];
+    flow: Flow, [1e-12, 10.0];
+    optional total_flow: Flow, [1e-12, 10.0];
+}
+
+/// Gauge pressure of a supply level, Pa.
+#[derive(Deserialize)]
+struct Pressure(#[serde(with = "pressure")] f64);
+
+/// Flow of a valve at the rated pressure drop, m^3/s.
+#[derive(Deserialize)]
+struct Flow(#[serde(with = "flow")] f64);
+
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenLoad {
-    mass: Quantity,
-    viscous: Quantity,
-    coulomb: Quantity,
-    #[serde(default)]
-    stepping: f64,
-    spring: Option<Quantity>,
-    force: Option<Quantity>,
-    travel: Quantity,
-    elastic_stop: Option<WrittenStop>,
-    moment_arm: Quantity,
+struct LineSection {
+    #[serde(with = "length")]
+    length: f64,
+    #[serde(with = "diameter")]
+    diameter: f64,
 }
 
-#[derive(serde::Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenStop {
-    stiffness: Quantity,
-    /// s/m
-    damping: f64,
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenChamber {
-    area: Quantity,
-    volume: Quantity,
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenLine {
-    length: Quantity,
-    diameter: Quantity,
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenOil {
-    bulk_modulus: Quantity,
-    air: f64,
-    #[serde(default = "fast")]
-    polytropic: f64,
-    density: Option<Quantity>,
-    viscosity: Option<Quantity>,
-}
-
-fn fast() -> f64 {
-    1.4
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenValves {
-    rated_drop: Quantity,
-    transition: Option<Quantity>,
-    opening: Quantity,
-    closing: Quantity,
-    scatter: Option<Quantity>,
-    rated_life: f64,
-    energy: Option<Quantity>,
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenEdge {
+struct EdgeSection {
     coding: Option<String>,
     count: Option<usize>,
-    flow: Option<Quantity>,
-    flows: Option<Vec<Quantity>>,
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WrittenControl {
-    law: String,
-    period: Quantity,
-    /// 1/s
-    gain: f64,
-    dead_zone: Option<Quantity>,
-    #[serde(default)]
-    switching_cost: f64,
-    #[serde(default)]
-    energy_cost: f64,
-    pressure_limit: Option<Quantity>,
-    force_filter: Option<Quantity>,
+    #[serde(default, with = "total_flow")]
+    flow: Option<f64>,
+    flows: Option<Vec<Flow>>,
 }
 
 /// A mapping in which no key stands twice.
@@ -182,67 +123,66 @@ fn each_once<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     from.deserialize_map(Each(PhantomData))
 }
 
-fn refused<T>(field: &str, value: impl ToString, rule: impl ToString) -> Result<T, FileError> {
-    Err(FileError::Refused {
+/// A field that breaks a rule: its path, its value where that is not what the file has there, and the rule.
+struct Broken {
+    field: String,
+    value: Option<String>,
+    rule: String,
+}
+
+fn refused<T>(field: &str, value: impl ToString, rule: impl ToString) -> Result<T, Broken> {
+    Err(Broken {
         field: field.to_owned(),
-        value: value.to_string(),
+        value: Some(value.to_string()),
         rule: rule.to_string(),
     })
 }
 
-/// The quantity in SI, within `[least, most]`.
-fn read(
-    field: &str,
-    written: &Quantity,
-    dimension: D,
-    least: f64,
-    most: f64,
-) -> Result<f64, FileError> {
-    let value = written.within(dimension, &[], [least, most]);
-    value.or_else(|rule| refused(field, written, rule))
-}
-
-fn number(field: &str, value: f64, least: f64, most: f64) -> Result<f64, FileError> {
-    within(value, [least, most], "").or_else(|rule| refused(field, value, rule))
-}
-
-fn or_zero(
-    field: &str,
-    written: Option<&Quantity>,
-    dimension: D,
-    most: f64,
-) -> Result<f64, FileError> {
-    written.map_or(Ok(0.0), |written| {
-        read(field, written, dimension, 0.0, most)
+/// Refuses the value that the file has at `field`.
+fn refused_there<T>(field: &str, rule: impl ToString) -> Result<T, Broken> {
+    Err(Broken {
+        field: field.to_owned(),
+        value: None,
+        rule: rule.to_string(),
     })
 }
 
 /// The choice of this name.
-fn named<T: Choice>(field: &str, name: &str) -> Result<T, FileError> {
-    match T::named(name) {
-        Some(choice) => Ok(choice),
-        None => refused(
-            field,
-            name,
-            format!(
-                "it must be one of {}{}",
-                T::NAMES.join(", "),
-                did_you_mean(name, T::NAMES.iter().copied())
-            ),
-        ),
+fn named<T: Choice>(name: &str) -> Result<T, String> {
+    T::named(name).ok_or_else(|| {
+        let suggestion = did_you_mean(name, T::NAMES.iter().copied());
+        format!("it must be one of {}{suggestion}", T::NAMES.join(", "))
+    })
+}
+
+/// Reads the name of a choice.
+pub(crate) fn choice<'de, D: Deserializer<'de>, T: Choice>(from: D) -> Result<T, D::Error> {
+    struct Name<T>(PhantomData<T>);
+
+    impl<T: Choice> Visitor<'_> for Name<T> {
+        type Value = T;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a string")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<T, E> {
+            named(name).map_err(|rule| E::custom(format!("{name} refused: {rule}")))
+        }
     }
+
+    from.deserialize_str(Name(PhantomData))
 }
 
 /// Whether a YAML text is meant to be a circuit: it has edges.
 #[must_use]
 pub fn is_circuit(text: &str) -> bool {
-    #[derive(serde::Deserialize)]
+    #[derive(Deserialize)]
     struct Head {
         edges: Option<IgnoredAny>,
         chambers: Option<IgnoredAny>,
     }
-    planesman_text::yaml::from_str(text)
-        .is_ok_and(|head: Head| head.edges.is_some() || head.chambers.is_some())
+    yaml::from_str(text).is_ok_and(|head: Head| head.edges.is_some() || head.chambers.is_some())
 }
 
 /// The circuit that `text` describes.
@@ -250,161 +190,82 @@ pub fn is_circuit(text: &str) -> bool {
 /// # Errors
 /// [`FileError`], naming field, value and rule.
 pub fn parse(text: &str) -> Result<Circuit, FileError> {
-    let file: File = planesman_text::yaml::from_str(text)
-        .map_err(|error| FileError::Malformed(error.to_string()))?;
-    let mut levels: Vec<Level> = Vec::new();
-    if !(2..=MOST_LEVELS).contains(&file.supply.len()) {
+    let file: File = yaml::from_str(text).map_err(|error| match error {
+        yaml::Error::Refused(refusal) => FileError::Refused(refusal),
+        other => FileError::Malformed(other.to_string()),
+    })?;
+    file.circuit().map_err(|Broken { field, value, rule }| {
+        FileError::Refused(match value {
+            Some(value) => Refusal { field, value, rule },
+            None => Refusal::at::<Quantity>(text, &field, &rule),
+        })
+    })
+}
+
+impl File {
+    fn circuit(self) -> Result<Circuit, Broken> {
+        let mut levels = levels(&self.supply)?;
+        let chambers = chambers(&self.chambers, &self.load)?;
+        let edges = edges(&self.edges, &levels, &chambers, self.valves.rated_drop)?;
+        add_lines(&self.lines, &self.oil, &mut levels)?;
+        let circuit = Circuit {
+            name: self.name,
+            source: self.source,
+            load: self.load,
+            chambers,
+            seal_leakage: self.seal_leakage / self.valves.rated_drop,
+            levels,
+            oil: self.oil,
+            edges,
+            valves: self.valves,
+            control: self.control,
+        };
+        if circuit.largest_speed() <= 0.0 {
+            let names: Vec<String> = self.edges.into_keys().collect();
+            return refused("edges", names.join(", "), "no pair of edges moves the ram");
+        }
+        swings_slowly(&circuit)?;
+        fills_slowly(&circuit)?;
+        moves_slowly(&circuit)?;
+        within_the_cylinder(&circuit)?;
+        Ok(circuit)
+    }
+}
+
+/// The supply levels, the tank T among them.
+fn levels(supply: &BTreeMap<String, Pressure>) -> Result<Vec<Level>, Broken> {
+    if !(2..=MOST_LEVELS).contains(&supply.len()) {
         return refused(
             "supply",
-            format!("{} levels", file.supply.len()),
+            format!("{} levels", supply.len()),
             format!("2 to {MOST_LEVELS} are taken, the tank T among them"),
         );
     }
-    for (name, written) in &file.supply {
-        let field = format!("supply.{name}");
-        if name.is_empty() || name.len() > 8 || !name.chars().all(|c| c.is_ascii_alphanumeric()) {
-            return refused(
-                &field,
-                name,
-                "a level's name is of 1 to 8 letters and digits",
-            );
-        }
-        levels.push(Level {
-            name: name.clone(),
-            pressure: read(&field, written, D::Pressure, 0.0, 1e8)?,
-            line: None,
-        });
-    }
-    if !file.supply.contains_key("T") {
-        return refused(
-            "supply",
-            file.supply.keys().cloned().collect::<Vec<_>>().join(", "),
-            "the tank T is missing",
-        );
-    }
-    let tank = levels
-        .iter()
-        .find(|level| level.name == "T")
-        .map_or(0.0, |level| level.pressure);
-    if let Some(level) = levels.iter().find(|level| level.pressure < tank) {
-        return refused(
-            &format!("supply.{}", level.name),
-            &file.supply[&level.name],
-            "no level may have less pressure than the tank T",
-        );
-    }
-    let load = load(&file.load)?;
-    let chambers = chambers(&file.chambers, &load)?;
-    let valves = &file.valves;
-    let drop = read(
-        "valves.rated_drop",
-        &valves.rated_drop,
-        D::Pressure,
-        1e3,
-        1e8,
-    )?;
-    let delay = |field, written| read(field, written, D::Time, 0.0, 1.0);
-    let common = Valves {
-        opening: delay("valves.opening", &valves.opening)?,
-        closing: delay("valves.closing", &valves.closing)?,
-        scatter: or_zero("valves.scatter", valves.scatter.as_ref(), D::Time, 1.0)?,
-        transition: valves.transition.as_ref().map_or(Ok(5e4), |written| {
-            read("valves.transition", written, D::Pressure, 1e2, 1e6)
-        })?,
-        rated_life: number("valves.rated_life", valves.rated_life, 1.0, 1e12)?,
-        energy: or_zero("valves.energy", valves.energy.as_ref(), D::Energy, 1e3)?,
+    let is_name = |name: &str| {
+        (1..=8).contains(&name.len()) && name.chars().all(|c| c.is_ascii_alphanumeric())
     };
-    let mut edges = Vec::new();
-    for (name, edge) in &file.edges {
-        let field = format!("edges.{name}");
-        let (level, chamber) = ends(&field, name, &levels, &chambers)?;
-        if edges
-            .iter()
-            .any(|other: &Edge| (other.level, other.chamber) == (level, chamber))
-        {
-            return refused(
-                &field,
-                name,
-                "this level and this chamber are connected already",
-            );
-        }
-        edges.push(Edge {
-            level,
-            chamber,
-            valves: edge_valves(&field, edge, drop)?,
-        });
+    if let Some(name) = supply.keys().find(|name| !is_name(name)) {
+        let rule = "a level's name is of 1 to 8 letters and digits";
+        return refused(&format!("supply.{name}"), name, rule);
     }
-    let oil = Oil {
-        bulk_modulus: read(
-            "oil.bulk_modulus",
-            &file.oil.bulk_modulus,
-            D::Pressure,
-            1e6,
-            1e11,
-        )?,
-        // Without any air a chamber that is drawn empty would have a pressure below zero.
-        air: number("oil.air", file.oil.air, 1e-6, 0.5)?,
-        polytropic: number("oil.polytropic", file.oil.polytropic, 1.0, 1.7)?,
+    let Some(tank) = supply.get("T") else {
+        let names: Vec<&str> = supply.keys().map(String::as_str).collect();
+        return refused("supply", names.join(", "), "the tank T is missing");
     };
-    lines(&file, &oil, &mut levels)?;
-    let written = &file.control;
-    let period =
-        (read("control.period", &written.period, D::Time, 1e-4, 10.0)? * 1e9).round() as i64;
-    let control = Control {
-        law: named("control.law", &written.law)?,
-        period,
-        gain: number("control.gain", written.gain, 0.0, 1e4)?,
-        dead_zone: or_zero(
-            "control.dead_zone",
-            written.dead_zone.as_ref(),
-            D::Length,
-            1.0,
-        )?,
-        switching_cost: number("control.switching_cost", written.switching_cost, 0.0, 1.0)?,
-        energy_cost: number("control.energy_cost", written.energy_cost, 0.0, 10.0)?,
-        pressure_limit: written
-            .pressure_limit
-            .as_ref()
-            .map_or(Ok(f64::INFINITY), |limit| {
-                read("control.pressure_limit", limit, D::Pressure, 1e3, 1e9)
-            })?,
-        force_filter: or_zero(
-            "control.force_filter",
-            written.force_filter.as_ref(),
-            D::Time,
-            10.0,
-        )?,
-    };
-    let circuit = Circuit {
-        name: file.name.clone(),
-        source: file.source.clone(),
-        load,
-        chambers,
-        seal_leakage: match &file.seal_leakage {
-            None => 0.0,
-            // Written as the flow at the rated pressure drop.
-            Some(written) => read("seal_leakage", written, D::Flow, 0.0, 1.0)? / drop,
-        },
-        levels,
-        oil,
-        edges,
-        valves: common,
-        control,
-    };
-    if circuit.largest_speed() <= 0.0 {
-        return refused(
-            "edges",
-            file.edges.keys().cloned().collect::<Vec<_>>().join(", "),
-            "no pair of edges moves the ram",
-        );
+    if let Some((name, _)) = supply.iter().find(|(_, pressure)| pressure.0 < tank.0) {
+        let rule = "no level may have less pressure than the tank T";
+        return refused_there(&format!("supply.{name}"), rule);
     }
-    fast_enough(&circuit, &file)?;
-    within_the_cylinder(&circuit, &file)?;
-    Ok(circuit)
+    let level = |(name, pressure): (&String, &Pressure)| Level {
+        name: name.clone(),
+        pressure: pressure.0,
+        line: None,
+    };
+    Ok(supply.iter().map(level).collect())
 }
 
 /// What the levels press into a stop stays in the cylinder, and no plane turns by a quarter.
-fn within_the_cylinder(circuit: &Circuit, file: &File) -> Result<(), FileError> {
+fn within_the_cylinder(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let (high, low) = circuit.pressures();
     let [a, b] = &circuit.chambers;
@@ -414,21 +275,17 @@ fn within_the_cylinder(circuit: &Circuit, file: &File) -> Result<(), FileError> 
         .elastic_stop
         .map_or(0.0, |stop| out.max(back).max(0.0) / stop.stiffness);
     let reach = load.travel + deepest;
-    if [a, b].iter().any(|it| it.area * reach > 0.99 * it.volume)
-        && let Some(stop) = &file.load.elastic_stop
-    {
-        return refused(
+    if load.elastic_stop.is_some() && [a, b].iter().any(|it| it.area * reach > 0.99 * it.volume) {
+        return refused_there(
             "load.elastic_stop.stiffness",
-            &stop.stiffness,
             format!(
                 "the levels would press the ram {deepest:.3} m into it, to the end of its chamber"
             ),
         );
     }
     if reach / load.moment_arm >= std::f64::consts::FRAC_PI_2 {
-        return refused(
+        return refused_there(
             "load.moment_arm",
-            &file.load.moment_arm,
             format!(
                 "the ram's way of {reach:.3} m, stops included, would turn the plane by a right angle or more"
             ),
@@ -437,26 +294,29 @@ fn within_the_cylinder(circuit: &Circuit, file: &File) -> Result<(), FileError> 
     Ok(())
 }
 
-/// What would take steps so short that a simulation never ends is refused.
-fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
+/// Refuses a load that swings so fast that a simulation would never end.
+fn swings_slowly(circuit: &Circuit) -> Result<(), Broken> {
     let load = &circuit.load;
     let frequency = circuit.highest_frequency();
     if frequency > MOST_FREQUENCY {
-        return refused(
+        return refused_there(
             "load.mass",
-            &file.load.mass,
             format!(
                 "load and oil would swing at {frequency:.0} Hz; at most {MOST_FREQUENCY} Hz are taken"
             ),
         );
     }
     if load.viscous > 0.0 && load.mass / load.viscous < SHORTEST_TIME {
-        return refused(
+        return refused_there(
             "load.viscous",
-            &file.load.viscous,
             format!("mass over damping must be at least {SHORTEST_TIME} s"),
         );
     }
+    Ok(())
+}
+
+/// Refuses flows that fill a chamber so fast that a simulation would never end.
+fn fills_slowly(circuit: &Circuit) -> Result<(), Broken> {
     for (place, edge) in circuit.edges.iter().enumerate() {
         let k: f64 = edge.valves.iter().sum();
         let time = circuit.least_volume(edge.chamber) * circuit.valves.transition.sqrt()
@@ -474,19 +334,21 @@ fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
     for (chamber, it) in circuit.chambers.iter().enumerate() {
         let time =
             circuit.least_volume(chamber) / (circuit.seal_leakage * circuit.oil.bulk_modulus);
-        if it.area > 0.0
-            && time < SHORTEST_TIME
-            && let Some(written) = &file.seal_leakage
-        {
-            return refused(
+        if it.area > 0.0 && time < SHORTEST_TIME {
+            return refused_there(
                 "seal_leakage",
-                written,
                 format!(
                     "it would fill the chamber at the end of its travel within {time:.1e} s; at least {SHORTEST_TIME} s are taken"
                 ),
             );
         }
     }
+    Ok(())
+}
+
+/// Refuses a ram that is faster than its stops and its valves' delays allow.
+fn moves_slowly(circuit: &Circuit) -> Result<(), Broken> {
+    let load = &circuit.load;
     let speed = circuit.largest_speed();
     if load.travel / speed < 1e3 * SHORTEST_TIME {
         return refused(
@@ -507,9 +369,8 @@ fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
     let longest = circuit.valves.opening.max(circuit.valves.closing) + circuit.valves.scatter;
     let period = circuit.control.period as f64 * 1e-9;
     if longest > 100.0 * period {
-        return refused(
+        return refused_there(
             "control.period",
-            &file.control.period,
             format!("the valves' delay, {longest} s with scatter, must be at most 100 periods"),
         );
     }
@@ -517,14 +378,12 @@ fn fast_enough(circuit: &Circuit, file: &File) -> Result<(), FileError> {
 }
 
 /// Gives their lines to the levels.
-fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> {
-    let written = file.oil.density.as_ref();
-    let density = written.map_or(Ok(DENSITY), |written| {
-        read("oil.density", written, D::Density, 100.0, 1e4)
-    })?;
-    let written = file.oil.viscosity.as_ref();
-    let viscosity = or_zero("oil.viscosity", written, D::Viscosity, 1.0)?;
-    for (name, written) in &file.lines {
+fn add_lines(
+    lines: &BTreeMap<String, LineSection>,
+    oil: &Oil,
+    levels: &mut [Level],
+) -> Result<(), Broken> {
+    for (name, it) in lines {
         let Some(level) = levels.iter().position(|level| level.name == *name) else {
             let names: Vec<&str> = levels.iter().map(|level| &*level.name).collect();
             return refused(
@@ -536,15 +395,12 @@ fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> 
                 ),
             );
         };
-        let field = |what: &str| format!("lines.{name}.{what}");
-        let length = read(&field("length"), &written.length, D::Length, 1e-3, 1e4)?;
-        let diameter = read(&field("diameter"), &written.diameter, D::Length, 1e-4, 1.0)?;
-        let line = Line::new(length, diameter, oil.bulk_modulus, density, viscosity);
+        let bulk = oil.bulk_modulus;
+        let line = Line::new(it.length, it.diameter, bulk, oil.density, oil.viscosity);
         let [least, most] = LINE_DELAYS;
         if !(least..=most).contains(&line.delay) {
-            return refused(
-                &field("length"),
-                &written.length,
+            return refused_there(
+                &format!("lines.{name}.length"),
                 format!(
                     "a wave would take {:.2e} s from end to end; from {least} to {most} s are taken",
                     line.delay
@@ -552,9 +408,8 @@ fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> 
             );
         }
         if line.resistance > line.impedance {
-            return refused(
-                &field("diameter"),
-                &written.diameter,
+            return refused_there(
+                &format!("lines.{name}.diameter"),
                 format!(
                     "the line's laminar resistance, {:.2e} Pa s/m^3, would exceed its impedance, {:.2e}: friction at its ends would not stand for it",
                     line.resistance, line.impedance
@@ -566,84 +421,56 @@ fn lines(file: &File, oil: &Oil, levels: &mut [Level]) -> Result<(), FileError> 
     Ok(())
 }
 
-fn load(written: &WrittenLoad) -> Result<Load, FileError> {
-    Ok(Load {
-        mass: read("load.mass", &written.mass, D::Mass, 1e-3, 1e7)?,
-        viscous: read("load.viscous", &written.viscous, D::Damping, 0.0, 1e8)?,
-        coulomb: read("load.coulomb", &written.coulomb, D::Force, 0.0, 1e8)?,
-        stepping: number("load.stepping", written.stepping, 0.0, 1.0)?,
-        spring: or_zero("load.spring", written.spring.as_ref(), D::Stiffness, 1e9)?,
-        force: written.force.as_ref().map_or(Ok(0.0), |force| {
-            read("load.force", force, D::Force, -1e8, 1e8)
-        })?,
-        travel: read("load.travel", &written.travel, D::Length, 1e-4, 100.0)?,
-        elastic_stop: match &written.elastic_stop {
-            None => None,
-            Some(stop) => Some(ElasticStop {
-                stiffness: read(
-                    "load.elastic_stop.stiffness",
-                    &stop.stiffness,
-                    D::Stiffness,
-                    1.0,
-                    1e12,
-                )?,
-                damping: number("load.elastic_stop.damping", stop.damping, 0.0, 1e4)?,
-            }),
-        },
-        moment_arm: read(
-            "load.moment_arm",
-            &written.moment_arm,
-            D::Length,
-            1e-4,
-            100.0,
-        )?,
-    })
-}
-
-fn chambers(
-    written: &BTreeMap<String, WrittenChamber>,
-    load: &Load,
-) -> Result<[Chamber; 2], FileError> {
-    if let Some(name) = written
-        .keys()
-        .find(|name| !["A", "B"].contains(&name.as_str()))
-    {
-        return refused(
-            "chambers",
-            name,
-            "the chambers are A, which x > 0 enlarges, and B",
-        );
+fn chambers(given: &BTreeMap<String, Chamber>, load: &Load) -> Result<[Chamber; 2], Broken> {
+    if let Some(name) = given.keys().find(|name| !["A", "B"].contains(&&***name)) {
+        let rule = "the chambers are A, which x > 0 enlarges, and B";
+        return refused("chambers", name, rule);
     }
-    let chamber = |name: &str| -> Result<Option<Chamber>, FileError> {
-        let Some(chamber) = written.get(name) else {
-            return Ok(None);
-        };
-        let field = |what: &str| format!("chambers.{name}.{what}");
-        let area = read(&field("area"), &chamber.area, D::Area, 1e-7, 10.0)?;
-        let volume = read(&field("volume"), &chamber.volume, D::Volume, 1e-9, 100.0)?;
-        if volume <= 1.01 * area * load.travel {
-            return refused(
-                &field("volume"),
-                &chamber.volume,
-                format!(
-                    "at mid-stroke it must be more than 1.01 times area times travel, {} m^3",
-                    1.01 * area * load.travel
-                ),
+    for (name, chamber) in given {
+        let least = 1.01 * chamber.area * load.travel;
+        if chamber.volume <= least {
+            let rule = format!(
+                "at mid-stroke it must be more than 1.01 times area times travel, {least} m^3"
             );
+            return refused_there(&format!("chambers.{name}.volume"), rule);
         }
-        Ok(Some(Chamber { area, volume }))
-    };
-    let Some(a) = chamber("A")? else {
+    }
+    let Some(a) = given.get("A") else {
         return refused("chambers", "", "chamber A is missing");
     };
     // A single-acting cylinder: whatever stands in for B does not move.
-    Ok([
-        a,
-        chamber("B")?.unwrap_or(Chamber {
-            area: 0.0,
-            volume: 1.0,
-        }),
-    ])
+    let nothing = Chamber {
+        area: 0.0,
+        volume: 1.0,
+    };
+    Ok([*a, *given.get("B").unwrap_or(&nothing)])
+}
+
+/// The valves between levels and chambers.
+fn edges(
+    given: &BTreeMap<String, EdgeSection>,
+    levels: &[Level],
+    chambers: &[Chamber; 2],
+    rated_drop: f64,
+) -> Result<Vec<Edge>, Broken> {
+    let mut edges: Vec<Edge> = Vec::new();
+    for (name, edge) in given {
+        let field = format!("edges.{name}");
+        let (level, chamber) = ends(&field, name, levels, chambers)?;
+        if edges
+            .iter()
+            .any(|other| (other.level, other.chamber) == (level, chamber))
+        {
+            let rule = "this level and this chamber are connected already";
+            return refused(&field, name, rule);
+        }
+        edges.push(Edge {
+            level,
+            chamber,
+            valves: edge.valves(&field, rated_drop)?,
+        });
+    }
+    Ok(edges)
 }
 
 /// Level and chamber of an edge: `P-A`, `B-T`.
@@ -652,7 +479,7 @@ fn ends(
     name: &str,
     levels: &[Level],
     chambers: &[Chamber; 2],
-) -> Result<(usize, usize), FileError> {
+) -> Result<(usize, usize), Broken> {
     let level = |name: &str| levels.iter().position(|level| level.name == name);
     let chamber = |name: &str| {
         ["A", "B"]
@@ -681,52 +508,45 @@ fn ends(
     }
 }
 
-/// The flow coefficients of an edge's valves.
-fn edge_valves(field: &str, edge: &WrittenEdge, drop: f64) -> Result<Vec<f64>, FileError> {
-    let flow = |field: &str, written: &Quantity| {
-        Ok(read(field, written, D::Flow, 1e-12, 10.0)? / drop.sqrt())
-    };
-    match edge {
-        WrittenEdge {
-            coding: None,
-            count: None,
-            flow: None,
-            flows: Some(flows),
-        } => {
-            if flows.len() > MOST_VALVES {
-                return refused(
-                    &format!("{field}.flows"),
-                    format!("{} valves", flows.len()),
-                    format!("at most {MOST_VALVES} are taken"),
-                );
+impl EdgeSection {
+    /// The flow coefficients of the valves.
+    fn valves(&self, field: &str, drop: f64) -> Result<Vec<f64>, Broken> {
+        match self {
+            Self {
+                coding: None,
+                count: None,
+                flow: None,
+                flows: Some(flows),
+            } => {
+                if flows.len() > MOST_VALVES {
+                    return refused(
+                        &format!("{field}.flows"),
+                        format!("{} valves", flows.len()),
+                        format!("at most {MOST_VALVES} are taken"),
+                    );
+                }
+                Ok(flows.iter().map(|flow| flow.0 / drop.sqrt()).collect())
             }
-            flows
-                .iter()
-                .enumerate()
-                .map(|(place, written)| flow(&format!("{field}.flows[{place}]"), written))
-                .collect()
-        }
-        WrittenEdge {
-            coding: Some(coding),
-            count: Some(count),
-            flow: Some(total),
-            flows: None,
-        } => {
-            let coding: Coding = named(&format!("{field}.coding"), coding)?;
-            if !(1..=MOST_VALVES).contains(count) {
-                return refused(
-                    &format!("{field}.count"),
-                    count,
-                    format!("it must be from 1 to {MOST_VALVES}"),
-                );
+            Self {
+                coding: Some(coding),
+                count: Some(count),
+                flow: Some(total),
+                flows: None,
+            } => {
+                let coding: Coding = named(coding)
+                    .or_else(|rule| refused(&format!("{field}.coding"), coding, rule))?;
+                if !(1..=MOST_VALVES).contains(count) {
+                    let rule = format!("it must be from 1 to {MOST_VALVES}");
+                    return refused(&format!("{field}.count"), count, rule);
+                }
+                Ok(coding.share(total / drop.sqrt(), *count))
             }
-            Ok(coding.share(flow(&format!("{field}.flow"), total)?, *count))
+            _ => refused(
+                field,
+                "",
+                "give `coding`, `count` and `flow` (all valves open), or `flows` of each valve, at the rated drop",
+            ),
         }
-        _ => refused(
-            field,
-            "",
-            "give `coding`, `count` and `flow` (all valves open), or `flows` of each valve, at the rated drop",
-        ),
     }
 }
 

@@ -942,7 +942,7 @@ mod tests {
             for chamber in &mut circuit.chambers {
                 chamber.volume = 1.3 * chamber.area * travel + 1e-5;
             }
-            circuit.oil = crate::Oil { bulk_modulus: bulk, air, polytropic: 1.4 };
+            circuit.oil = crate::Oil { bulk_modulus: bulk, air, ..circuit.oil };
             circuit.seal_leakage = leak;
             circuit.valves.scatter = scatter;
             circuit.valves.opening = opening;

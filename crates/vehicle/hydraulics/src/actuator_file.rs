@@ -10,6 +10,7 @@ use std::sync::Arc;
 use planesman_circuit::file as circuit_file;
 use planesman_parameters::{Choice as _, file};
 use planesman_text::did_you_mean;
+use planesman_text::yaml::Refusal;
 use planesman_units::{DEGREE, Dimension, Quantity, Unit, within};
 use serde::Deserialize;
 
@@ -144,7 +145,7 @@ pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError
         Err(circuit_file::FileError::Malformed(reason)) => {
             Err(ActuatorFileError::Malformed { file, reason })
         }
-        Err(circuit_file::FileError::Refused { field, value, rule }) => {
+        Err(circuit_file::FileError::Refused(Refusal { field, value, rule })) => {
             Err(ActuatorFileError::Refused {
                 file,
                 field,
