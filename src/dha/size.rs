@@ -79,16 +79,21 @@ impl SizeArgs {
             text.as_ref()
                 .map_or(Ok(otherwise), |text| quantity(name, text, dimension))
         };
-        let stop = given.stop / given.moment_arm;
+        let stop = given.stop / given.load.moment_arm;
         let slew = match &self.slew {
             Some(slew) => quantity("slew", slew, D::Rate)?,
-            None => given.slew_rate() / given.moment_arm,
+            None => given.slew_rate() / given.load.moment_arm,
         };
         Ok(Load {
-            mass: read("mass", &self.mass, D::Mass, given.mass)?,
-            viscous: read("viscous", &self.viscous, D::Damping, given.viscous)?,
-            coulomb: read("coulomb", &self.coulomb, D::Force, given.coulomb)?,
-            moment_arm: read("moment-arm", &self.moment_arm, D::Length, given.moment_arm)?,
+            mass: read("mass", &self.mass, D::Mass, given.load.mass)?,
+            viscous: read("viscous", &self.viscous, D::Damping, given.load.viscous)?,
+            coulomb: read("coulomb", &self.coulomb, D::Force, given.load.coulomb)?,
+            moment_arm: read(
+                "moment-arm",
+                &self.moment_arm,
+                D::Length,
+                given.load.moment_arm,
+            )?,
             stroke: read(
                 "stroke",
                 &self.stroke,
@@ -101,18 +106,18 @@ impl SizeArgs {
             )?,
             resolution: quantity("resolution", resolution, D::Angle)?,
             slew,
-            supply: read("supply", &self.supply, D::Pressure, given.supply)?,
+            supply: read("supply", &self.supply, D::Pressure, given.oil.supply)?,
             return_pressure: read(
                 "return-pressure",
                 &self.return_pressure,
                 D::Pressure,
-                given.return_pressure,
+                given.oil.return_pressure,
             )?,
             stiffness: read(
                 "stiffness",
                 &self.stiffness,
                 D::OilStiffness,
-                given.stiffness,
+                given.oil.stiffness,
             )?,
             valve_time: read("valve-time", &self.valve_time, D::Time, given.valve_time)?,
         })
@@ -147,7 +152,7 @@ mod tests {
     fn a_load_takes_from_the_actuator_what_is_not_given() {
         let set = sized(&["auv", "--resolution", "1 deg", "--slew", "60 deg/s"]).unwrap();
         assert_eq!(set.frequency_millihertz, 60_000);
-        assert_eq!(set.mass, actuator_file::load("auv").unwrap().mass);
+        assert_eq!(set.load.mass, actuator_file::load("auv").unwrap().load.mass);
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl DigitalLoop {
         hydraulics.set_condition(case.condition);
         Self {
             period: set.cycle(),
-            moment_arm: set.moment_arm,
+            moment_arm: set.load.moment_arm,
             plant: case.plant,
             rate: case.rate,
             last: start.yaw,

@@ -103,27 +103,27 @@ pub const TABLE_3_2: [Row; 6] = [
     Row {
         id: "C=6",
         label: "C = 6 lb s/in",
-        change: |case| case.set.viscous = 6.0 * POUND / INCH,
+        change: |case| case.set.load.viscous = 6.0 * POUND / INCH,
     },
     Row {
         id: "C=18",
         label: "C = 18 lb s/in",
-        change: |case| case.set.viscous = 18.0 * POUND / INCH,
+        change: |case| case.set.load.viscous = 18.0 * POUND / INCH,
     },
     Row {
         id: "beta_V=13300",
         label: "beta/V = 13 300 lb/in^5",
-        change: |case| case.set.stiffness = 13_300.0 * PSI / FLOW,
+        change: |case| case.set.oil.stiffness = 13_300.0 * PSI / FLOW,
     },
     Row {
         id: "beta_V=100000",
         label: "beta/V = 100 000 lb/in^5",
-        change: |case| case.set.stiffness = 100_000.0 * PSI / FLOW,
+        change: |case| case.set.oil.stiffness = 100_000.0 * PSI / FLOW,
     },
     Row {
         id: "dF=0",
         label: "no friction",
-        change: |case| case.set.coulomb = 0.0,
+        change: |case| case.set.load.coulomb = 0.0,
     },
 ];
 
@@ -158,7 +158,7 @@ impl Case {
     #[must_use]
     pub fn adjusted(mut self) -> Self {
         self.set.extra_delay = 0.010;
-        self.set.coulomb *= 1.08;
+        self.set.load.coulomb *= 1.08;
         self
     }
 

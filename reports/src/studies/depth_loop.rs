@@ -243,7 +243,7 @@ impl Case {
     /// Those of its file.
     pub fn set(&self) -> Result<ActuatorSet, ActuatorFileError> {
         let mut set = load(&self.actuator)?;
-        let per_radian = set.area * set.moment_arm;
+        let per_radian = set.area * set.load.moment_arm;
         match self.leakage {
             Leakage::None => (set.rate_gain, set.error_rate) = (0.0, 0.0),
             Leakage::Tight => {
@@ -253,7 +253,7 @@ impl Case {
             Leakage::Scaled => {}
         }
         if !self.friction {
-            set.coulomb = 0.0;
+            set.load.coulomb = 0.0;
         }
         Ok(set)
     }

@@ -483,7 +483,7 @@ impl Actuation {
         let rams = if self.tight() { 1 } else { 2 };
         let (body, ram) = by.split_at(by.len() - rams);
         state.body.displace(body);
-        let arm = self.set.moment_arm * SCALE;
+        let arm = self.set.load.moment_arm * SCALE;
         let squeezed = ram.get(1).copied().unwrap_or(-ram[0]);
         state
             .hydraulics
@@ -494,7 +494,7 @@ impl Actuation {
     fn coordinates<B: Body>(&self, state: &State<B>) -> Vec<f64> {
         let mut all = state.body.coordinates();
         let ram = state.hydraulics.reading(self.set.cycle()).ram;
-        let arm = self.set.moment_arm * SCALE;
+        let arm = self.set.load.moment_arm * SCALE;
         all.push(ram.position / arm);
         if !self.tight() {
             all.push(ram.squeezed / (arm * self.set.area));
@@ -516,7 +516,7 @@ impl Actuation {
             samples: Vec::new(),
         };
         state.hydraulics.finish_cycle();
-        let arm = self.set.moment_arm;
+        let arm = self.set.load.moment_arm;
         let mut angle = state.hydraulics.position(self.set.cycle()) / arm;
         let mut next = 0;
         for c in 0..count as i64 {

@@ -4,19 +4,21 @@
 //! 66-L03-005. [`BUILT_IN`] has the files that are built in; `auv_two_speed` is the example of a `small_volume`.
 //! A file with `edges` is a circuit of on/off valves ([`planesman_circuit::file`]).
 
+use std::borrow::Cow;
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
 use planesman_circuit::file as circuit_file;
 use planesman_parameters::{Choice as _, file};
 use planesman_text::did_you_mean;
-use planesman_text::yaml::Refusal;
-use planesman_units::{DEGREE, Dimension, Quantity, Unit, within};
+use planesman_text::yaml::{self, Refusal};
+use planesman_units::{DEGREE, Dimension, Quantity, Unit, readers};
 use serde::Deserialize;
 
 use crate::actuator_model::Model;
 use crate::actuator_set::{
-    ActuatorFile, ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume,
+    ActuatorFile, ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, Oil, RamLoad, SmallVolume,
 };
 
 /// The built-in actuators: name and file.
@@ -36,15 +38,6 @@ pub const BUILT_IN: &[(&str, &str)] = &[
 /// Driving Strategies on the Dynamic Performance of Commercial Cartridge Valves", ASME/Bath FPMC 2014). A latching valve
 /// takes nothing while it holds.
 pub const SWITCHING_ENERGY: f64 = 0.55;
-
-/// No solenoid takes more for a switching, J.
-const MOST_SWITCHING_ENERGY: f64 = 1e3;
-
-/// The ranges that several fields share: angles of the pulse logic, rad; volumes, m^3; travels of the ram, m; flow times, s.
-const ANGLES: [f64; 2] = [1e-6, std::f64::consts::PI];
-const VOLUMES: [f64; 2] = [1e-12, 1.0];
-const TRAVELS: [f64; 2] = [1e-6, 100.0];
-const FLOW_TIMES: [f64; 2] = [1e-5, 100.0];
 
 /// The shortest time constant, s, and the most rad of a valve cycle, that are simulated.
 const SHORTEST_TIME: f64 = 1e-6;
@@ -77,16 +70,12 @@ pub enum ActuatorFileError {
     )]
     Circuit(String),
     /// A value breaks a rule.
-    #[error("actuator file '{file}': {field}: '{value}' refused: {rule}")]
+    #[error("actuator file '{file}': {}: '{}' refused: {}", .refusal.field, .refusal.value, .refusal.rule)]
     Refused {
         /// The path or built-in name.
         file: String,
-        /// The field, dots between levels.
-        field: String,
-        /// As written.
-        value: String,
-        /// The accepted values.
-        rule: String,
+        /// The field, its value and the rule.
+        refusal: Refusal,
     },
 }
 
@@ -145,13 +134,8 @@ pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError
         Err(circuit_file::FileError::Malformed(reason)) => {
             Err(ActuatorFileError::Malformed { file, reason })
         }
-        Err(circuit_file::FileError::Refused(Refusal { field, value, rule })) => {
-            Err(ActuatorFileError::Refused {
-                file,
-                field,
-                value,
-                rule,
-            })
+        Err(circuit_file::FileError::Refused(refusal)) => {
+            Err(ActuatorFileError::Refused { file, refusal })
         }
     }
 }
@@ -161,20 +145,30 @@ pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError
 /// # Errors
 /// [`ActuatorFileError`], naming file, field, value and rule.
 pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
-    let written: File =
-        planesman_text::yaml::from_str(text).map_err(|error| ActuatorFileError::Malformed {
+    let refused = |refusal| ActuatorFileError::Refused {
+        file: file.to_owned(),
+        refusal,
+    };
+    let written: File = yaml::from_str(text).map_err(|error| match error {
+        yaml::Error::Refused(refusal) => refused(refusal),
+        other => ActuatorFileError::Malformed {
             file: file.to_owned(),
-            reason: error.to_string(),
-        })?;
-    Reader { file }.set(&written)
+            reason: other.to_string(),
+        },
+    })?;
+    let set = written.set();
+    set.map_err(|(field, rule)| refused(Refusal::at::<Quantity>(text, field, &rule)))
 }
+
+/// A field, and the rule that its value breaks.
+type Broken = (&'static str, String);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     name: String,
     source: String,
-    load: Load,
+    load: RamLoad,
     ram: Ram,
     oil: Oil,
     valves: Valves,
@@ -183,19 +177,24 @@ struct File {
     logic: Logic,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Load {
-    mass: Quantity,
-    viscous: Quantity,
-    coulomb: Quantity,
-    moment_arm: Quantity,
+readers! {
+    area: Area, [1e-7, 10.0];
+    area_ratio: Number, [1.0, 1e3];
+    frequency: Frequency, [0.1, 1e4];
+    delay: Time, [0.0, 100.0];
+    flow_time: Time, [1e-5, 100.0];
+    // No solenoid takes more.
+    switching_energy: Energy, [0.0, 1e3], or SWITCHING_ENERGY;
+    angle: Angle, [1e-6, PI];
+    optional limit_feedback: Angle, [0.0, PI];
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Ram {
-    area: Quantity,
+    #[serde(with = "area")]
+    area: f64,
+    #[serde(with = "area_ratio")]
     area_ratio: f64,
     volume_limit: Option<Quantity>,
     stop: Option<Quantity>,
@@ -203,33 +202,30 @@ struct Ram {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Oil {
-    stiffness: Quantity,
-    supply: Quantity,
-    #[serde(rename = "return")]
-    return_pressure: Quantity,
-    clamp_positive: Quantity,
-    clamp_negative: Quantity,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct Valves {
     volume: Quantity,
-    frequency: Quantity,
-    valve_time: Quantity,
-    flow_time: Quantity,
-    extra_delay: Quantity,
-    switching_energy: Option<Quantity>,
+    #[serde(with = "frequency")]
+    frequency: f64,
+    #[serde(with = "delay")]
+    valve_time: f64,
+    #[serde(with = "flow_time")]
+    flow_time: f64,
+    #[serde(with = "delay")]
+    extra_delay: f64,
+    #[serde(default = "switching_energy::default", with = "switching_energy")]
+    switching_energy: f64,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Small {
     volume: Quantity,
-    flow_time: Quantity,
-    quantum: Quantity,
-    threshold: Quantity,
+    #[serde(with = "flow_time")]
+    flow_time: f64,
+    #[serde(with = "angle")]
+    quantum: f64,
+    #[serde(with = "angle")]
+    threshold: f64,
 }
 
 #[derive(Deserialize)]
@@ -242,378 +238,229 @@ struct Leakage {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Logic {
-    quantum: Quantity,
-    threshold: Quantity,
+    #[serde(with = "angle")]
+    quantum: f64,
+    #[serde(with = "angle")]
+    threshold: f64,
     inhibit_beyond: Option<Quantity>,
     limit_option: u8,
-    limit_feedback: Option<Quantity>,
+    #[serde(default, with = "limit_feedback")]
+    limit_feedback: Option<f64>,
 }
 
-/// One written field: its name, its text, its dimension.
-struct Field<'a>(&'static str, &'a Quantity, Dimension);
-
-/// The units of a quantity given as the plane angle it makes, or the turning rate, for a flow.
-/// `per_radian` is the quantity that moves the planes by one radian (per second).
-fn angles(dimension: Dimension, per_radian: f64) -> [Unit; 2] {
+/// A quantity in SI within a range; it may also be given as the plane angle it makes, or as the turning rate, for a flow. `per_radian` is the
+/// quantity that moves the planes by one radian (per second).
+fn angle_or(
+    dimension: Dimension,
+    range: [f64; 2],
+    per_radian: f64,
+) -> impl Fn(&'static str, &Quantity) -> Result<f64, Broken> {
     let (radian, degree) = match dimension {
         Dimension::Flow => ("rad/s", "deg/s"),
         _ => ("rad", "deg"),
     };
-    [
+    let angles = [
         Unit::new(radian, per_radian),
         Unit::new(degree, per_radian * DEGREE),
-    ]
+    ];
+    move |field, written| {
+        let value = written.within(dimension, &angles, range);
+        value.map_err(|rule| (field, rule.to_string()))
+    }
 }
 
-struct Reader<'a> {
-    file: &'a str,
-}
-
-impl Reader<'_> {
-    fn refused(&self, field: &str, value: impl ToString, rule: impl ToString) -> ActuatorFileError {
-        ActuatorFileError::Refused {
-            file: self.file.to_owned(),
-            field: field.to_owned(),
-            value: value.to_string(),
-            rule: rule.to_string(),
-        }
-    }
-
-    fn read(
-        &self,
-        Field(name, written, dimension): Field<'_>,
-        range: [f64; 2],
-        per_radian: Option<f64>,
-    ) -> Result<f64, ActuatorFileError> {
-        let angles = per_radian.map(|per_radian| angles(dimension, per_radian));
-        written
-            .within(dimension, angles.as_ref().map_or(&[], |units| units), range)
-            .map_err(|error| self.refused(name, written, error))
-    }
-
-    /// A limit, infinite where the file gives none.
-    fn limit(
-        &self,
-        name: &'static str,
-        written: Option<&Quantity>,
-        dimension: Dimension,
-        range: [f64; 2],
-        per_radian: f64,
-    ) -> Result<f64, ActuatorFileError> {
-        written.map_or(Ok(f64::INFINITY), |written| {
-            self.read(Field(name, written, dimension), range, Some(per_radian))
-        })
-    }
-
-    fn set(&self, file: &File) -> Result<ActuatorSet, ActuatorFileError> {
-        use Dimension as D;
-        let read = |name, written, dimension, range| {
-            self.read(Field(name, written, dimension), range, None)
-        };
-        let (load, oil, valves) = (&file.load, &file.oil, &file.valves);
-
-        let moment_arm = read("load.moment_arm", &load.moment_arm, D::Length, [1e-4, 1e2])?;
-        let area = read("ram.area", &file.ram.area, D::Area, [1e-7, 10.0])?;
+impl File {
+    fn set(self) -> Result<ActuatorSet, Broken> {
+        let (ram, valves, logic) = (&self.ram, &self.valves, &self.logic);
         // What moves the planes by one radian.
-        let (travel, oil_moved) = (moment_arm, moment_arm * area);
-        let read_as_angle = |name, written, dimension, range| {
-            self.read(Field(name, written, dimension), range, Some(oil_moved))
+        let travel = self.load.moment_arm;
+        let oil_moved = travel * ram.area;
+        let volume = angle_or(Dimension::Volume, [1e-12, 1.0], oil_moved);
+        let length = angle_or(Dimension::Length, [1e-6, 100.0], travel);
+        let flow = |least| angle_or(Dimension::Flow, [least, 1.0], oil_moved);
+        let length_or_none = |field, written: &Option<Quantity>| {
+            (written.as_ref()).map_or(Ok(f64::INFINITY), |it| length(field, it))
         };
-
+        let millihertz = (valves.frequency * 1e3).round();
+        if (millihertz - valves.frequency * 1e3).abs() > 1e-6 {
+            let rule = "it must be a whole number of millihertz";
+            return Err(("valves.frequency", rule.to_owned()));
+        }
+        let small = |it: &Small| {
+            Ok(SmallVolume {
+                volume: volume("small_volume.volume", &it.volume)?,
+                flow_time: it.flow_time,
+                quantum: it.quantum,
+                threshold: it.threshold,
+            })
+        };
         let set = ActuatorSet {
-            name: file.name.clone(),
-            source: file.source.clone(),
-            mass: read("load.mass", &load.mass, D::Mass, [1e-3, 1e7])?,
-            viscous: read("load.viscous", &load.viscous, D::Damping, [1e-3, 1e8])?,
-            coulomb: read("load.coulomb", &load.coulomb, D::Force, [0.0, 1e8])?,
-            moment_arm,
-            area,
-            area_ratio: within(file.ram.area_ratio, [1.0, 1e3], "")
-                .map_err(|rule| self.refused("ram.area_ratio", file.ram.area_ratio, rule))?,
-            volume_limit: self.limit(
-                "ram.volume_limit",
-                file.ram.volume_limit.as_ref(),
-                D::Volume,
-                VOLUMES,
-                oil_moved,
-            )?,
-            stop: self.limit(
-                "ram.stop",
-                file.ram.stop.as_ref(),
-                D::Length,
-                TRAVELS,
-                travel,
-            )?,
-            stiffness: read(
-                "oil.stiffness",
-                &oil.stiffness,
-                D::OilStiffness,
-                [1e5, 1e21],
-            )?,
-            supply: read("oil.supply", &oil.supply, D::Pressure, [1e3, 1e9])?,
-            return_pressure: read("oil.return", &oil.return_pressure, D::Pressure, [0.0, 1e9])?,
-            clamp_positive: read(
-                "oil.clamp_positive",
-                &oil.clamp_positive,
-                D::Pressure,
-                [1.0, 1e9],
-            )?,
-            clamp_negative: read(
-                "oil.clamp_negative",
-                &oil.clamp_negative,
-                D::Pressure,
-                [1.0, 1e9],
-            )?,
-            volume: read_as_angle("valves.volume", &valves.volume, D::Volume, VOLUMES)?,
-            frequency_millihertz: self.millihertz(&valves.frequency)?,
-            valve_time: read(
-                "valves.valve_time",
-                &valves.valve_time,
-                D::Time,
-                [0.0, 100.0],
-            )?,
-            flow_time: read("valves.flow_time", &valves.flow_time, D::Time, FLOW_TIMES)?,
-            extra_delay: read(
-                "valves.extra_delay",
-                &valves.extra_delay,
-                D::Time,
-                [0.0, 100.0],
-            )?,
-            switching_energy: (valves.switching_energy.as_ref()).map_or(
-                Ok(SWITCHING_ENERGY),
-                |written| {
-                    let range = [0.0, MOST_SWITCHING_ENERGY];
-                    read("valves.switching_energy", written, D::Energy, range)
-                },
-            )?,
-            rate_gain: read_as_angle(
-                "leakage.rate_gain",
-                &file.leakage.rate_gain,
-                D::Flow,
-                [0.0, 1.0],
-            )?,
-            error_rate: read_as_angle(
-                "leakage.error_rate",
-                &file.leakage.error_rate,
-                D::Flow,
-                [-1.0, 1.0],
-            )?,
-            quantum: read("logic.quantum", &file.logic.quantum, D::Angle, ANGLES)?,
-            threshold: read("logic.threshold", &file.logic.threshold, D::Angle, ANGLES)?,
-            small: file
-                .small_volume
-                .as_ref()
-                .map(|small| self.small_volume(small, oil_moved))
-                .transpose()?,
-            inhibit_beyond: self.limit(
-                "logic.inhibit_beyond",
-                file.logic.inhibit_beyond.as_ref(),
-                D::Length,
-                TRAVELS,
-                travel,
-            )?,
-            limit_option: self.limit_option(&file.logic)?,
+            area: ram.area,
+            area_ratio: ram.area_ratio,
+            volume_limit: (ram.volume_limit.as_ref())
+                .map_or(Ok(f64::INFINITY), |it| volume("ram.volume_limit", it))?,
+            stop: length_or_none("ram.stop", &ram.stop)?,
+            volume: volume("valves.volume", &valves.volume)?,
+            frequency_millihertz: millihertz as u32,
+            valve_time: valves.valve_time,
+            flow_time: valves.flow_time,
+            extra_delay: valves.extra_delay,
+            switching_energy: valves.switching_energy,
+            rate_gain: flow(0.0)("leakage.rate_gain", &self.leakage.rate_gain)?,
+            error_rate: flow(-1.0)("leakage.error_rate", &self.leakage.error_rate)?,
+            quantum: logic.quantum,
+            threshold: logic.threshold,
+            small: self.small_volume.as_ref().map(small).transpose()?,
+            inhibit_beyond: length_or_none("logic.inhibit_beyond", &logic.inhibit_beyond)?,
+            limit_option: logic.limit_option()?,
+            name: self.name,
+            source: self.source,
+            load: self.load,
+            oil: self.oil,
         };
-        self.rules_between_fields(file, &set)?;
+        set.check()?;
         Ok(set)
     }
+}
 
-    fn small_volume(
-        &self,
-        small: &Small,
-        oil_moved: f64,
-    ) -> Result<SmallVolume, ActuatorFileError> {
-        use Dimension as D;
-        let read = |name, written, dimension, range, per_radian| {
-            self.read(Field(name, written, dimension), range, per_radian)
-        };
-        Ok(SmallVolume {
-            volume: read(
-                "small_volume.volume",
-                &small.volume,
-                D::Volume,
-                VOLUMES,
-                Some(oil_moved),
-            )?,
-            flow_time: read(
-                "small_volume.flow_time",
-                &small.flow_time,
-                D::Time,
-                FLOW_TIMES,
-                None,
-            )?,
-            quantum: read(
-                "small_volume.quantum",
-                &small.quantum,
-                D::Angle,
-                ANGLES,
-                None,
-            )?,
-            threshold: read(
-                "small_volume.threshold",
-                &small.threshold,
-                D::Angle,
-                ANGLES,
-                None,
-            )?,
-        })
-    }
-
-    fn millihertz(&self, written: &Quantity) -> Result<u32, ActuatorFileError> {
-        let field = "valves.frequency";
-        let hertz = self.read(
-            Field(field, written, Dimension::Frequency),
-            [0.1, 1e4],
-            None,
-        )?;
-        let millihertz = (hertz * 1e3).round();
-        if (millihertz - hertz * 1e3).abs() > 1e-6 {
-            return Err(self.refused(field, written, "it must be a whole number of millihertz"));
-        }
-        Ok(millihertz as u32)
-    }
-
-    fn limit_option(&self, logic: &Logic) -> Result<LimitOption, ActuatorFileError> {
-        let field = "logic.limit_feedback";
-        match (logic.limit_option, &logic.limit_feedback) {
-            (1, None) => Ok(LimitOption::Unaware),
-            (1, Some(written)) => Err(self.refused(
-                field,
-                written,
+impl Logic {
+    fn limit_option(&self) -> Result<LimitOption, Broken> {
+        let (field, rule) = match (self.limit_option, self.limit_feedback) {
+            (1, None) => return Ok(LimitOption::Unaware),
+            (2, Some(feedback)) => return Ok(LimitOption::Aware(feedback)),
+            (1, Some(_)) => (
+                "logic.limit_feedback",
                 "limit option 1 has no feedback from the actuator; leave the field out",
-            )),
-            (2, Some(written)) => self
-                .read(
-                    Field(field, written, Dimension::Angle),
-                    [0.0, ANGLES[1]],
-                    None,
-                )
-                .map(LimitOption::Aware),
-            (2, None) => Err(self.refused(
-                field,
-                "",
+            ),
+            (2, None) => (
+                "logic.limit_feedback",
                 "limit option 2 books this angle for an inhibited volume; give it",
-            )),
-            (other, _) => Err(self.refused("logic.limit_option", other, "it must be 1 or 2")),
-        }
+            ),
+            _ => ("logic.limit_option", "it must be 1 or 2"),
+        };
+        Err((field, rule.to_owned()))
+    }
+}
+
+/// Whether a rule holds, the field that it is about, and what is accepted there.
+type CheckedRule = (bool, &'static str, Cow<'static, str>);
+
+impl ActuatorSet {
+    /// Checks the rules between fields.
+    fn check(&self) -> Result<(), Broken> {
+        let logic: [CheckedRule; 2] = [
+            (
+                self.threshold > self.quantum / 2.0,
+                "logic.threshold",
+                "it must exceed half of logic.quantum, or the logic never rests".into(),
+            ),
+            (
+                self.inhibit_beyond <= self.stop,
+                "logic.inhibit_beyond",
+                "with a ram.stop it must be given and lie within it".into(),
+            ),
+        ];
+        let rules = self.pressure_rules().into_iter();
+        let small = self.small.iter().flat_map(|it| self.small_rules(it));
+        let all = rules.chain(small).chain(self.time_rules()).chain(logic);
+        let broken = all.into_iter().find(|rule| !rule.0);
+        broken.map_or(Ok(()), |(_, field, rule)| Err((field, rule.into_owned())))
     }
 
-    fn rules_between_fields(
-        &self,
-        file: &File,
-        set: &ActuatorSet,
-    ) -> Result<(), ActuatorFileError> {
-        let check = |holds: bool, field: &str, value: &dyn ToString, rule: &str| {
-            if holds {
-                Ok(())
-            } else {
-                Err(self.refused(field, value.to_string(), rule))
-            }
+    /// Pressures that keep oil from flowing backwards, and move the ram.
+    fn pressure_rules(&self) -> [CheckedRule; 6] {
+        let oil = &self.oil;
+        let resting = oil.supply / self.area_ratio;
+        let clamped = |field, clamp: f64, room: f64, bound| {
+            let rule = format!(
+                "it must not exceed {bound}, {room:.6} Pa, or oil would flow from low to high pressure"
+            );
+            (clamp <= room * (1.0 + 1e-12), field, rule.into())
         };
-        check(
-            set.area_ratio > 1.0,
-            "ram.area_ratio",
-            &set.area_ratio,
-            "it must exceed 1: the larger area is the left one",
-        )?;
-        check(
-            set.return_pressure < set.supply,
-            "oil.return",
-            &file.oil.return_pressure,
-            "it must be below oil.supply",
-        )?;
-        let resting = set.supply / set.area_ratio;
-        for (field, written, clamp, room, bound) in [
+        let moves = |field, clamp: f64| {
+            let rule = "on ram.area it must overcome load.coulomb, or the ram never moves";
+            let holds = clamp * self.area > self.load.coulomb * 1.001;
+            (holds, field, rule.into())
+        };
+        [
             (
+                self.area_ratio > 1.0,
+                "ram.area_ratio",
+                "it must exceed 1: the larger area is the left one".into(),
+            ),
+            (
+                oil.return_pressure < oil.supply,
+                "oil.return",
+                "it must be below oil.supply".into(),
+            ),
+            clamped(
                 "oil.clamp_positive",
-                &file.oil.clamp_positive,
-                set.clamp_positive,
-                set.supply - resting,
+                oil.clamp_positive,
+                oil.supply - resting,
                 "oil.supply less oil.supply/ram.area_ratio",
             ),
-            (
+            moves("oil.clamp_positive", oil.clamp_positive),
+            clamped(
                 "oil.clamp_negative",
-                &file.oil.clamp_negative,
-                set.clamp_negative,
-                resting - set.return_pressure,
+                oil.clamp_negative,
+                resting - oil.return_pressure,
                 "oil.supply/ram.area_ratio less oil.return",
             ),
-        ] {
-            check(
-                clamp <= room * (1.0 + 1e-12),
-                field,
-                written,
-                &format!(
-                    "it must not exceed {bound}, {room:.6} Pa, or oil would flow from low to high pressure"
-                ),
-            )?;
-            check(
-                clamp * set.area > set.coulomb * 1.001,
-                field,
-                written,
-                "on ram.area it must overcome load.coulomb, or the ram never moves",
-            )?;
-        }
-        if let (Some(small), Some(written)) = (&set.small, &file.small_volume) {
-            check(
-                small.volume < set.volume,
+            moves("oil.clamp_negative", oil.clamp_negative),
+        ]
+    }
+
+    /// A small volume that is smaller than the large one in every way.
+    fn small_rules(&self, small: &SmallVolume) -> [CheckedRule; 3] {
+        [
+            (
+                small.volume < self.volume,
                 "small_volume.volume",
-                &written.volume,
-                "it must be below valves.volume",
-            )?;
-            check(
-                small.threshold <= set.threshold && small.threshold > small.quantum / 2.0,
+                "it must be below valves.volume".into(),
+            ),
+            (
+                small.threshold <= self.threshold && small.threshold > small.quantum / 2.0,
                 "small_volume.threshold",
-                &written.threshold,
-                "it must not exceed logic.threshold, and must exceed half of small_volume.quantum",
-            )?;
-            check(
-                small.flow_time <= set.flow_time,
+                "it must not exceed logic.threshold, and must exceed half of small_volume.quantum"
+                    .into(),
+            ),
+            (
+                small.flow_time <= self.flow_time,
                 "small_volume.flow_time",
-                &written.flow_time,
-                "it must not exceed valves.flow_time",
-            )?;
-        }
-        let reach = set.delay() + set.flow_time;
-        check(
-            reach <= set.cycle() * MOST_CYCLES_IN_FLIGHT as f64,
-            "valves.flow_time",
-            &file.valves.flow_time,
-            "extra_delay + valve_time + flow_time must end within 8 cycles of valves.frequency",
-        )?;
-        check(
-            set.natural_frequency() * set.cycle() <= MOST_RADIANS,
-            "oil.stiffness",
-            &file.oil.stiffness,
-            "the load must turn less than 10000 rad in a valve cycle",
-        )?;
-        check(
-            set.mass / set.viscous >= SHORTEST_TIME,
-            "load.viscous",
-            &file.load.viscous,
-            "load.mass over it must be at least 1e-6 s",
-        )?;
-        let leakage_rate = set.pressure_leakage() * set.stiffness;
-        let damped = (leakage_rate * set.viscous / set.mass).sqrt();
-        check(
-            leakage_rate * SHORTEST_TIME <= 1.0 && damped * set.cycle() <= MOST_RADIANS,
-            "leakage.rate_gain",
-            &file.leakage.rate_gain,
-            "it would empty the oil too fast: oil.supply over 2 rate_gain oil.stiffness must be at least 1e-6 s, and times load.mass over load.viscous at least (1e-4 valve cycles)^2",
-        )?;
-        check(
-            set.threshold > set.quantum / 2.0,
-            "logic.threshold",
-            &file.logic.threshold,
-            "it must exceed half of logic.quantum, or the logic never rests",
-        )?;
-        let nothing = Quantity::default();
-        check(
-            set.inhibit_beyond <= set.stop,
-            "logic.inhibit_beyond",
-            file.logic.inhibit_beyond.as_ref().unwrap_or(&nothing),
-            "with a ram.stop it must be given and lie within it",
-        )
+                "it must not exceed valves.flow_time".into(),
+            ),
+        ]
+    }
+
+    /// Times that end, and are long enough to simulate.
+    fn time_rules(&self) -> [CheckedRule; 4] {
+        let load = &self.load;
+        let leakage_rate = self.pressure_leakage() * self.oil.stiffness;
+        let damped = (leakage_rate * load.viscous / load.mass).sqrt();
+        let flow_ends = self.delay() + self.flow_time;
+        [
+            (
+                flow_ends <= self.cycle() * MOST_CYCLES_IN_FLIGHT as f64,
+                "valves.flow_time",
+                "extra_delay + valve_time + flow_time must end within 8 cycles of valves.frequency"
+                    .into(),
+            ),
+            (
+                self.natural_frequency() * self.cycle() <= MOST_RADIANS,
+                "oil.stiffness",
+                "the load must turn less than 10000 rad in a valve cycle".into(),
+            ),
+            (
+                load.mass / load.viscous >= SHORTEST_TIME,
+                "load.viscous",
+                "load.mass over it must be at least 1e-6 s".into(),
+            ),
+            (
+                leakage_rate * SHORTEST_TIME <= 1.0 && damped * self.cycle() <= MOST_RADIANS,
+                "leakage.rate_gain",
+                "it would empty the oil too fast: oil.supply over 2 rate_gain oil.stiffness must be at least 1e-6 s, and times load.mass over load.viscous at least (1e-4 valve cycles)^2".into(),
+            ),
+        ]
     }
 }
 
@@ -638,8 +485,8 @@ mod tests {
             assert!(!set.source.is_empty());
         }
         let polaris = load("table_4_1").expect("built in");
-        assert!((polaris.mass - 0.296 * POUND_FORCE / INCH).abs() < 1e-12);
-        assert!((polaris.clamp_negative / PSI - 750.0).abs() < 1e-9);
+        assert!((polaris.load.mass - 0.296 * POUND_FORCE / INCH).abs() < 1e-12);
+        assert!((polaris.oil.clamp_negative / PSI - 750.0).abs() < 1e-9);
         assert_eq!(polaris.stop, f64::INFINITY);
         let auv = load("auv").expect("built in");
         assert!((auv.plane_quantum() - 0.5 * DEGREE).abs() < 1e-16);

@@ -6,6 +6,8 @@
 use std::sync::Arc;
 
 use planesman_circuit::Circuit;
+use planesman_units::readers;
+use serde::Deserialize;
 
 /// What an actuator file describes.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +23,7 @@ impl ActuatorFile {
     #[must_use]
     pub fn moment_arm(&self) -> f64 {
         match self {
-            Self::Metering(set) => set.moment_arm,
+            Self::Metering(set) => set.load.moment_arm,
             Self::Circuit(circuit) => circuit.load.moment_arm,
         }
     }
@@ -34,14 +36,8 @@ pub struct ActuatorSet {
     pub name: String,
     /// Where the numbers come from.
     pub source: String,
-    /// M, kg: ram and load, lumped at the ram.
-    pub mass: f64,
-    /// C, N s/m.
-    pub viscous: f64,
-    /// Delta F, N: Coulomb friction, static and kinetic alike.
-    pub coulomb: f64,
-    /// R, m: ram travel per radian of plane.
-    pub moment_arm: f64,
+    /// The load at the ram.
+    pub load: RamLoad,
     /// A_L, m^2: the ram's larger area.
     pub area: f64,
     /// A_L/A_R, at the ram's two faces.
@@ -50,16 +46,8 @@ pub struct ActuatorSet {
     pub volume_limit: f64,
     /// x_stop, m: |X_1| never exceeds it; infinite when there is none.
     pub stop: f64,
-    /// beta/V, Pa/m^3: pressure for a volume squeezed in.
-    pub stiffness: f64,
-    /// P_h, Pa.
-    pub supply: f64,
-    /// P_R, Pa.
-    pub return_pressure: f64,
-    /// P_m+, Pa: the auxiliary piston's clamp on positive differential pressure.
-    pub clamp_positive: f64,
-    /// |P_m-|, Pa.
-    pub clamp_negative: f64,
+    /// The oil.
+    pub oil: Oil,
     /// V_c, m^3: the calibrated volume.
     pub volume: f64,
     /// f_c in millihertz, whole, so that cycle times are exact.
@@ -86,6 +74,56 @@ pub struct ActuatorSet {
     pub inhibit_beyond: f64,
     /// The amount that the pulse logic books for a volume that was inhibited.
     pub limit_option: LimitOption,
+}
+
+readers! {
+    mass: Mass, [1e-3, 1e7];
+    viscous: Damping, [1e-3, 1e8];
+    coulomb: Force, [0.0, 1e8];
+    moment_arm: Length, [1e-4, 1e2];
+    stiffness: OilStiffness, [1e5, 1e21];
+    supply: Pressure, [1e3, 1e9];
+    return_pressure: Pressure, [0.0, 1e9];
+    clamp: Pressure, [1.0, 1e9];
+}
+
+/// The load at the ram, the `load:` section of its file.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RamLoad {
+    /// M, kg: ram and load, lumped at the ram.
+    #[serde(with = "mass")]
+    pub mass: f64,
+    /// C, N s/m.
+    #[serde(with = "viscous")]
+    pub viscous: f64,
+    /// Delta F, N: Coulomb friction, static and kinetic alike.
+    #[serde(with = "coulomb")]
+    pub coulomb: f64,
+    /// R, m: ram travel per radian of plane.
+    #[serde(with = "moment_arm")]
+    pub moment_arm: f64,
+}
+
+/// The oil, the `oil:` section of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Oil {
+    /// beta/V, Pa/m^3: pressure for a volume squeezed in.
+    #[serde(with = "stiffness")]
+    pub stiffness: f64,
+    /// P_h, Pa.
+    #[serde(with = "supply")]
+    pub supply: f64,
+    /// P_R, Pa.
+    #[serde(rename = "return", with = "return_pressure")]
+    pub return_pressure: f64,
+    /// P_m+, Pa: the auxiliary piston's clamp on positive differential pressure.
+    #[serde(with = "clamp")]
+    pub clamp_positive: f64,
+    /// |P_m-|, Pa.
+    #[serde(with = "clamp")]
+    pub clamp_negative: f64,
 }
 
 /// The small volume of a two-speed actuator.
@@ -137,7 +175,7 @@ impl ActuatorSet {
     /// k = 2 q_L/P_h, m^3/(s Pa): oil lost past the calibrating piston for differential pressure.
     #[must_use]
     pub fn pressure_leakage(&self) -> f64 {
-        2.0 * self.rate_gain / self.supply
+        2.0 * self.rate_gain / self.oil.supply
     }
 
     /// V_c/A_L, m: the ram's quantum.
@@ -149,7 +187,7 @@ impl ActuatorSet {
     /// V_c/(A_L R), rad: the planes' quantum.
     #[must_use]
     pub fn plane_quantum(&self) -> f64 {
-        self.ram_quantum() / self.moment_arm
+        self.ram_quantum() / self.load.moment_arm
     }
 
     /// V_c f_c/A_L, m/s: the ram's speed with a volume in every cycle.
@@ -167,7 +205,7 @@ impl ActuatorSet {
     /// ```
     #[must_use]
     pub fn proportional_in_own_circuit(&self, four_way: f64, moved: f64) -> f64 {
-        let (high, low) = (self.supply, self.return_pressure);
+        let (high, low) = (self.oil.supply, self.oil.return_pressure);
         let (large, small) = (self.area, self.area / self.area_ratio);
         let (right, left) = (high * large - low * small, high * small - low * large);
         // four_way = right r + left l for the ways r and l to the right and to the left, and moved = r - l.
@@ -179,50 +217,53 @@ impl ActuatorSet {
     /// can sustain.
     #[must_use]
     pub fn force_limits(&self) -> (f64, f64) {
-        let speed = |pressure: f64| (pressure * self.area - self.coulomb) / self.viscous;
-        (speed(self.clamp_positive), -speed(self.clamp_negative))
+        let speed = |pressure: f64| (pressure * self.area - self.load.coulomb) / self.load.viscous;
+        (
+            speed(self.oil.clamp_positive),
+            -speed(self.oil.clamp_negative),
+        )
     }
 
     /// A_L^2 beta/V, N/m: the oil column's stiffness at the ram.
     #[must_use]
     pub fn column_stiffness(&self) -> f64 {
-        self.area * self.area * self.stiffness
+        self.area * self.area * self.oil.stiffness
     }
 
     /// omega_n = A_L sqrt((beta/V)/M), rad/s.
     #[must_use]
     pub fn natural_frequency(&self) -> f64 {
-        self.area * (self.stiffness / self.mass).sqrt()
+        self.area * (self.oil.stiffness / self.load.mass).sqrt()
     }
 
     /// zeta = C/(2 M omega_n), by the viscous load alone.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
-        self.viscous / (2.0 * self.mass * self.natural_frequency())
+        self.load.viscous / (2.0 * self.load.mass * self.natural_frequency())
     }
 
     /// The share of the leakage k P_d in the damping ratio.
     #[must_use]
     pub fn leakage_damping(&self) -> f64 {
-        self.pressure_leakage() * self.stiffness / (2.0 * self.natural_frequency())
+        self.pressure_leakage() * self.oil.stiffness / (2.0 * self.natural_frequency())
     }
 
     /// Delta F/(A_L^2 beta/V), m: how far from V_T/A_L the ram may rest.
     #[must_use]
     pub fn stiction_band(&self) -> f64 {
-        self.coulomb / self.column_stiffness()
+        self.load.coulomb / self.column_stiffness()
     }
 
     /// P_L0 = P_h A_R/A_L, Pa: the larger chamber's pressure at rest.
     #[must_use]
     pub fn resting_pressure(&self) -> f64 {
-        self.supply / self.area_ratio
+        self.oil.supply / self.area_ratio
     }
 
     /// K_L = q_L/(A_L R), rad/s: the planes' drift.
     #[must_use]
     pub fn drift_rate(&self) -> f64 {
-        self.rate_gain / (self.area * self.moment_arm)
+        self.rate_gain / (self.area * self.load.moment_arm)
     }
 
     /// The ram's steady creep against friction, m/s, under drift of polarity `sign`:
@@ -231,8 +272,9 @@ impl ActuatorSet {
     #[must_use]
     pub fn creep(&self, sign: f64) -> f64 {
         let k = self.pressure_leakage();
-        let speed = (sign * self.rate_gain + self.error_rate - k * sign * self.coulomb / self.area)
-            / (self.area + k * self.viscous / self.area);
+        let speed = (sign * self.rate_gain + self.error_rate
+            - k * sign * self.load.coulomb / self.area)
+            / (self.area + k * self.load.viscous / self.area);
         if speed * sign > 0.0 { speed } else { 0.0 }
     }
 }
@@ -254,9 +296,9 @@ mod tests {
                 dha.advance_to(k as i64 * 1_000_000, Demand::angle(angle));
                 let ram = dha.reading(k as i64 * 1_000_000).ram.position;
                 let (right, left) = ((ram - position).max(0.0), (position - ram).max(0.0));
-                own += set.supply * (large - small) * right;
-                four_way += (set.supply * large - set.return_pressure * small) * right;
-                let back = (set.supply * small - set.return_pressure * large) * left;
+                own += set.oil.supply * (large - small) * right;
+                four_way += (set.oil.supply * large - set.oil.return_pressure * small) * right;
+                let back = (set.oil.supply * small - set.oil.return_pressure * large) * left;
                 (own, four_way, position) = (own + back, four_way + back, ram);
             }
             let energy = dha.energy().expect("kept").proportional_valve;

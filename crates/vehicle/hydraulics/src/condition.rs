@@ -238,7 +238,7 @@ mod tests {
             ..Condition::SOUND
         };
         let (constants, leakages) = Sound::new(&set).in_condition(&condition);
-        assert_eq!(constants.clamp_positive, 0.5 * set.clamp_positive);
+        assert_eq!(constants.clamp_positive, 0.5 * set.oil.clamp_positive);
         // (1065 - 130)/(2130 - 130)
         assert!((leakages.rate_gain / set.rate_gain - 0.4675).abs() < 1e-12);
         let almost_none = Condition {

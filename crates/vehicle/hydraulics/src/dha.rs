@@ -120,7 +120,7 @@ impl Dha {
     #[must_use]
     pub fn resting_at(set: &ActuatorSet, sign: i8, position: f64) -> Self {
         Self {
-            moment_arm: set.moment_arm,
+            moment_arm: set.load.moment_arm,
             volumes: (set.volume, set.small.map_or(0.0, |small| small.volume)),
             work_per_volume: set.resting_pressure(),
             clock: CycleClock::new(set.frequency_millihertz),

@@ -123,14 +123,14 @@ impl Constants {
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
             area: set.area,
-            mass: set.mass,
-            viscous: set.viscous,
-            coulomb: set.coulomb,
+            mass: set.load.mass,
+            viscous: set.load.viscous,
+            coulomb: set.load.coulomb,
             stepping: 0.0,
-            stiffness: set.stiffness,
+            stiffness: set.oil.stiffness,
             leakage: set.pressure_leakage(),
-            clamp_positive: set.clamp_positive,
-            clamp_negative: set.clamp_negative,
+            clamp_positive: set.oil.clamp_positive,
+            clamp_negative: set.oil.clamp_negative,
             volume_limit: set.volume_limit,
             stop: set.stop,
         }
@@ -168,8 +168,8 @@ impl Pressures {
     #[must_use]
     pub(crate) fn new(set: &ActuatorSet) -> Self {
         Self {
-            supply: set.supply,
-            back: set.return_pressure,
+            supply: set.oil.supply,
+            back: set.oil.return_pressure,
             resting: set.resting_pressure(),
         }
     }

@@ -34,7 +34,7 @@ impl PositionLoop {
             large: set.plane_quantum(),
             small: set
                 .small
-                .map_or(0.0, |small| small.volume / set.area / set.moment_arm),
+                .map_or(0.0, |small| small.volume / set.area / set.load.moment_arm),
             depth: set.commands_in_flight(),
             latest: [0.0; MOST_CYCLES_IN_FLIGHT],
         }

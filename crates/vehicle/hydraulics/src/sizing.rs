@@ -14,7 +14,7 @@
 //! slewing takes, and is slower for it; here there is twice as much.
 
 use crate::actuator_file::SWITCHING_ENERGY;
-use crate::actuator_set::{ActuatorSet, LimitOption};
+use crate::actuator_set::{ActuatorSet, LimitOption, Oil, RamLoad};
 use crate::linearised::dead_time;
 use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
@@ -120,19 +120,23 @@ pub fn for_load(load: &Load) -> Result<ActuatorSet, SizingError> {
     Ok(ActuatorSet {
         name: "sized for a load".to_owned(),
         source: "the formulas of IBM 66-L03-005 (1966) followed back".to_owned(),
-        mass: load.mass,
-        viscous: load.viscous,
-        coulomb: load.coulomb,
-        moment_arm: load.moment_arm,
+        load: RamLoad {
+            mass: load.mass,
+            viscous: load.viscous,
+            coulomb: load.coulomb,
+            moment_arm: load.moment_arm,
+        },
         area,
         area_ratio: 2.0 * load.supply / (load.supply + load.return_pressure),
         volume_limit: area * travel(1.07 * load.stroke),
         stop: travel(1.1 * load.stroke),
-        stiffness: load.stiffness,
-        supply: load.supply,
-        return_pressure: load.return_pressure,
-        clamp_positive: clamp,
-        clamp_negative: clamp,
+        oil: Oil {
+            stiffness: load.stiffness,
+            supply: load.supply,
+            return_pressure: load.return_pressure,
+            clamp_positive: clamp,
+            clamp_negative: clamp,
+        },
         volume: area * travel(load.resolution),
         frequency_millihertz: millihertz as u32,
         valve_time: load.valve_time,
@@ -206,11 +210,15 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
         ),
         size(
             "  at the planes",
-            set.stiction_band() / set.moment_arm,
+            set.stiction_band() / set.load.moment_arm,
             angle,
         ),
         size("slew rate V_c f_c/A_L", set.slew_rate(), speed),
-        size("  at the planes", set.slew_rate() / set.moment_arm, rate),
+        size(
+            "  at the planes",
+            set.slew_rate() / set.load.moment_arm,
+            rate,
+        ),
         size("force-limited rate, positive", plus, speed),
         size("force-limited rate, negative", minus, speed),
         size(
@@ -218,8 +226,16 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
             plus.min(-minus) / set.slew_rate(),
             none,
         ),
-        size("most force, positive", set.clamp_positive * set.area, force),
-        size("most force, negative", set.clamp_negative * set.area, force),
+        size(
+            "most force, positive",
+            set.oil.clamp_positive * set.area,
+            force,
+        ),
+        size(
+            "most force, negative",
+            set.oil.clamp_negative * set.area,
+            force,
+        ),
         size(
             "resting pressure P_L0",
             set.resting_pressure(),
@@ -240,7 +256,7 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
         size("drift K_L, with the sign valve", set.drift_rate(), rate),
         size(
             "constant drift delta_LC",
-            set.error_rate / (set.area * set.moment_arm),
+            set.error_rate / (set.area * set.load.moment_arm),
             rate,
         ),
         size("valve cycle T", set.cycle(), time),
@@ -319,16 +335,16 @@ mod tests {
     fn dive_planes() -> Load {
         let auv = load("auv").unwrap();
         Load {
-            mass: auv.mass,
-            viscous: auv.viscous,
-            coulomb: auv.coulomb,
-            moment_arm: auv.moment_arm,
+            mass: auv.load.mass,
+            viscous: auv.load.viscous,
+            coulomb: auv.load.coulomb,
+            moment_arm: auv.load.moment_arm,
             stroke: 30.0 * DEGREE,
             resolution: 0.5 * DEGREE,
             slew: 40.0 * DEGREE,
-            supply: auv.supply,
-            return_pressure: auv.return_pressure,
-            stiffness: auv.stiffness,
+            supply: auv.oil.supply,
+            return_pressure: auv.oil.return_pressure,
+            stiffness: auv.oil.stiffness,
             valve_time: auv.valve_time,
         }
     }

@@ -28,10 +28,8 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     all.extend(pressures(&hardware, &polaris));
     all.extend(pulses(&polaris));
     for viscous in [6.0, 18.0] {
-        let set = ActuatorSet {
-            viscous: viscous * POUND / INCH,
-            ..hardware.clone()
-        };
+        let mut set = hardware.clone();
+        set.load.viscous = viscous * POUND / INCH;
         let (plus, minus) = set.force_limits();
         all.push((format!("chk.T3-1.slew_force_plus_C{viscous}"), plus / INCH));
         all.push((
@@ -40,38 +38,41 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
         ));
     }
     all.push(("AUV.quantum".into(), auv.plane_quantum() / DEGREE));
-    all.push(("AUV.slew".into(), auv.slew_rate() / auv.moment_arm / DEGREE));
+    all.push((
+        "AUV.slew".into(),
+        auv.slew_rate() / auv.load.moment_arm / DEGREE,
+    ));
     all.extend(surrogates());
     Ok(all)
 }
 
 /// A parameter table, in its units.
 fn table(name: &str, set: &ActuatorSet) -> Recomputed {
-    let symmetric = set.clamp_positive == set.clamp_negative;
+    let symmetric = set.oil.clamp_positive == set.oil.clamp_negative;
     let clamps = if symmetric {
-        vec![("P_m", set.clamp_positive / PSI)]
+        vec![("P_m", set.oil.clamp_positive / PSI)]
     } else {
         vec![
-            ("P_m_plus", set.clamp_positive / PSI),
-            ("P_m_minus", -set.clamp_negative / PSI),
+            ("P_m_plus", set.oil.clamp_positive / PSI),
+            ("P_m_minus", -set.oil.clamp_negative / PSI),
         ]
     };
     // Table 3-1's actuator leaks its q_LC*, Table 4-1's its q_LC.
     let constant_leakage = if symmetric { "q_LC" } else { "q_LC_star" };
     let mut values = vec![
-        ("dF", set.coulomb / POUND),
-        ("M", set.mass * INCH / POUND),
-        ("R", set.moment_arm / INCH),
-        ("beta_V", set.stiffness * CUBIC_INCH / PSI),
-        ("C", set.viscous * INCH / POUND),
+        ("dF", set.load.coulomb / POUND),
+        ("M", set.load.mass * INCH / POUND),
+        ("R", set.load.moment_arm / INCH),
+        ("beta_V", set.oil.stiffness * CUBIC_INCH / PSI),
+        ("C", set.load.viscous * INCH / POUND),
         ("q_L", set.rate_gain / CUBIC_INCH),
         (constant_leakage, set.error_rate / CUBIC_INCH),
         ("V_cb", set.volume / CUBIC_INCH),
         ("f_c", 1.0 / set.cycle()),
         ("T_v", set.valve_time),
         ("T_f", set.flow_time),
-        ("P_r", set.return_pressure / PSI),
-        ("P_h", set.supply / PSI),
+        ("P_r", set.oil.return_pressure / PSI),
+        ("P_h", set.oil.supply / PSI),
         ("A_L", set.area / (INCH * INCH)),
         ("ratio_AL_AR", set.area_ratio),
         ("e_b", set.threshold / DEGREE),
@@ -85,7 +86,7 @@ fn table(name: &str, set: &ActuatorSet) -> Recomputed {
 /// Values that follow from a parameter table.
 fn implied(name: &str, set: &ActuatorSet) -> Recomputed {
     let (plus, minus) = set.force_limits();
-    let degrees = |flow: f64| flow * CUBIC_INCH / (set.area * set.moment_arm) / DEGREE;
+    let degrees = |flow: f64| flow * CUBIC_INCH / (set.area * set.load.moment_arm) / DEGREE;
     named(
         name,
         vec![
@@ -96,23 +97,26 @@ fn implied(name: &str, set: &ActuatorSet) -> Recomputed {
             ("stiffness", set.column_stiffness() * INCH / POUND),
             ("stiction_band_X", set.stiction_band() / INCH),
             ("slew_pulse", set.slew_rate() / INCH),
-            ("slew_pulse_deg", set.slew_rate() / set.moment_arm / DEGREE),
+            (
+                "slew_pulse_deg",
+                set.slew_rate() / set.load.moment_arm / DEGREE,
+            ),
             ("slew_force_plus", plus / INCH),
             ("slew_force_minus", minus / INCH),
             ("P_L0", set.resting_pressure() / PSI),
             ("K_L", set.drift_rate() / DEGREE),
             ("delta_LC", degrees(CONSTANT_LEAKAGE)),
             ("kP", set.pressure_leakage() * PSI / CUBIC_INCH),
-            ("P_leak_decay", set.pressure_leakage() * set.stiffness),
+            ("P_leak_decay", set.pressure_leakage() * set.oil.stiffness),
         ],
     )
 }
 
 /// The resting pressures, what the clamps say of them, and q_LC*.
 fn pressures(hardware: &ActuatorSet, polaris: &ActuatorSet) -> Recomputed {
-    let middle = 0.5 * (polaris.supply + polaris.return_pressure) / PSI;
+    let middle = 0.5 * (polaris.oil.supply + polaris.oil.return_pressure) / PSI;
     let above = hardware.resting_pressure() / PSI - middle;
-    let span = (hardware.supply - hardware.return_pressure) / PSI;
+    let span = (hardware.oil.supply - hardware.oil.return_pressure) / PSI;
     let shift = 2.0 / span * above * hardware.rate_gain / CUBIC_INCH;
     vec![
         ("chk.mid_pressure".into(), middle),
@@ -120,7 +124,7 @@ fn pressures(hardware: &ActuatorSet, polaris: &ActuatorSet) -> Recomputed {
         ("chk.P_m_minus_from_750".into(), -AUXILIARY - above),
         (
             "chk.a3_over_A3".into(),
-            (middle - AUXILIARY) * PSI / polaris.supply,
+            (middle - AUXILIARY) * PSI / polaris.oil.supply,
         ),
         (
             "chk.qLC_star_formula_as_printed".into(),
@@ -151,7 +155,10 @@ fn pulses(polaris: &ActuatorSet) -> Recomputed {
         ("chk.K_2".into(), pulse),
         ("chk.K_2_percent".into(), 100.0 * pulse / (12.0 * pulse)),
         ("chk.K_i".into(), COMPENSATION / cycle),
-        ("chk.M_slugs".into(), polaris.mass * INCH / POUND * FOOT),
+        (
+            "chk.M_slugs".into(),
+            polaris.load.mass * INCH / POUND * FOOT,
+        ),
         ("chk.dV1".into(), own),
         ("chk.dV2".into(), polaris.volume / CUBIC_INCH - own),
         (

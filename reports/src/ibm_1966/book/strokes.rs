@@ -21,7 +21,7 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
         let mut set = load(actuator)?;
         (set.rate_gain, set.error_rate) = (0.0, 0.0);
         if !friction {
-            set.coulomb = 0.0;
+            set.load.coulomb = 0.0;
         }
         all.extend(quantum(id, &set, sign));
     }

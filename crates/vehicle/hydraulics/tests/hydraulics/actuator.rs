@@ -80,10 +80,11 @@ fn a_motion_that_cannot_be_solved_or_is_not_finite_is_an_error_with_time_and_fie
         let by = format!("the search for the events of its motion does not end, by {path}");
         assert!(end.to_string().ends_with(&by), "{end}");
     }
-    names(&metering(|set| set.viscous = 1e20), "load.viscous");
-    for change in [(|set| set.mass = 1e-310) as fn(&mut ActuatorSet), |set| {
-        set.rate_gain = 1e308
-    }] {
+    names(&metering(|set| set.load.viscous = 1e20), "load.viscous");
+    for change in [
+        (|set| set.load.mass = 1e-310) as fn(&mut ActuatorSet),
+        |set| set.rate_gain = 1e308,
+    ] {
         let wild = metering(change);
         assert!(matches!(wild, Error::Motion { .. }), "{wild}");
         assert!(wild.to_string().contains(" s on: "), "{wild}");

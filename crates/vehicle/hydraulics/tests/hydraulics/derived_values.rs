@@ -70,13 +70,17 @@ fn polaris_slews_a_little_faster_than_its_clamped_force_can_follow() {
     let (plus, minus) = polaris().force_limits();
     near(plus / INCH, 12.5, 1e-9);
     near(minus / INCH, -12.5, 1e-9);
-    near(auv().slew_rate() / auv().moment_arm / DEGREE, 40.0, 1e-9);
+    near(
+        auv().slew_rate() / auv().load.moment_arm / DEGREE,
+        40.0,
+        1e-9,
+    );
 }
 
 #[test]
 fn the_hardwares_force_limits_explain_why_c_18_hurts_the_negative_step_only() {
     near(
-        hardware().slew_rate() / hardware().moment_arm / DEGREE,
+        hardware().slew_rate() / hardware().load.moment_arm / DEGREE,
         88.963_203_85,
         1e-6,
     );
@@ -85,10 +89,8 @@ fn the_hardwares_force_limits_explain_why_c_18_hurts_the_negative_step_only() {
         (12.0, 13.063_333_333, -47.853_333_333),
         (18.0, 8.708_888_888, -31.902_222_222),
     ] {
-        let set = ActuatorSet {
-            viscous: viscous * POUND / INCH,
-            ..hardware()
-        };
+        let mut set = hardware();
+        set.load.viscous = viscous * POUND / INCH;
         near(set.force_limits().0 / INCH, plus, 1e-6);
         near(set.force_limits().1 / INCH, minus, 1e-6);
     }
@@ -98,12 +100,12 @@ fn the_hardwares_force_limits_explain_why_c_18_hurts_the_negative_step_only() {
 fn the_area_ratio_of_polaris_puts_the_resting_pressure_midway() {
     near(hardware().resting_pressure() / PSI, 1_339.622_641_5, 1e-6);
     near(polaris().resting_pressure() / PSI, 1_129.973_474_8, 1e-6);
-    let middle = |set: &ActuatorSet| 0.5 * (set.supply + set.return_pressure) / PSI;
+    let middle = |set: &ActuatorSet| 0.5 * (set.oil.supply + set.oil.return_pressure) / PSI;
     near(middle(&polaris()), 1130.0, 1e-9);
     // The auxiliary pistons hold 1130 +- 750 psi: that gives the printed +540/-960.
     let above = hardware().resting_pressure() / PSI - middle(&hardware());
-    near(hardware().clamp_positive / PSI, 750.0 - above, 0.5);
-    near(hardware().clamp_negative / PSI, 750.0 + above, 0.5);
+    near(hardware().oil.clamp_positive / PSI, 750.0 - above, 0.5);
+    near(hardware().oil.clamp_negative / PSI, 750.0 + above, 0.5);
     near(auv().resting_pressure() / PSI, middle(&auv()), 1e-9);
 }
 
@@ -111,11 +113,11 @@ fn the_area_ratio_of_polaris_puts_the_resting_pressure_midway() {
 fn the_leakages_in_degrees_a_second_at_the_nozzle() {
     near(hardware().drift_rate() / DEGREE, 0.759_095_918, 1e-6);
     near(polaris().drift_rate() / DEGREE, 0.766_331_051, 1e-6);
-    let constant = polaris().error_rate / (polaris().area * polaris().moment_arm);
+    let constant = polaris().error_rate / (polaris().area * polaris().load.moment_arm);
     near(constant / DEGREE, -0.043, 5e-4);
     let k = polaris().pressure_leakage() * PSI / CUBIC_INCH;
     near(k, 1.004_694_835_680_751e-4, 1e-12);
-    let decay = hardware().pressure_leakage() * hardware().stiffness;
+    let decay = hardware().pressure_leakage() * hardware().oil.stiffness;
     near(decay, 2.672_488_262_9, 1e-9);
 }
 
@@ -124,7 +126,7 @@ fn the_ram_rests_within_the_stiction_band() {
     near(hardware().stiction_band() / INCH, 0.014_458_698_15, 1e-9);
     near(polaris().stiction_band() / INCH, 0.022_556_390_98, 1e-9);
     near(
-        auv().stiction_band() / auv().moment_arm / DEGREE,
+        auv().stiction_band() / auv().load.moment_arm / DEGREE,
         0.115,
         5e-4,
     );

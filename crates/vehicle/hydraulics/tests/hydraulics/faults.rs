@@ -9,7 +9,7 @@ const SOUND: Condition = Condition::SOUND;
 /// Steps in a second of drift, the report's latch in place of exact friction.
 fn stepping(sign: i8, stiffness: f64) -> f64 {
     let mut set = actuator("table_3_1", true, true);
-    set.stiffness = stiffness * PSI / (INCH * INCH * INCH);
+    set.oil.stiffness = stiffness * PSI / (INCH * INCH * INCH);
     let latch = Condition {
         stepping: 0.05,
         ..SOUND

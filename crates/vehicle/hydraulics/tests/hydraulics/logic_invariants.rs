@@ -136,7 +136,7 @@ fn asked_for_the_opposite_the_actuator_does_the_opposite_to_the_last_bit() {
     for seed in 0..RUNS {
         let mut run = Run::random(seed);
         // The return bounds the pressure on one side only, where the supply is lost.
-        run.set.return_pressure = 0.0;
+        run.set.oil.return_pressure = 0.0;
         let mut opposite = Run {
             set: ActuatorSet {
                 error_rate: -run.set.error_rate,
@@ -189,7 +189,9 @@ fn the_ram_has_travelled_whole_quanta_and_what_leaked_within_the_stiction_band()
         let set = &run.set;
         let quantum = set.small.map_or(set.volume, |small| small.volume);
         let most_leakage = 8.0
-            * (set.rate_gain + set.error_rate.abs() + set.pressure_leakage() * set.clamp_positive);
+            * (set.rate_gain
+                + set.error_rate.abs()
+                + set.pressure_leakage() * set.oil.clamp_positive);
         let readings = run.readings(&mut Dha::new(set), 1);
         for (k, (reading, demand)) in readings.iter().zip(&run.asked).enumerate() {
             let quanta = (reading.ram.volume - reading.leaked) / quantum;

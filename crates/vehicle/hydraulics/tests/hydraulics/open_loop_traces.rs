@@ -71,7 +71,7 @@ fn agrees(name: &str) {
         last = t;
     }
     if let Some(expected) = trace["friction_work"].as_f64() {
-        let work = bench.slid(last) / INCH * (bench.set.coulomb / POUND);
+        let work = bench.slid(last) / INCH * (bench.set.load.coulomb / POUND);
         assert!(
             (work - expected).abs() <= 1e-7 * expected,
             "{name}: {work} for {expected}"

@@ -45,7 +45,7 @@ pub(crate) fn actuator(name: &str, leakage: bool, friction: bool) -> ActuatorSet
         (set.rate_gain, set.error_rate) = (0.0, 0.0);
     }
     if !friction {
-        set.coulomb = 0.0;
+        set.load.coulomb = 0.0;
     }
     set
 }
@@ -161,8 +161,8 @@ pub(crate) fn random_bench(seed: u64) -> (Bench, Vec<i8>, Dice) {
     let mut dice = Dice::new(seed);
     let name = SETS[(seed % 3) as usize];
     let mut set = actuator(name, dice.unit() < 0.7, dice.unit() < 0.8);
-    set.viscous *= 0.3 + 2.0 * dice.unit();
-    set.stiffness *= 0.5 + dice.unit();
+    set.load.viscous *= 0.3 + 2.0 * dice.unit();
+    set.oil.stiffness *= 0.5 + dice.unit();
     set.extra_delay = if dice.unit() < 0.5 {
         0.0
     } else {

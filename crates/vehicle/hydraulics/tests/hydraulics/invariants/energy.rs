@@ -109,7 +109,7 @@ fn the_ledger_closes_in_every_valve_cycle_and_in_all() {
     for seed in 0..160 {
         let (mut bench, _, _) = random_bench(seed);
         let (set, cycle) = (bench.set.clone(), bench.set.cycle());
-        let volume_work = set.supply * set.volume;
+        let volume_work = set.oil.supply * set.volume;
         let mut before = Energy::default();
         for n in 1..=60 {
             let now = bench.energy(f64::from(n) * cycle);
@@ -157,7 +157,8 @@ fn it_closes_while_faults_come_and_go_and_the_motion_is_that_without_it() {
             assert_eq!(reading, without.reading(tick * 50_000_000), "{name}");
             let energy = with.energy().expect("kept");
             assert!(
-                energy.residual().abs() < 1e-11 * energy.throttling.max(set.supply * set.volume),
+                energy.residual().abs()
+                    < 1e-11 * energy.throttling.max(set.oil.supply * set.volume),
                 "{name}, {tick}: {energy:?}"
             );
         }
@@ -173,9 +174,9 @@ fn it_closes_with_constants_of_any_size() {
         let mut dice = Dice::new(seed);
         let mut set = actuator(SETS[(seed % 3) as usize], true, dice.unit() < 0.8);
         for constant in [
-            &mut set.mass,
-            &mut set.viscous,
-            &mut set.stiffness,
+            &mut set.load.mass,
+            &mut set.load.viscous,
+            &mut set.oil.stiffness,
             &mut set.rate_gain,
             &mut set.error_rate,
         ] {
@@ -183,7 +184,7 @@ fn it_closes_with_constants_of_any_size() {
         }
         let commands = random_commands(&mut dice, 40);
         let cycle = set.cycle();
-        let volume_work = set.supply * set.volume;
+        let volume_work = set.oil.supply * set.volume;
         let mut bench = Bench::worn(set, random_condition(&mut dice), 1, &commands);
         for n in [1, 7, 20, 39, 60] {
             let energy = bench.energy(f64::from(n) * cycle);

@@ -38,12 +38,13 @@ fn from_rest_the_speed_stays_within_what_force_and_friction_allow() {
     for seed in 0..RUNS {
         let (mut bench, _, mut dice) = random_bench(seed);
         let set = bench.set.clone();
-        if set.coulomb == 0.0 {
+        if set.load.coulomb == 0.0 {
             continue;
         }
         let ram = bench.constants();
         // (P_m A_L - Delta F)/C; none where friction holds against all the pressure there is.
-        let limit = |clamp: f64| ((clamp * set.area - set.coulomb) / set.viscous).max(0.0);
+        let limit =
+            |clamp: f64| ((clamp * set.area - set.load.coulomb) / set.load.viscous).max(0.0);
         let (plus, minus) = (limit(ram.clamp_positive), -limit(ram.clamp_negative));
         let mut t = 0.0;
         while t < 0.8 {
@@ -160,14 +161,14 @@ fn friction_only_takes_energy_and_the_energy_balance_closes() {
             let reading = bench.reading(t);
             let v = reading.ram.velocity;
             fluid += set.area * reading.pressure * v * step;
-            viscous += set.viscous * v * v * step;
+            viscous += set.load.viscous * v * v * step;
             let slid_now = bench.slid(t);
             assert!(slid_now >= slid);
             slid = slid_now;
         }
         let v = bench.reading(0.3).ram.velocity;
-        let kinetic = 0.5 * set.mass * v * v;
-        let friction = set.coulomb * bench.slid(0.3);
+        let kinetic = 0.5 * set.load.mass * v * v;
+        let friction = set.load.coulomb * bench.slid(0.3);
         let gap = fluid - (kinetic + viscous + friction);
         assert!(gap.abs() < 1e-6 * fluid, "{name}: {}", gap / fluid);
     }
@@ -176,7 +177,7 @@ fn friction_only_takes_energy_and_the_energy_balance_closes() {
 /// Equal force in both directions.
 fn symmetric(name: &str) -> ActuatorSet {
     let mut set = actuator(name, true, true);
-    set.clamp_negative = set.clamp_positive;
+    set.oil.clamp_negative = set.oil.clamp_positive;
     set
 }
 
@@ -187,7 +188,7 @@ fn the_mirrored_run_is_the_mirror_image_to_the_last_bit() {
         let name = SETS[(seed % 3) as usize];
         let mut set = symmetric(name);
         // The return bounds the pressure on one side only, where the supply is lost.
-        set.return_pressure = 0.0;
+        set.oil.return_pressure = 0.0;
         if dice.unit() < 0.5 {
             set.volume_limit = set.volume * 5.3;
             set.stop = set.ram_quantum() * 5.1;
