@@ -1,7 +1,11 @@
 //! Drag that has no lift: damping matrices, and cross-flow drag by strips.
 
+use planesman_units::{Rule, readers};
+use serde::Deserialize;
+
 use super::inertia::Matrix6;
 use super::lanes::{Real, Six, product, sum};
+use crate::positive;
 
 /// Linear and quadratic damping: `force_i = -sum_j (D_ij nu_j + Q_ij |nu_j| nu_j)`, `nu` through the water.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,21 +31,29 @@ impl Damping {
     }
 }
 
+readers! {
+    array 2 ends: Length, Rule::Any;
+}
+
 /// Cross-flow drag of a hull of constant width: each length of it has the drag of its own velocity across.
 ///
 /// ```text
 /// v(x) = v + x r    w(x) = w - x q    V = sqrt(v(x)^2 + w(x)^2)
 /// (Y, Z) = -1/2 rho C_d int b V (v(x), w(x)) dx     M = 1/2 rho C_d int b V w(x) x dx     N = -1/2 rho C_d int b V v(x) x dx
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CrossFlow {
     /// \[kg/m^3\]
+    #[serde(with = "positive::density")]
     pub density: f64,
     /// `C_d`, of a cylinder across the flow.
     pub drag: f64,
     /// `b` \[m\]
+    #[serde(with = "positive::length")]
     pub width: f64,
     /// The hull's ends, aft and fore of the origin \[m\].
+    #[serde(with = "ends")]
     pub ends: [f64; 2],
 }
 

@@ -4,10 +4,11 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use planesman_units::{Dimension, Quantity, within};
+use planesman_text::yaml::{self, Refusal};
+use planesman_units::{Dimension, Quantity, Rule, readers, within};
 use serde::Deserialize;
 
-use super::coefficients::{self, Factor};
+use super::coefficients::{self, Factor, Term};
 use super::damping::{CrossFlow, Damping};
 use super::fins::{Fin, Section};
 use super::hull::Hull;
@@ -15,6 +16,7 @@ use super::inertia::{self, Matrix6, RigidBody};
 use super::lanes::Three;
 use super::propulsion::{Propeller, Propulsor, Thruster};
 use super::vehicle::{Parts, Unphysical, Vehicle};
+use crate::positive;
 
 /// The vehicles that need no file, each with its text.
 const BUILT_IN: &[(&str, &str)] = &[
@@ -82,7 +84,7 @@ pub(crate) fn built_in_text(name: &str) -> Option<&'static str> {
 
 /// Whether the text of a file is of a vehicle of six degrees: it names its inputs.
 pub(crate) fn is_of_six_degrees(text: &str) -> bool {
-    let head: Result<Head, _> = planesman_text::yaml::from_str(text);
+    let head: Result<Head, _> = yaml::from_str(text);
     head.is_ok_and(|head| head.inputs.is_some())
 }
 
@@ -118,50 +120,67 @@ pub(super) fn text(name_or_path: &str) -> Result<Cow<'static, str>, FileError> {
 /// # Errors
 /// [`FileError::Malformed`] or [`FileError::Refused`].
 pub fn parse(file: &str, text: &str) -> Result<Vehicle, FileError> {
-    let written: Written =
-        planesman_text::yaml::from_str(text).map_err(|e| FileError::Malformed {
+    let vehicle = schema(file, text)?.vehicle();
+    vehicle.map_err(|reason| refused(file, reason))
+}
+
+/// The file in `text` as it is written.
+pub(super) fn schema(file: &str, text: &str) -> Result<FileSchema, FileError> {
+    yaml::from_str(text).map_err(|error| match error {
+        yaml::Error::Refused(Refusal { field, value, rule }) => {
+            let reason = format!("{value} refused: {rule}");
+            refused(file, Unphysical::new(field, reason))
+        }
+        other => FileError::Malformed {
             file: file.to_owned(),
-            reason: e.to_string(),
-        })?;
-    written.vehicle().map_err(|reason| FileError::Refused {
-        file: file.to_owned(),
-        reason,
+            reason: other.to_string(),
+        },
     })
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    name: String,
-    inputs: Vec<Input>,
-    mass: Quantity,
-    weight: Quantity,
-    buoyancy: Quantity,
-    centre_of_gravity: [Quantity; 3],
-    centre_of_buoyancy: [Quantity; 3],
-    inertia: Inertia,
-    added_mass: Option<Square>,
-    linear_damping: Option<Square>,
-    quadratic_damping: Option<Square>,
-    cross_flow: Option<CrossFlowSection>,
-    coefficients: Option<CoefficientsSection>,
-    #[serde(default)]
-    fins: Vec<FinSection>,
-    #[serde(default)]
-    propulsion: Vec<PropulsionSection>,
-    hull: Option<HullSection>,
+pub(super) fn refused(file: &str, reason: Unphysical) -> FileError {
+    FileError::Refused {
+        file: file.to_owned(),
+        reason,
+    }
 }
 
-#[derive(Deserialize)]
+readers! {
+    any_inertia: Inertia, Rule::Any, or 0.0;
+    array 3 place: Length, Rule::Any;
+    shape: Number, [1e-3, 1e4];
+}
+
+/// A file as it is written. The numbers that a fit may change ([`super::EditableFile`]) are checked by [`vehicle`](Self::vehicle), all others
+/// where they are read.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct HullSection {
-    length: Quantity,
-    width: Quantity,
-    height: Quantity,
+pub(super) struct FileSchema {
+    name: String,
+    inputs: Vec<Input>,
+    #[serde(with = "positive::mass")]
+    mass: f64,
+    #[serde(with = "positive::force")]
+    weight: f64,
+    pub(super) buoyancy: Quantity,
+    pub(super) centre_of_gravity: [Quantity; 3],
+    #[serde(with = "place")]
+    centre_of_buoyancy: Three<f64>,
+    inertia: Inertia,
+    pub(super) added_mass: Option<Square>,
+    pub(super) linear_damping: Option<Square>,
+    pub(super) quadratic_damping: Option<Square>,
+    pub(super) cross_flow: Option<CrossFlow>,
+    pub(super) coefficients: Option<CoefficientsSection>,
+    #[serde(default)]
+    pub(super) fins: Vec<FinSection>,
+    #[serde(default)]
+    pub(super) propulsion: Vec<PropulsionSection>,
+    hull: Option<Hull>,
 }
 
 /// An input by its name; a source that counts its angle to the other side says so.
-#[derive(Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Input {
     name: String,
@@ -173,19 +192,25 @@ struct Input {
     reversed: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Inertia {
     about: About,
-    xx: Quantity,
-    yy: Quantity,
-    zz: Quantity,
-    xy: Option<Quantity>,
-    xz: Option<Quantity>,
-    yz: Option<Quantity>,
+    #[serde(with = "positive::inertia")]
+    xx: f64,
+    #[serde(with = "positive::inertia")]
+    yy: f64,
+    #[serde(with = "positive::inertia")]
+    zz: f64,
+    #[serde(default, with = "any_inertia")]
+    xy: f64,
+    #[serde(default, with = "any_inertia")]
+    xz: f64,
+    #[serde(default, with = "any_inertia")]
+    yz: f64,
 }
 
-#[derive(Clone, Copy, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 enum About {
     Origin,
@@ -193,17 +218,17 @@ enum About {
 }
 
 /// A matrix: its diagonal, or all of it.
-#[derive(Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(untagged)]
-enum Square {
+pub(super) enum Square {
     Diagonal([f64; 6]),
     Full(Box<Matrix6>),
 }
 
 impl Square {
-    fn matrix(self, entry: &str) -> Result<Matrix6, Unphysical> {
+    fn matrix(&self, entry: &str) -> Result<Matrix6, Unphysical> {
         let matrix = match self {
-            Self::Full(matrix) => *matrix,
+            Self::Full(matrix) => **matrix,
             Self::Diagonal(diagonal) => std::array::from_fn(|i| {
                 std::array::from_fn(|j| if i == j { diagonal[i] } else { 0.0 })
             }),
@@ -215,43 +240,42 @@ impl Square {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CrossFlowSection {
-    density: Quantity,
-    drag: f64,
-    width: Quantity,
-    ends: [Quantity; 2],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CoefficientsSection {
+pub(super) struct CoefficientsSection {
     /// The table prints the products of added mass too, as `X_wq` and `M_uw`; else they are computed beside it.
     includes_added_mass: bool,
-    values: BTreeMap<String, f64>,
+    pub(super) values: BTreeMap<String, f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FinSection {
+pub(super) struct FinSection {
     input: String,
-    position: [Quantity; 3],
+    #[serde(with = "place")]
+    position: Three<f64>,
     chord: Three<f64>,
     normal: Three<f64>,
-    area: Quantity,
-    density: Quantity,
-    slope: f64,
-    drag: f64,
+    #[serde(with = "positive::area")]
+    area: f64,
+    #[serde(with = "positive::density")]
+    density: f64,
+    pub(super) slope: f64,
+    pub(super) drag: f64,
+    #[serde(with = "shape")]
     oswald: f64,
+    #[serde(with = "shape")]
     aspect: f64,
-    stall: Quantity,
+    #[serde(with = "positive::angle")]
+    stall: f64,
+    #[serde(with = "shape")]
     sharpness: f64,
 }
 
-#[derive(Deserialize)]
+/// A propulsor. A parser loses the field of a value in a form that is chosen by its `kind`: these are checked by [`Self::propulsor`].
+#[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-enum PropulsionSection {
+pub(super) enum PropulsionSection {
     Constant {
         force: Quantity,
         moment: Quantity,
@@ -282,20 +306,21 @@ enum PropulsionSection {
     },
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Hand {
+pub(super) enum Hand {
     Right,
     Left,
 }
 
-fn si(entry: &str, q: &Quantity, dimension: Dimension) -> Result<f64, Unphysical> {
-    q.si(dimension)
-        .map_err(|rule| Unphysical::new(entry, format!("{q} refused: {rule}")))
-}
-
 /// The largest magnitude of a coefficient or an entry of a matrix, SI: those of a ship are below.
 const MOST_COEFFICIENT: f64 = 1e15;
+
+/// A quantity in SI, by its rule.
+fn si(entry: &str, q: &Quantity, dimension: Dimension, rule: Rule) -> Result<f64, Unphysical> {
+    q.by_rule(dimension, rule)
+        .map_err(|rule| Unphysical::new(entry, format!("{q} refused: {rule}")))
+}
 
 /// A number without a unit, within its range.
 fn number(entry: &str, value: f64, range: [f64; 2]) -> Result<f64, Unphysical> {
@@ -304,17 +329,11 @@ fn number(entry: &str, value: f64, range: [f64; 2]) -> Result<f64, Unphysical> {
 }
 
 fn above_zero(entry: &str, q: &Quantity, dimension: Dimension) -> Result<f64, Unphysical> {
-    match si(entry, q, dimension)? {
-        value if value > 0.0 => Ok(value),
-        _ => Err(Unphysical::new(
-            entry,
-            format!("{q} refused: it must be above zero"),
-        )),
-    }
+    si(entry, q, dimension, Rule::AboveZero)
 }
 
-fn place(entry: &str, [x, y, z]: &[Quantity; 3]) -> Result<Three<f64>, Unphysical> {
-    let metres = |q| si(entry, q, Dimension::Length);
+fn metres(entry: &str, [x, y, z]: &[Quantity; 3]) -> Result<Three<f64>, Unphysical> {
+    let metres = |q| si(entry, q, Dimension::Length, Rule::Any);
     Ok([metres(x)?, metres(y)?, metres(z)?])
 }
 
@@ -330,199 +349,149 @@ fn direction(entry: &str, [x, y, z]: Three<f64>) -> Result<Three<f64>, Unphysica
     }
 }
 
-impl Written {
-    fn vehicle(self) -> Result<Vehicle, Unphysical> {
+impl FileSchema {
+    /// The vehicle of this file.
+    ///
+    /// # Errors
+    /// [`Unphysical`]: the entry, its value and the rule that it breaks.
+    pub(super) fn vehicle(&self) -> Result<Vehicle, Unphysical> {
         let input = |entry: &str, name: &str| {
             let place = self.inputs.iter().position(|input| input.name == name);
             place.ok_or_else(|| Unphysical::new(entry, format!("'{name}' is none of the inputs")))
         };
-        let mass = above_zero("mass", &self.mass, Dimension::Mass)?;
-        let centre_of_gravity = place("centre_of_gravity", &self.centre_of_gravity)?;
-        let inertia = self.inertia.matrix()?;
-        let body = RigidBody {
-            mass,
+        let matrix = |square: &Option<Square>, entry| {
+            (square.as_ref()).map_or(Ok(Matrix6::default()), |square| square.matrix(entry))
+        };
+        let (added_mass, terms) = self.added_mass_and_terms()?;
+        let fins = self.fins.iter().enumerate();
+        let fins = fins.map(|(k, fin)| fin.fin(&format!("fins[{k}]"), &input));
+        let propulsors = self.propulsion.iter().enumerate();
+        let propulsors =
+            propulsors.map(|(k, it)| it.propulsor(&format!("propulsion[{k}]"), &input));
+        let buoyancy = above_zero("buoyancy", &self.buoyancy, Dimension::Force)?;
+        if let Some(strips) = &self.cross_flow {
+            if strips.ends[0] >= strips.ends[1] {
+                let reason = "its ends must be aft and fore";
+                return Err(Unphysical::new("cross_flow", reason));
+            }
+            number("cross_flow.drag", strips.drag, [0.0, 1e3])?;
+        }
+        Vehicle::new(Parts {
+            body: self.body()?,
+            weight: self.weight,
+            buoyancy,
+            hull: self.hull.unwrap_or_else(|| Hull::of_buoyancy(buoyancy)),
+            centre_of_buoyancy: self.centre_of_buoyancy,
+            added_mass,
+            damping: Damping {
+                linear: matrix(&self.linear_damping, "linear_damping")?,
+                quadratic: matrix(&self.quadratic_damping, "quadratic_damping")?,
+            },
+            cross_flow: self.cross_flow.into_iter().collect(),
+            terms,
+            fins: fins.collect::<Result<_, _>>()?,
+            propulsors: propulsors.collect::<Result<_, _>>()?,
+            inputs: self.inputs.iter().map(|input| input.name.clone()).collect(),
+            name: self.name.clone(),
+        })
+    }
+
+    fn body(&self) -> Result<RigidBody, Unphysical> {
+        let centre_of_gravity = metres("centre_of_gravity", &self.centre_of_gravity)?;
+        let Inertia { xx, yy, zz, .. } = self.inertia;
+        let Inertia { xy, xz, yz, .. } = self.inertia;
+        let inertia = [[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]];
+        Ok(RigidBody {
+            mass: self.mass,
             centre_of_gravity,
             inertia: match self.inertia.about {
                 About::Origin => inertia,
-                About::CentreOfGravity => inertia::about_origin(inertia, mass, centre_of_gravity),
-            },
-        };
-        let letters: Vec<&str> = self
-            .inputs
-            .iter()
-            .map(|input| input.letters.as_str())
-            .collect();
-        let mut terms = Vec::new();
-        let mut includes_added_mass = false;
-        if let Some(section) = &self.coefficients {
-            includes_added_mass = section.includes_added_mass;
-            for (name, value) in &section.values {
-                let entry = format!("coefficients.{name}");
-                number(&entry, *value, [-MOST_COEFFICIENT, MOST_COEFFICIENT])?;
-                let mut term = coefficients::term(name, *value, &letters)
-                    .map_err(|e| Unphysical::new(entry, e.to_string()))?;
-                if let Factor::Input(k) = term.of {
-                    term.value *= if self.inputs[k].reversed { -1.0 } else { 1.0 };
+                About::CentreOfGravity => {
+                    inertia::about_origin(inertia, self.mass, centre_of_gravity)
                 }
-                terms.push(term);
+            },
+        })
+    }
+
+    /// Added mass, and the coefficients beyond it.
+    fn added_mass_and_terms(&self) -> Result<(Matrix6, Vec<Term>), Unphysical> {
+        let letters: Vec<&str> = self.inputs.iter().map(|it| it.letters.as_str()).collect();
+        let mut terms = Vec::new();
+        for (name, value) in self.coefficients.iter().flat_map(|it| &it.values) {
+            let entry = format!("coefficients.{name}");
+            number(&entry, *value, [-MOST_COEFFICIENT, MOST_COEFFICIENT])?;
+            let mut term = coefficients::term(name, *value, &letters)
+                .map_err(|e| Unphysical::new(entry, e.to_string()))?;
+            if let Factor::Input(k) = term.of {
+                term.value *= if self.inputs[k].reversed { -1.0 } else { 1.0 };
             }
+            terms.push(term);
         }
-        let added_mass = match self.added_mass {
+        let added_mass = match &self.added_mass {
             Some(matrix) => matrix.matrix("added_mass")?,
             None => coefficients::added_mass(&terms),
         };
-        let terms = match includes_added_mass {
-            true => coefficients::beyond_added_mass(&terms, &added_mass),
-            false => terms
-                .into_iter()
-                .filter(|term| !matches!(term.of, Factor::Acceleration(_)))
-                .collect(),
-        };
-        let matrix = |square: Option<Square>, entry| {
-            square.map_or(Ok(Matrix6::default()), |square| square.matrix(entry))
-        };
-        let fins = self
-            .fins
-            .iter()
-            .enumerate()
-            .map(|(k, fin)| fin.fin(&format!("fins[{k}]"), &input))
-            .collect::<Result<_, _>>()?;
-        let propulsors = self
-            .propulsion
-            .iter()
-            .enumerate()
-            .map(|(k, propulsor)| propulsor.propulsor(&format!("propulsion[{k}]"), &input))
-            .collect::<Result<_, _>>()?;
-        let buoyancy = above_zero("buoyancy", &self.buoyancy, Dimension::Force)?;
-        let hull = match &self.hull {
-            None => Hull::of_buoyancy(buoyancy),
-            Some(hull) => Hull {
-                length: above_zero("hull.length", &hull.length, Dimension::Length)?,
-                width: above_zero("hull.width", &hull.width, Dimension::Length)?,
-                height: above_zero("hull.height", &hull.height, Dimension::Length)?,
-            },
-        };
-        Vehicle::new(Parts {
-            body,
-            weight: above_zero("weight", &self.weight, Dimension::Force)?,
-            buoyancy,
-            hull,
-            centre_of_buoyancy: place("centre_of_buoyancy", &self.centre_of_buoyancy)?,
-            added_mass,
-            damping: Damping {
-                linear: matrix(self.linear_damping, "linear_damping")?,
-                quadratic: matrix(self.quadratic_damping, "quadratic_damping")?,
-            },
-            cross_flow: self
-                .cross_flow
-                .map(|section| section.checked())
-                .transpose()?
-                .into_iter()
-                .collect(),
-            terms,
-            fins,
-            propulsors,
-            inputs: self.inputs.iter().map(|input| input.name.clone()).collect(),
-            name: self.name,
-        })
-    }
-}
-
-impl Inertia {
-    fn matrix(&self) -> Result<[Three<f64>; 3], Unphysical> {
-        let own = |entry, q| above_zero(entry, q, Dimension::Inertia);
-        let cross = |entry, q: &Option<Quantity>| match q {
-            Some(q) => si(entry, q, Dimension::Inertia),
-            None => Ok(0.0),
-        };
-        let (x, y, z) = (
-            own("inertia.xx", &self.xx)?,
-            own("inertia.yy", &self.yy)?,
-            own("inertia.zz", &self.zz)?,
-        );
-        let (xy, xz, yz) = (
-            cross("inertia.xy", &self.xy)?,
-            cross("inertia.xz", &self.xz)?,
-            cross("inertia.yz", &self.yz)?,
-        );
-        Ok([[x, -xy, -xz], [-xy, y, -yz], [-xz, -yz, z]])
-    }
-}
-
-impl CrossFlowSection {
-    fn checked(&self) -> Result<CrossFlow, Unphysical> {
-        let [aft, fore] = &self.ends;
-        let ends = [
-            si("cross_flow.ends", aft, Dimension::Length)?,
-            si("cross_flow.ends", fore, Dimension::Length)?,
-        ];
-        if ends[0] >= ends[1] {
-            let reason = "its ends must be aft and fore";
-            return Err(Unphysical::new("cross_flow", reason));
+        match &self.coefficients {
+            Some(section) if section.includes_added_mass => {
+                terms = coefficients::beyond_added_mass(&terms, &added_mass);
+            }
+            _ => terms.retain(|term| !matches!(term.of, Factor::Acceleration(_))),
         }
-        Ok(CrossFlow {
-            density: above_zero("cross_flow.density", &self.density, Dimension::Density)?,
-            drag: number("cross_flow.drag", self.drag, [0.0, 1e3])?,
-            width: above_zero("cross_flow.width", &self.width, Dimension::Length)?,
-            ends,
-        })
+        Ok((added_mass, terms))
     }
 }
+
+/// The place of an input, by the entry that names it and its name.
+trait FindInput: Fn(&str, &str) -> Result<usize, Unphysical> {}
+impl<F: Fn(&str, &str) -> Result<usize, Unphysical>> FindInput for F {}
 
 impl FinSection {
-    fn fin(
-        &self,
-        entry: &str,
-        input: &impl Fn(&str, &str) -> Result<usize, Unphysical>,
-    ) -> Result<Fin, Unphysical> {
+    fn fin(&self, entry: &str, input: &impl FindInput) -> Result<Fin, Unphysical> {
         let at = |field: &str| format!("{entry}.{field}");
-        let positive = |field: &str, value: f64| number(&at(field), value, [1e-3, 1e4]);
-        let (chord, normal) = (
-            direction(&at("chord"), self.chord)?,
-            direction(&at("normal"), self.normal)?,
-        );
+        let chord = direction(&at("chord"), self.chord)?;
+        let normal = direction(&at("normal"), self.normal)?;
         if super::lanes::dot(chord, normal).abs() > 1e-9 {
             return Err(Unphysical::new(at("normal"), "not across the chord"));
         }
         Ok(Fin {
             input: input(&at("input"), &self.input)?,
-            position: place(&at("position"), &self.position)?,
+            position: self.position,
             chord,
             normal,
-            area: above_zero(&at("area"), &self.area, Dimension::Area)?,
-            density: above_zero(&at("density"), &self.density, Dimension::Density)?,
+            area: self.area,
+            density: self.density,
             section: Section {
-                slope: positive("slope", self.slope)?,
+                slope: number(&at("slope"), self.slope, [1e-3, 1e4])?,
                 drag: number(&at("drag"), self.drag, [0.0, 1e3])?,
-                oswald: positive("oswald", self.oswald)?,
-                aspect: positive("aspect", self.aspect)?,
-                stall: above_zero(&at("stall"), &self.stall, Dimension::Angle)?,
-                sharpness: positive("sharpness", self.sharpness)?,
+                oswald: self.oswald,
+                aspect: self.aspect,
+                stall: self.stall,
+                sharpness: self.sharpness,
             },
         })
     }
 }
 
 impl PropulsionSection {
-    fn propulsor(
-        &self,
-        entry: &str,
-        find: &impl Fn(&str, &str) -> Result<usize, Unphysical>,
-    ) -> Result<Propulsor, Unphysical> {
+    fn propulsor(&self, entry: &str, find: &impl FindInput) -> Result<Propulsor, Unphysical> {
+        let at = |field: &str| format!("{entry}.{field}");
+        let si = |field: &str, q, dimension| si(&at(field), q, dimension, Rule::Any);
+        let above_zero = |field: &str, q, dimension| above_zero(&at(field), q, dimension);
+        let number = |field: &str, value, range| number(&at(field), value, range);
         Ok(match self {
             Self::Constant { force, moment } => Propulsor::Constant {
-                force: si(&format!("{entry}.force"), force, Dimension::Force)?,
-                moment: si(&format!("{entry}.moment"), moment, Dimension::Moment)?,
+                force: si("force", force, Dimension::Force)?,
+                moment: si("moment", moment, Dimension::Moment)?,
             },
             Self::Force { input, limits } => {
-                let limit = |q| si(&format!("{entry}.limits"), q, Dimension::Force);
+                let limit = |q| si("limits", q, Dimension::Force);
                 let limits = [limit(&limits[0])?, limit(&limits[1])?];
                 if limits[0] >= limits[1] {
                     let reason = format!("{limits:?}: the first must be below the second");
-                    return Err(Unphysical::new(format!("{entry}.limits"), reason));
+                    return Err(Unphysical::new(at("limits"), reason));
                 }
                 Propulsor::Force {
-                    input: find(&format!("{entry}.input"), input)?,
+                    input: find(&at("input"), input)?,
                     limits,
                 }
             }
@@ -537,38 +506,25 @@ impl PropulsionSection {
                 hand,
                 full_rotation,
             } => {
-                let at = |field: &str| format!("{entry}.{field}");
                 let pair = |field: &str, [k0, k1]: [f64; 2]| -> Result<_, Unphysical> {
-                    let one = |k| number(&at(field), k, [-1e3, 1e3]);
+                    let one = |k| number(field, k, [-1e3, 1e3]);
                     Ok([one(k0)?, one(k1)?])
                 };
+                let rotation = |q| above_zero("full_rotation", q, Dimension::Rate);
                 Propulsor::Propeller {
-                    input: find(&format!("{entry}.input"), input)?,
+                    input: find(&at("input"), input)?,
                     propeller: Propeller {
-                        density: above_zero(
-                            &format!("{entry}.density"),
-                            density,
-                            Dimension::Density,
-                        )?,
-                        diameter: above_zero(
-                            &format!("{entry}.diameter"),
-                            diameter,
-                            Dimension::Length,
-                        )?,
+                        density: above_zero("density", density, Dimension::Density)?,
+                        diameter: above_zero("diameter", diameter, Dimension::Length)?,
                         thrust: pair("thrust", *thrust)?,
                         torque: pair("torque", *torque)?,
-                        wake: number(&at("wake"), *wake, [-1.0, 1.0])?,
-                        deduction: number(&at("deduction"), *deduction, [-1.0, 1.0])?,
+                        wake: number("wake", *wake, [-1.0, 1.0])?,
+                        deduction: number("deduction", *deduction, [-1.0, 1.0])?,
                         hand: match hand {
                             Hand::Right => 1.0,
                             Hand::Left => -1.0,
                         },
-                        full_rotation: full_rotation
-                            .as_ref()
-                            .map(|q| {
-                                above_zero(&format!("{entry}.full_rotation"), q, Dimension::Rate)
-                            })
-                            .transpose()?,
+                        full_rotation: full_rotation.as_ref().map(rotation).transpose()?,
                     },
                 }
             }
@@ -579,21 +535,20 @@ impl PropulsionSection {
                 curve,
                 dead_zone,
                 lag,
-            } => Propulsor::Thruster {
-                input: find(&format!("{entry}.input"), input)?,
-                thruster: Thruster {
-                    position: place(&format!("{entry}.position"), position)?,
-                    direction: direction(&format!("{entry}.direction"), *push)?,
-                    curve: (curve.iter())
-                        .map(|k| number(&format!("{entry}.curve"), *k, [-1e9, 1e9]))
-                        .collect::<Result<_, _>>()?,
-                    dead_zone: number(&format!("{entry}.dead_zone"), *dead_zone, [0.0, 1.0])?,
-                    lag: match lag {
-                        None => 0.0,
-                        Some(lag) => above_zero(&format!("{entry}.lag"), lag, Dimension::Time)?,
+            } => {
+                let lag = lag.as_ref().map(|q| above_zero("lag", q, Dimension::Time));
+                let curve = curve.iter().map(|k| number("curve", *k, [-1e9, 1e9]));
+                Propulsor::Thruster {
+                    input: find(&at("input"), input)?,
+                    thruster: Thruster {
+                        position: metres(&at("position"), position)?,
+                        direction: direction(&at("direction"), *push)?,
+                        curve: curve.collect::<Result<_, _>>()?,
+                        dead_zone: number("dead_zone", *dead_zone, [0.0, 1.0])?,
+                        lag: lag.transpose()?.unwrap_or(0.0),
                     },
-                },
-            },
+                }
+            }
         })
     }
 }

@@ -1,13 +1,21 @@
 //! The hull's extent.
 
+use serde::Deserialize;
+
+use crate::positive;
+
 /// The hull's extent \[m\], about the centre of buoyancy.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Hull {
     /// Along x.
+    #[serde(with = "positive::length")]
     pub length: f64,
     /// Along y.
+    #[serde(with = "positive::length")]
     pub width: f64,
     /// Along z.
+    #[serde(with = "positive::length")]
     pub height: f64,
 }
 
