@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use super::file::{self, FileError};
+use planesman_text::yaml;
+use planesman_units::Quantity;
+
+use super::file::{self, FileError, FileSchema, PropulsionSection, Square};
 use super::vehicle::Vehicle;
 
 /// Numbers that are named together.
@@ -27,15 +30,35 @@ pub struct Number {
     pub group: &'static str,
     /// Its value, in the file's unit; 1 for a factor.
     pub value: f64,
-    /// Where it stands; several numbers for a factor.
-    places: Vec<Range<usize>>,
+    /// Where it stands; several places for a factor.
+    places: Vec<Place>,
 }
 
-/// A vehicle file as text, with the numbers in it that are not 0.
+/// A place of a number in a file.
+#[derive(Clone, Debug, PartialEq)]
+struct Place {
+    path: Vec<String>,
+    bytes: Range<usize>,
+    /// The number there, in the file's unit.
+    value: f64,
+}
+
+impl Number {
+    /// What stands at one of its places once it has this value.
+    fn at(&self, place: &Place, value: f64) -> f64 {
+        match self.group {
+            "thrust" => place.value * value,
+            _ => value,
+        }
+    }
+}
+
+/// A vehicle file, as text and read, with the numbers in it that are not 0.
 #[derive(Clone, Debug)]
 pub struct EditableFile {
     file: String,
     text: String,
+    schema: FileSchema,
     numbers: Vec<Number>,
 }
 
@@ -49,21 +72,23 @@ impl EditableFile {
     /// [`FileError`], as of [`file::load`].
     pub fn load(name_or_path: &str) -> Result<Self, FileError> {
         let text = file::text(name_or_path)?.into_owned();
-        file::parse(name_or_path, &text)?;
-        let places =
-            planesman_text::yaml::scalars(&text).map_err(|error| FileError::Malformed {
-                file: name_or_path.to_owned(),
-                reason: error.to_string(),
-            })?;
+        let mut schema = file::schema(name_or_path, &text)?;
+        schema
+            .vehicle()
+            .map_err(|reason| file::refused(name_or_path, reason))?;
+        let scalars = yaml::scalars(&text).map_err(|error| FileError::Malformed {
+            file: name_or_path.to_owned(),
+            reason: error.to_string(),
+        })?;
         let mut numbers: Vec<Number> = Vec::new();
-        for (path, place) in places {
-            let path: Vec<&str> = path.iter().map(String::as_str).collect();
-            let Some((name, group)) = named(&path) else {
+        for (path, at) in scalars {
+            let Some((name, group, _)) = entry(&mut schema, &path) else {
                 continue;
             };
-            let Some((value, place)) = number(&text, place).filter(|it| it.0 != 0.0) else {
+            let Some((value, bytes)) = number(&text, at).filter(|it| it.0 != 0.0) else {
                 continue;
             };
+            let place = Place { path, bytes, value };
             match numbers.iter_mut().find(|it| it.name == name) {
                 Some(factor) => factor.places.push(place),
                 None => numbers.push(Number {
@@ -77,6 +102,7 @@ impl EditableFile {
         Ok(Self {
             file: name_or_path.to_owned(),
             text,
+            schema,
             numbers,
         })
     }
@@ -103,14 +129,23 @@ impl EditableFile {
     /// # Errors
     /// [`FileError::Refused`] when it is not physical.
     pub fn vehicle(&self, changes: &[Change]) -> Result<Vehicle, FileError> {
-        file::parse(&self.file, &self.changed(changes, None))
+        let mut schema = self.schema.clone();
+        for (index, value) in changes {
+            let of = &self.numbers[*index];
+            for place in &of.places {
+                if let Some((.., entry)) = entry(&mut schema, &place.path) {
+                    entry.set(of.at(place, *value));
+                }
+            }
+        }
+        let vehicle = schema.vehicle();
+        vehicle.map_err(|reason| file::refused(&self.file, reason))
     }
 
     /// The text with some numbers changed, each with a remark (`95 % +- 0.2`) in place of the line's own; `name` is the new vehicle's, `head` a comment above it.
     #[must_use]
     pub fn text(&self, name: &str, head: &str, changes: &[(Change, String)]) -> String {
-        let (changes, remarks): (Vec<Change>, Vec<String>) = changes.iter().cloned().unzip();
-        let text = self.changed(&changes, Some(&remarks));
+        let text = self.changed(changes);
         let named = text.lines().map(|line| match line.starts_with("name:") {
             true => format!("name: {name}"),
             false => line.to_owned(),
@@ -120,90 +155,153 @@ impl EditableFile {
         lines.join("\n") + "\n"
     }
 
-    fn changed(&self, changes: &[Change], remarks: Option<&[String]>) -> String {
+    fn changed(&self, changes: &[(Change, String)]) -> String {
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
-        for (k, (place, value)) in changes.iter().enumerate() {
-            let of = &self.numbers[*place];
-            for at in &of.places {
-                let before = self.text[at.clone()].parse::<f64>().unwrap_or(of.value);
-                let after = match of.group {
-                    "thrust" => before * value,
-                    _ => *value,
-                };
-                let written = match remarks {
-                    // Digits beyond any interval.
-                    Some(_) => format!("{after:.7e}").parse().unwrap_or(after),
-                    None => after,
-                };
-                edits.push((at.clone(), written.to_string()));
+        for ((index, value), remark) in changes {
+            let of = &self.numbers[*index];
+            for place in &of.places {
+                let after = of.at(place, *value);
+                // Digits beyond any interval.
+                let written: f64 = format!("{after:.7e}").parse().unwrap_or(after);
+                edits.push((place.bytes.clone(), written.to_string()));
             }
-            let last = of.places.last().map_or(0, |it| it.end);
-            if let Some(remark) = remarks.map(|it| &it[k]) {
-                let rest = self.text[last..].split('\n').next().unwrap_or_default();
-                let remark = format!("{}: {remark}", of.name);
-                let from = last + rest.find(" #").unwrap_or(rest.len());
-                let end = last + rest.len();
-                match edits.iter_mut().find(|it| it.0 == (from..end)) {
-                    Some((_, text)) => *text += &format!("; {remark}"),
-                    None => edits.push((from..end, format!("  # fitted, {remark}"))),
-                }
+            let last = of.places.last().map_or(0, |it| it.bytes.end);
+            let rest = self.text[last..].split('\n').next().unwrap_or_default();
+            let own = rest.find(" #").unwrap_or(rest.len());
+            let comment = last + rest[..own].trim_end_matches(' ').len()..last + rest.len();
+            let remark = format!("{}: {remark}", of.name);
+            match edits.iter_mut().find(|it| it.0 == comment) {
+                Some((_, text)) => *text += &format!("; {remark}"),
+                None => edits.push((comment, format!("  # fitted, {remark}"))),
             }
         }
         edits.sort_by_key(|it| it.0.start);
-        let mut text = String::with_capacity(self.text.len() + 64 * edits.len());
-        let mut from = 0;
-        for (at, new) in edits {
-            let between = &self.text[from..at.start];
-            text += match new.starts_with("  #") {
-                true => between.trim_end_matches(' '),
-                false => between,
-            };
-            text += &new;
-            from = at.end;
-        }
-        text + &self.text[from..]
+        edited(&self.text, edits)
     }
 }
 
-/// The name and group of what a path leads to; `None` for what is no coefficient.
-fn named(path: &[&str]) -> Option<(String, &'static str)> {
-    let place = |text: &str| -> Option<usize> {
-        let place = text.strip_prefix('[')?.strip_suffix(']')?;
-        place.parse().ok()
-    };
-    let matrix = |group: &'static str, i: usize, j: usize| {
-        Some((format!("{group}_{}{}", i + 1, j + 1), group))
-    };
-    match *path {
+/// A text with other words at some places, which are in their order.
+fn edited(text: &str, edits: Vec<(Range<usize>, String)>) -> String {
+    let (mut new, mut from) = (String::with_capacity(text.len()), 0);
+    for (place, word) in edits {
+        new += &text[from..place.start];
+        new += &word;
+        from = place.end;
+    }
+    new + &text[from..]
+}
+
+/// A number of a file that can be changed.
+enum Entry<'a> {
+    Number(&'a mut f64),
+    Quantity(&'a mut Quantity),
+}
+
+impl Entry<'_> {
+    /// Puts a number there, in the file's unit.
+    fn set(self, value: f64) {
+        match self {
+            Self::Number(number) => *number = value,
+            Self::Quantity(quantity) => *quantity = quantity.with_number(value),
+        }
+    }
+}
+
+/// What a path leads to, with its name and group; `None` for what is no coefficient.
+fn entry<'a>(
+    file: &'a mut FileSchema,
+    path: &[String],
+) -> Option<(String, &'static str, Entry<'a>)> {
+    use Entry::{Number, Quantity};
+    let path: Vec<&str> = path.iter().map(String::as_str).collect();
+    let (name, group, entry) = match path[..] {
         ["coefficients", "values", name] => {
             let derivative = name.strip_suffix("dot").and_then(|it| it.split_once('_'));
-            match derivative {
+            let group = match derivative {
                 // Of a pair off the diagonal both would have to change.
-                Some(pair) if !DIAGONAL.contains(&pair) => None,
-                Some(_) => Some((name.to_owned(), "added_mass")),
-                None => Some((name.to_owned(), "coefficients")),
-            }
+                Some(pair) if !DIAGONAL.contains(&pair) => return None,
+                Some(_) => "added_mass",
+                None => "coefficients",
+            };
+            let values = &mut file.coefficients.as_mut()?.values;
+            (name.to_owned(), group, Number(values.get_mut(name)?))
         }
-        ["added_mass", i] => matrix("added_mass", place(i)?, place(i)?),
-        ["added_mass", i, j] if i == j => matrix("added_mass", place(i)?, place(j)?),
-        ["linear_damping", i] => matrix("linear_damping", place(i)?, place(i)?),
-        ["linear_damping", i, j] => matrix("linear_damping", place(i)?, place(j)?),
-        ["quadratic_damping", i] => matrix("quadratic_damping", place(i)?, place(i)?),
-        ["quadratic_damping", i, j] => matrix("quadratic_damping", place(i)?, place(j)?),
-        ["cross_flow", "drag"] => Some(("cross_flow_drag".to_owned(), "cross_flow")),
+        ["added_mass", first, ref second @ ..] if second.first().is_none_or(|it| *it == first) => {
+            matrix_entry("added_mass", &mut file.added_mass, &path)?
+        }
+        ["linear_damping", ..] => matrix_entry("linear_damping", &mut file.linear_damping, &path)?,
+        ["quadratic_damping", ..] => {
+            matrix_entry("quadratic_damping", &mut file.quadratic_damping, &path)?
+        }
+        ["cross_flow", "drag"] => {
+            let drag = &mut file.cross_flow.as_mut()?.drag;
+            ("cross_flow_drag".to_owned(), "cross_flow", Number(drag))
+        }
         ["fins", k, of @ ("slope" | "drag")] => {
-            Some((format!("fins_{}_{of}", place(k)? + 1), "fins"))
+            let fin = file.fins.get_mut(place(k)?)?;
+            let number = if of == "slope" {
+                &mut fin.slope
+            } else {
+                &mut fin.drag
+            };
+            let name = format!("fins_{}_{of}", place(k)? + 1);
+            (name, "fins", Number(number))
         }
-        ["propulsion", _, "curve" | "thrust", _] | ["propulsion", _, "force"] => {
-            Some(("thrust".to_owned(), "thrust"))
+        [
+            "propulsion",
+            k,
+            of @ ("curve" | "thrust" | "force"),
+            ref rest @ ..,
+        ] => {
+            let index = rest.first().map(|it| place(it));
+            let entry = match (file.propulsion.get_mut(place(k)?)?, of, index) {
+                (PropulsionSection::Constant { force, .. }, "force", None) => Quantity(force),
+                (PropulsionSection::Propeller { thrust, .. }, "thrust", Some(i)) => {
+                    Number(thrust.get_mut(i?)?)
+                }
+                (PropulsionSection::Thruster { curve, .. }, "curve", Some(i)) => {
+                    Number(curve.get_mut(i?)?)
+                }
+                _ => return None,
+            };
+            ("thrust".to_owned(), "thrust", entry)
         }
-        ["buoyancy"] => Some(("buoyancy".to_owned(), "body")),
+        ["buoyancy"] => ("buoyancy".to_owned(), "body", Quantity(&mut file.buoyancy)),
         ["centre_of_gravity", i] => {
             let axis = ["x", "y", "z"].get(place(i)?)?;
-            Some((format!("centre_of_gravity_{axis}"), "body"))
+            let along = &mut file.centre_of_gravity[place(i)?];
+            (format!("centre_of_gravity_{axis}"), "body", Quantity(along))
         }
-        _ => None,
-    }
+        _ => return None,
+    };
+    Some((name, group, entry))
+}
+
+/// The place in a list, written as `[3]`.
+fn place(text: &str) -> Option<usize> {
+    let place = text.strip_prefix('[')?.strip_suffix(']')?;
+    place.parse().ok()
+}
+
+/// The entry of a matrix that a path leads to.
+fn matrix_entry<'a>(
+    group: &'static str,
+    matrix: &'a mut Option<Square>,
+    path: &[&str],
+) -> Option<(String, &'static str, Entry<'a>)> {
+    let (i, j, number) = match (matrix.as_mut()?, path) {
+        (Square::Diagonal(diagonal), [_, i]) => {
+            let i = place(i)?;
+            (i, i, diagonal.get_mut(i)?)
+        }
+        (Square::Full(rows), [_, i, j]) => {
+            let (i, j) = (place(i)?, place(j)?);
+            (i, j, rows.get_mut(i)?.get_mut(j)?)
+        }
+        _ => return None,
+    };
+    let name = format!("{group}_{}{}", i + 1, j + 1);
+    Some((name, group, Entry::Number(number)))
 }
 
 const DIAGONAL: [(&str, &str); 6] = [
