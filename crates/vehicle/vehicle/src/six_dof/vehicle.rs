@@ -86,108 +86,9 @@ impl Vehicle {
     /// [`Unphysical`] when a number is not finite or not positive where it must be, inertia is not symmetric and positive definite, or linear
     /// damping feeds energy.
     pub fn new(parts: Parts) -> Result<Self, Unphysical> {
-        let refused = |entry: &str, reason: String| Err(Unphysical::new(entry, reason));
-        for (entry, value) in [
-            ("mass", parts.body.mass),
-            ("weight", parts.weight),
-            ("buoyancy", parts.buoyancy),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return refused(entry, format!("{value} is not positive"));
-            }
-        }
-        for (entry, place) in [
-            ("centre_of_gravity", parts.body.centre_of_gravity),
-            ("centre_of_buoyancy", parts.centre_of_buoyancy),
-        ] {
-            let farthest = FARTHEST * libm::cbrt(parts.buoyancy / (1000.0 * GRAVITY));
-            if !place.iter().all(|x| x.abs() <= farthest) {
-                return refused(
-                    entry,
-                    format!(
-                        "{place:?} m is outside any hull of that buoyancy: beyond {farthest:.1} m"
-                    ),
-                );
-            }
-        }
-        let edge = Hull::of_buoyancy(parts.buoyancy).length;
-        for (entry, extent) in [
-            ("hull.length", parts.hull.length),
-            ("hull.width", parts.hull.width),
-            ("hull.height", parts.hull.height),
-        ] {
-            if !(edge / 20.0..=edge * 20.0).contains(&extent) {
-                return refused(
-                    entry,
-                    format!(
-                        "{extent} m is of no hull of that buoyancy, whose water has an edge of {edge:.3} m"
-                    ),
-                );
-            }
-        }
-        symmetric("added_mass", &parts.added_mass)?;
-        if let Some(i) = (0..6).find(|i| parts.added_mass[*i][*i] < 0.0) {
-            return refused(
-                "added_mass",
-                format!(
-                    "{} on place {} of its diagonal: a body in water has none below 0; published derivatives, as X_udot, have the other sign",
-                    parts.added_mass[i][i],
-                    i + 1
-                ),
-            );
-        }
-        let rigid = parts.body.matrix();
-        symmetric("inertia", &rigid)?;
-        if inertia::inverse(&rigid).is_none() {
-            return refused(
-                "inertia",
-                "no body has it: with mass and centre of gravity it is not positive definite"
-                    .to_owned(),
-            );
-        }
-        let body = &parts.body;
-        let about_gravity = inertia::about_origin(body.inertia, -body.mass, body.centre_of_gravity);
-        let principal =
-            nalgebra::Matrix3::from_fn(|i, j| about_gravity[i][j]).symmetric_eigenvalues();
-        let (largest, sum) = (principal.max(), principal.sum());
-        if principal.min() <= 0.0 || 2.0 * largest > sum * (1.0 + 1e-6) {
-            let about: Vec<String> = principal.iter().map(|x| format!("{x:.4}")).collect();
-            return refused(
-                "inertia",
-                format!(
-                    "no body has the principal moments {} kg m^2 about its centre of gravity: each is positive, and at most the sum of the others",
-                    about.join(", ")
-                ),
-            );
-        }
-        let Some(inverse_inertia) = inertia::inverse(&inertia::added(&rigid, &parts.added_mass))
-        else {
-            return refused(
-                "added_mass",
-                "with the body's inertia it is not positive definite".to_owned(),
-            );
-        };
-        let linear = &parts.damping.linear;
-        let symmetrical: Matrix6 =
-            std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (linear[i][j] + linear[j][i])));
-        if let Some(least) =
-            least_eigenvalue(&symmetrical).filter(|least| *least < -1e-9 * norm(linear))
-        {
-            return refused(
-                "linear_damping",
-                format!(
-                    "it feeds energy: the least eigenvalue of its symmetric part is {least:.3e}"
-                ),
-            );
-        }
-        for (i, row) in parts.damping.quadratic.iter().enumerate() {
-            if row.iter().any(|x| !x.is_finite()) || row[i] < 0.0 {
-                return refused(
-                    "quadratic_damping",
-                    format!("row {}: {row:?} feeds energy or is not finite", i + 1),
-                );
-            }
-        }
+        parts.check_sizes()?;
+        let inverse_inertia = parts.inverse_inertia()?;
+        parts.check_damping()?;
         if let Some(term) = parts.terms.iter().find(|term| !term.value.is_finite()) {
             return refused("coefficients", format!("{} is not finite", term.value));
         }
@@ -201,6 +102,108 @@ impl Vehicle {
     #[must_use]
     pub fn parts(&self) -> &Parts {
         &self.parts
+    }
+}
+
+fn refused<T>(entry: &str, reason: impl Into<String>) -> Result<T, Unphysical> {
+    Err(Unphysical::new(entry, reason))
+}
+
+impl Parts {
+    /// Checks weights, places and the hull's extent.
+    fn check_sizes(&self) -> Result<(), Unphysical> {
+        for (entry, value) in [
+            ("mass", self.body.mass),
+            ("weight", self.weight),
+            ("buoyancy", self.buoyancy),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return refused(entry, format!("{value} is not positive"));
+            }
+        }
+        let farthest = FARTHEST * libm::cbrt(self.buoyancy / (1000.0 * GRAVITY));
+        for (entry, place) in [
+            ("centre_of_gravity", self.body.centre_of_gravity),
+            ("centre_of_buoyancy", self.centre_of_buoyancy),
+        ] {
+            if !place.iter().all(|x| x.abs() <= farthest) {
+                let reason = format!(
+                    "{place:?} m is outside any hull of that buoyancy: beyond {farthest:.1} m"
+                );
+                return refused(entry, reason);
+            }
+        }
+        let edge = Hull::of_buoyancy(self.buoyancy).length;
+        for (entry, extent) in [
+            ("hull.length", self.hull.length),
+            ("hull.width", self.hull.width),
+            ("hull.height", self.hull.height),
+        ] {
+            if !(edge / 20.0..=edge * 20.0).contains(&extent) {
+                let reason = format!(
+                    "{extent} m is of no hull of that buoyancy, whose water has an edge of {edge:.3} m"
+                );
+                return refused(entry, reason);
+            }
+        }
+        Ok(())
+    }
+
+    /// The inverse of the inertia of body and water, each of which is checked.
+    fn inverse_inertia(&self) -> Result<Matrix6, Unphysical> {
+        symmetric("added_mass", &self.added_mass)?;
+        if let Some(i) = (0..6).find(|i| self.added_mass[*i][*i] < 0.0) {
+            let reason = format!(
+                "{} on place {} of its diagonal: a body in water has none below 0; published derivatives, as X_udot, have the other sign",
+                self.added_mass[i][i],
+                i + 1
+            );
+            return refused("added_mass", reason);
+        }
+        let rigid = self.body.matrix();
+        symmetric("inertia", &rigid)?;
+        if inertia::inverse(&rigid).is_none() {
+            let reason =
+                "no body has it: with mass and centre of gravity it is not positive definite";
+            return refused("inertia", reason);
+        }
+        let body = &self.body;
+        let about_gravity = inertia::about_origin(body.inertia, -body.mass, body.centre_of_gravity);
+        let principal =
+            nalgebra::Matrix3::from_fn(|i, j| about_gravity[i][j]).symmetric_eigenvalues();
+        let (largest, sum) = (principal.max(), principal.sum());
+        if principal.min() <= 0.0 || 2.0 * largest > sum * (1.0 + 1e-6) {
+            let about: Vec<String> = principal.iter().map(|x| format!("{x:.4}")).collect();
+            let reason = format!(
+                "no body has the principal moments {} kg m^2 about its centre of gravity: each is positive, and at most the sum of the others",
+                about.join(", ")
+            );
+            return refused("inertia", reason);
+        }
+        let inverse = inertia::inverse(&inertia::added(&rigid, &self.added_mass));
+        let reason = "with the body's inertia it is not positive definite";
+        inverse.ok_or_else(|| Unphysical::new("added_mass", reason))
+    }
+
+    /// Checks that damping feeds no energy.
+    fn check_damping(&self) -> Result<(), Unphysical> {
+        let linear = &self.damping.linear;
+        let symmetrical: Matrix6 =
+            std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (linear[i][j] + linear[j][i])));
+        let least = least_eigenvalue(&symmetrical);
+        if let Some(least) = least.filter(|least| *least < -1e-9 * norm(linear)) {
+            let reason = format!(
+                "it feeds energy: the least eigenvalue of its symmetric part is {least:.3e}"
+            );
+            return refused("linear_damping", reason);
+        }
+        for (i, row) in self.damping.quadratic.iter().enumerate() {
+            if row.iter().any(|x| !x.is_finite()) || row[i] < 0.0 {
+                let reason = format!("row {}: {row:?} feeds energy or is not finite", i + 1);
+                return refused("quadratic_damping", reason);
+            }
+        }
+        Ok(())
     }
 }
 
