@@ -176,13 +176,15 @@ impl Table {
         });
     }
 
-    fn lift(&mut self, vehicle: &Vehicle, geometry: &Geometry, reference: &Reference) {
-        let (hull, l) = (geometry.hull, vehicle.reference_length);
-        let file = vehicle.coefficients;
-        let fins = planes(vehicle, geometry);
-        let hull_z_w = hull_lift(vehicle, geometry, l);
-        let mut row = |coefficient, method, computed, in_the_file, factor, unit| {
-            self.rows.push(Row {
+    /// Rows of one coefficient, its name and its value in the file, by methods with their values.
+    fn by_methods<const N: usize>(
+        &mut self,
+        (coefficient, in_the_file): (&'static str, f64),
+        (factor, unit): (f64, Unit),
+        values: [(&'static str, f64); N],
+    ) {
+        for (method, computed) in values {
+            self.row(Row {
                 coefficient,
                 method,
                 computed,
@@ -190,103 +192,89 @@ impl Table {
                 factor,
                 unit,
             });
-        };
-        let per_w = reference.force_per_velocity();
-        for (method, value) in [
-            ("Jones' hull on L, and fins", hull_z_w + fins.z_w()),
-            (
-                "Jones' hull on its own length, and fins",
-                hull_lift(vehicle, geometry, hull.length) + fins.z_w(),
-            ),
-            ("fins alone", fins.z_w()),
-        ] {
-            row("Z'w", method, value, file.z_w, per_w, FORCE_PER_VELOCITY);
         }
-        row(
-            "Z'q",
-            "fins alone",
-            fins.z_q(),
-            file.z_q,
-            reference.impulse(),
-            IMPULSE,
+    }
+
+    fn lift(&mut self, vehicle: &Vehicle, geometry: &Geometry, reference: &Reference) {
+        let (hull, l) = (geometry.hull, vehicle.reference_length);
+        let file = vehicle.coefficients;
+        let fins = planes(vehicle, geometry);
+        let hull_z_w = hull_lift(vehicle, geometry, l);
+        let on_own_length = hull_lift(vehicle, geometry, hull.length);
+        self.by_methods(
+            ("Z'w", file.z_w),
+            (reference.force_per_velocity(), FORCE_PER_VELOCITY),
+            [
+                ("Jones' hull on L, and fins", hull_z_w + fins.z_w()),
+                (
+                    "Jones' hull on its own length, and fins",
+                    on_own_length + fins.z_w(),
+                ),
+                ("fins alone", fins.z_w()),
+            ],
         );
-        row(
-            "Z'delta",
-            "fins",
-            fins.z_delta(),
-            file.z_delta,
-            reference.force(),
-            FORCE,
+        let impulse = (reference.impulse(), IMPULSE);
+        self.by_methods(("Z'q", file.z_q), impulse, [("fins alone", fins.z_q())]);
+        self.by_methods(
+            ("Z'delta", file.z_delta),
+            (reference.force(), FORCE),
+            [("fins", fins.z_delta())],
         );
-        let quarter = Surface {
-            z_w: hull_z_w,
-            arm: 0.25 * hull.length / l,
-        };
-        row(
-            "M'w",
-            "hull lift at its quarter length, and fins",
-            quarter.m_w() + fins.m_w(),
-            file.m_w,
-            reference.impulse(),
-            IMPULSE,
-        );
-        let section = equivalent_diameter(hull.section);
-        match Spheroid::new(hull.length, section) {
-            Some(spheroid) => {
-                let ideal = spheroid.m_w(vehicle.mass / vehicle.reference_mass);
-                row(
-                    "M'w",
-                    "Munk, ideal fluid, no fins",
-                    ideal,
-                    file.m_w,
-                    reference.impulse(),
-                    IMPULSE,
-                );
-                match hull.lift_aft {
-                    Some(aft) => row(
-                        "M'w",
-                        "Munk less the lift aft, and fins",
-                        ideal + hull_z_w * aft / l + fins.m_w(),
-                        file.m_w,
-                        reference.impulse(),
-                        IMPULSE,
-                    ),
-                    None => self.missing.push(
-                        "M'w by Munk less the lift aft: geometry.hull.lift_aft is not given".into(),
-                    ),
-                }
-            }
-            None => self.missing.push(
-                "M'w by Munk: the hull is not longer than the diameter of its section".into(),
-            ),
-        }
+        self.moment_per_heave(vehicle, geometry, reference, hull_z_w);
         let c_p = displacement::prismatic_coefficient(hull.volume, hull.section, l);
         let turning = Surface {
             z_w: hull_z_w,
             arm: -turning_arm(c_p, hull.length, l),
         };
-        for (method, value) in [
-            ("hull lift at C_p / 2, and fins", turning.m_q() + fins.m_q()),
-            ("fins alone", fins.m_q()),
-        ] {
-            let factor = reference.moment_per_rate();
-            self.row(Row {
-                coefficient: "M'q",
-                method,
-                computed: value,
-                in_the_file: Some(file.m_q),
-                factor,
-                unit: MOMENT_PER_RATE,
-            });
+        self.by_methods(
+            ("M'q", file.m_q),
+            (reference.moment_per_rate(), MOMENT_PER_RATE),
+            [
+                ("hull lift at C_p / 2, and fins", turning.m_q() + fins.m_q()),
+                ("fins alone", fins.m_q()),
+            ],
+        );
+        self.by_methods(
+            ("M'delta", file.m_delta),
+            (reference.moment(), MOMENT),
+            [("fins", fins.m_delta())],
+        );
+    }
+
+    /// `M'w`, with the lift of the hull `hull_z_w`.
+    fn moment_per_heave(
+        &mut self,
+        vehicle: &Vehicle,
+        geometry: &Geometry,
+        reference: &Reference,
+        hull_z_w: f64,
+    ) {
+        let (hull, l) = (geometry.hull, vehicle.reference_length);
+        let fins = planes(vehicle, geometry);
+        let m_w = ("M'w", vehicle.coefficients.m_w);
+        let impulse = (reference.impulse(), IMPULSE);
+        let quarter = Surface {
+            z_w: hull_z_w,
+            arm: 0.25 * hull.length / l,
+        };
+        let at_quarter = quarter.m_w() + fins.m_w();
+        let method = "hull lift at its quarter length, and fins";
+        self.by_methods(m_w, impulse, [(method, at_quarter)]);
+        let Some(spheroid) = Spheroid::new(hull.length, equivalent_diameter(hull.section)) else {
+            let reason = "M'w by Munk: the hull is not longer than the diameter of its section";
+            return self.missing.push(reason.into());
+        };
+        let ideal = spheroid.m_w(vehicle.mass / vehicle.reference_mass);
+        self.by_methods(m_w, impulse, [("Munk, ideal fluid, no fins", ideal)]);
+        match hull.lift_aft {
+            Some(aft) => {
+                let less = ideal + hull_z_w * aft / l + fins.m_w();
+                self.by_methods(m_w, impulse, [("Munk less the lift aft, and fins", less)]);
+            }
+            None => self
+                .missing
+                .push("M'w by Munk less the lift aft: geometry.hull.lift_aft is not given".into()),
         }
-        self.row(Row {
-            coefficient: "M'delta",
-            method: "fins",
-            computed: fins.m_delta(),
-            in_the_file: Some(file.m_delta),
-            factor: reference.moment(),
-            unit: MOMENT,
-        });
     }
 
     fn inertia(&mut self, vehicle: &Vehicle, geometry: &Geometry, reference: &Reference) {
