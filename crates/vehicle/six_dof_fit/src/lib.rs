@@ -7,6 +7,7 @@ mod recording;
 
 use std::ops::Range;
 
+use nalgebra::DMatrix;
 use planesman_equations::Run;
 use planesman_fit::{FitOptions, StampedRuns};
 use planesman_identification::SIGMAS_95;
@@ -202,37 +203,7 @@ pub fn fit_six_dof(
     let ((covariance, information), theta) =
         found.ok_or_else(|| SixDofError::Diverges(options.like.clone()))?;
     let globals = &theta.as_slice()[..problem.globals()];
-    let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
-    let estimated = |k: usize, name: &str, like: f64| {
-        // A number is sought relative to itself, all else in its unit.
-        let scale = if k < problem.sought.len() { like } else { 1.0 };
-        Estimated {
-            name: name.to_owned(),
-            value: globals[k] * scale,
-            interval: SIGMAS_95 * deviation(k) * scale.abs(),
-            like,
-        }
-    };
-    let of_file = problem.sought.iter().map(|it| &file.numbers()[*it]);
-    let numbers = of_file
-        .enumerate()
-        .map(|(k, it)| estimated(k, &it.name, it.value));
-    let numbers: Vec<Estimated> = numbers.collect();
-    let others = problem.biased.iter().map(|it| SIGNALS[*it].0);
-    let others = ["north", "east"].into_iter().chain(others).enumerate();
-    let mut current: Vec<Estimated> = others
-        .map(|(k, name)| estimated(numbers.len() + k, name, 0.0))
-        .collect();
-    let biases = current.split_off(2);
-    let mut correlated = Vec::new();
-    for i in 0..numbers.len() {
-        for j in 0..i {
-            let of = covariance[(i, j)] / (deviation(i) * deviation(j));
-            if of.abs() > CORRELATED {
-                correlated.push((numbers[j].name.clone(), numbers[i].name.clone(), of));
-            }
-        }
-    }
+    let (numbers, current, biases) = estimated(&problem, globals, &covariance);
     let relative: Vec<f64> = numbers.iter().map(Estimated::relative).collect();
     let (undetermined, next) = experiments(
         &problem,
@@ -254,14 +225,63 @@ pub fn fit_six_dof(
         noise: noise.collect(),
         sought: problem.sought.clone(),
         file: file.clone(),
+        correlated: correlated(&numbers, &covariance),
         numbers,
         current,
         biases,
-        correlated,
         undetermined,
         next,
         data,
     })
+}
+
+/// The numbers, the current and the biases, each with its interval.
+fn estimated(
+    problem: &Problem<'_>,
+    globals: &[f64],
+    covariance: &DMatrix<f64>,
+) -> (Vec<Estimated>, Vec<Estimated>, Vec<Estimated>) {
+    let estimated = |k: usize, name: &str, like: f64| {
+        // A number is sought relative to itself, all else in its unit.
+        let scale = if k < problem.sought.len() { like } else { 1.0 };
+        Estimated {
+            name: name.to_owned(),
+            value: globals[k] * scale,
+            interval: SIGMAS_95 * deviation(covariance, k) * scale.abs(),
+            like,
+        }
+    };
+    let of_file = problem.sought.iter().map(|it| &problem.file.numbers()[*it]);
+    let numbers = of_file
+        .enumerate()
+        .map(|(k, it)| estimated(k, &it.name, it.value));
+    let numbers: Vec<Estimated> = numbers.collect();
+    let others = problem.biased.iter().map(|it| SIGNALS[*it].0);
+    let others = ["north", "east"].into_iter().chain(others).enumerate();
+    let mut current: Vec<Estimated> = others
+        .map(|(k, name)| estimated(numbers.len() + k, name, 0.0))
+        .collect();
+    let biases = current.split_off(2);
+    (numbers, current, biases)
+}
+
+fn deviation(covariance: &DMatrix<f64>, k: usize) -> f64 {
+    covariance[(k, k)].max(0.0).sqrt()
+}
+
+/// Pairs of numbers whose correlation exceeds [`CORRELATED`], with it.
+fn correlated(numbers: &[Estimated], covariance: &DMatrix<f64>) -> Vec<(String, String, f64)> {
+    let mut pairs = Vec::new();
+    for i in 0..numbers.len() {
+        for j in 0..i {
+            let deviations = deviation(covariance, i) * deviation(covariance, j);
+            let of = covariance[(i, j)] / deviations;
+            if of.abs() > CORRELATED {
+                pairs.push((numbers[j].name.clone(), numbers[i].name.clone(), of));
+            }
+        }
+    }
+    pairs
 }
 
 fn samples(of: &[Window]) -> usize {
