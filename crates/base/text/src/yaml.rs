@@ -193,6 +193,17 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
     Ok(found)
 }
 
+/// A text with other words at some places, which are in their order and do not overlap.
+pub fn edited(text: &str, edits: impl IntoIterator<Item = (Range<usize>, String)>) -> String {
+    let (mut new, mut from) = (String::with_capacity(text.len()), 0);
+    for (place, word) in edits {
+        new += &text[from..place.start];
+        new += &word;
+        from = place.end;
+    }
+    new + &text[from..]
+}
+
 /// The reason of a parser, without names of Rust's types; where it stumbles over a tab, in words.
 fn explained(mut reason: String, text: &str) -> String {
     for (names, words) in [

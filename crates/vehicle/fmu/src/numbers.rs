@@ -34,7 +34,7 @@ impl Numbers {
         // A whole number is a count where the reader does not take it as `5.0`.
         let is_real = |numbers: &[&Number]| {
             let point = |it: &&Number| (it.place.clone(), format!("{}.0", &text[it.place.clone()]));
-            is_taken(&edited(text, numbers.iter().map(point)))
+            is_taken(&yaml::edited(text, numbers.iter().map(point)))
         };
         let is_whole = |it: &&Number| matches!(it.declaration.default, Value::Integer(_));
         let whole: Vec<&Number> = all.iter().filter(is_whole).collect();
@@ -69,7 +69,7 @@ impl Numbers {
             let written = format!("{value} {}", own.unit).trim_end().to_owned();
             Some((number.place.clone(), written))
         });
-        edited(&self.text, edits)
+        yaml::edited(&self.text, edits)
     }
 }
 
@@ -104,15 +104,4 @@ impl Number {
             place: end - written.len()..end,
         })
     }
-}
-
-/// A text with other words at some places, in their order.
-fn edited(text: &str, edits: impl Iterator<Item = (Range<usize>, String)>) -> String {
-    let (mut new, mut from) = (String::with_capacity(text.len()), 0);
-    for (place, word) in edits {
-        new += &text[from..place.start];
-        new += &word;
-        from = place.end;
-    }
-    new + &text[from..]
 }

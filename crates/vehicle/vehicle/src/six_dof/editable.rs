@@ -176,19 +176,8 @@ impl EditableFile {
             }
         }
         edits.sort_by_key(|it| it.0.start);
-        edited(&self.text, edits)
+        yaml::edited(&self.text, edits)
     }
-}
-
-/// A text with other words at some places, which are in their order.
-fn edited(text: &str, edits: Vec<(Range<usize>, String)>) -> String {
-    let (mut new, mut from) = (String::with_capacity(text.len()), 0);
-    for (place, word) in edits {
-        new += &text[from..place.start];
-        new += &word;
-        from = place.end;
-    }
-    new + &text[from..]
 }
 
 /// A number of a file that can be changed.
