@@ -5,6 +5,7 @@
 //! no message is lost: publishers first, the recorder last.
 
 mod launcher;
+mod options;
 
 use std::time::{Duration, Instant};
 
@@ -23,48 +24,14 @@ use planesman_parameters::Value;
 use crate::processes::Processes;
 use crate::run_folder::{Loss, RunFolder};
 use launcher::{Event, LaunchedNode, Launcher};
+use options::yield_to_other_dive;
+
+pub use options::{Options, Pace};
 
 /// Time to detect another loop. A peer is found within 0.2 s, one that starts at the same moment as well.
 const LISTEN_TIME: Duration = Duration::from_millis(500);
 /// Time until killed nodes are forgotten: their lease of 5 s, with a margin.
 const LEASE_TIME: Duration = Duration::from_secs(7);
-
-/// The end of a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
-    /// When every member has answered.
-    Lockstep,
-    /// By the wall clock.
-    Real {
-        /// The real-time factor.
-        factor: f64,
-        /// Stamps from 0, `/clock` published.
-        sim_time: bool,
-    },
-}
-
-impl Pace {
-    /// Whether the vehicle makes `/clock`.
-    fn owns_time(self) -> bool {
-        match self {
-            Self::Lockstep => true,
-            Self::Real { sim_time, .. } => sim_time,
-        }
-    }
-}
-
-/// How a dive is run.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The end of a tick.
-    pub pace: Pace,
-    /// Keep the loop running until Ctrl-C.
-    pub keep_running: bool,
-    /// Show the dive on a page in the browser.
-    pub watch: bool,
-    /// The namespace of all nodes.
-    pub namespace: String,
-}
 
 /// Runs `scenario` into `run` and prints the summary. Returns the published messages that the bag lacks.
 ///
@@ -233,18 +200,6 @@ pub(crate) fn find_no_other_loop<E: 'static>(
             _ => {}
         }
     }
-}
-
-/// Ends this dive if another one holds the claim; of several at once exactly one continues.
-fn yield_to_other_dive(claim: &Claim, options: &Options) -> Result<()> {
-    if let Some(holder) = claim.holder() {
-        bail!(
-            "another dive, {holder}, runs in namespace {}; wait for its end, or choose another ROS_DOMAIN_ID or \
-             --namespace",
-            options.namespace
-        );
-    }
-    Ok(())
 }
 
 /// The parameters that the launcher sets.

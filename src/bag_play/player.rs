@@ -11,9 +11,8 @@ use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_node::{Direction, Next, Publisher, Qos, RawPublisher, RawSample, Runtime};
 use planesman_show::diff::stamp_decoder;
-use planesman_signals::types;
 
-use super::{Event, Plan, PlayArgs, START, Started};
+use super::plan::{Event, Plan, PlayArgs, START, Started, stamps_of};
 
 /// Time in which the middleware's matches settle, and in which the last outputs come.
 const SETTLING: Duration = Duration::from_millis(500);
@@ -63,11 +62,6 @@ pub(super) struct Player {
     since: i64,
     /// The stamp of the tick that is played.
     now: i64,
-}
-
-/// Reads the stamps of a topic's messages.
-pub(super) fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<StampDecoder> {
-    stamp_decoder(&types(bag, topic).ok()?)
 }
 
 fn hash(topic: &Topic) -> Option<&str> {

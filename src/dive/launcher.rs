@@ -23,7 +23,7 @@ use planesman_node::{Client, Connections, Direction, Flow, Next, Runtime, value_
 use planesman_parameters::{Value, Values};
 use recorder::node::BAG;
 
-use super::{Options, yield_to_other_dive};
+use super::options::{Options, yield_to_other_dive};
 use crate::processes::Processes;
 
 /// Timeout of discovery without a new match, and of an answer.

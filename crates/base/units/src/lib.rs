@@ -15,5 +15,4 @@ pub mod read;
 pub use dimension::{
     DEGREE, Dimension, FOOT, FOOT_POUND, INCH, KNOT, POUND_FORCE, PSI, SLUG, Unit,
 };
-pub use quantity::{Error, Quantity, within};
-pub use read::Rule;
+pub use quantity::{Error, Quantity, Rule, within};

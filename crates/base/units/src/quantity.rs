@@ -10,7 +10,7 @@ use serde::de::{
 };
 
 use crate::dimension::symbol;
-use crate::{Dimension, Rule, Unit};
+use crate::{Dimension, Unit};
 
 /// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -256,6 +256,39 @@ impl<'de, T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Visitor<'de> 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
         let Mapping { value, unit } = Mapping::deserialize(MapAccessDeserializer::new(map))?;
         self.read(format!("{value} {unit}"))
+    }
+}
+
+/// What the number of a field may be, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// What a quantity of the dimension can be ([`Dimension::magnitudes`]).
+    Any,
+    /// The same, and above zero.
+    AboveZero,
+    /// From the first to the second.
+    Within([f64; 2]),
+}
+
+impl From<[f64; 2]> for Rule {
+    fn from(range: [f64; 2]) -> Self {
+        Self::Within(range)
+    }
+}
+
+impl Rule {
+    /// The value in SI, if it obeys the rule.
+    ///
+    /// # Errors
+    /// [`Error::Magnitude`], [`Error::NotAboveZero`] or [`Error::Within`].
+    pub fn check(self, value: f64, dimension: Dimension) -> Result<f64, Error> {
+        match self {
+            Self::Within(range) => within(value, range, dimension.units()[0].symbol),
+            Self::AboveZero if value <= 0.0 => {
+                plausible(value, dimension).and(Err(Error::NotAboveZero))
+            }
+            Self::AboveZero | Self::Any => plausible(value, dimension),
+        }
     }
 }
 

@@ -7,41 +7,8 @@ use std::fmt;
 
 use serde::de::{self, Deserializer, Visitor};
 
-use crate::quantity::{Error, Written, plausible, within};
+use crate::quantity::{Rule, Written, within};
 use crate::{Dimension, Quantity};
-
-/// What the number of a field may be, SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rule {
-    /// What a quantity of the dimension can be ([`Dimension::magnitudes`]).
-    Any,
-    /// The same, and above zero.
-    AboveZero,
-    /// From the first to the second.
-    Within([f64; 2]),
-}
-
-impl From<[f64; 2]> for Rule {
-    fn from(range: [f64; 2]) -> Self {
-        Self::Within(range)
-    }
-}
-
-impl Rule {
-    /// The value in SI, if it obeys the rule.
-    ///
-    /// # Errors
-    /// [`Error::Magnitude`], [`Error::NotAboveZero`] or [`Error::Within`].
-    pub fn check(self, value: f64, dimension: Dimension) -> Result<f64, Error> {
-        match self {
-            Self::Within(range) => within(value, range, dimension.units()[0].symbol),
-            Self::AboveZero if value <= 0.0 => {
-                plausible(value, dimension).and(Err(Error::NotAboveZero))
-            }
-            Self::AboveZero | Self::Any => plausible(value, dimension),
-        }
-    }
-}
 
 /// A number with its unit in SI, by the rule of its field.
 ///
@@ -99,14 +66,12 @@ impl Visitor<'_> for Bare {
 /// `Option<f64>` (with `default` for a missing field), `array 3` an `[f64; 3]`.
 ///
 /// ```
-/// use planesman_units::Rule;
-///
 /// planesman_units::readers! {
 ///     mass: Mass, [1e-3, 1e7];
 ///     air: Number, [1e-6, 0.5];
 ///     scatter: Time, [0.0, 1.0], or 0.0;
-///     optional lift_aft: Length, Rule::AboveZero;
-///     array 3 position: Length, Rule::Any;
+///     optional lift_aft: Length, planesman_units::Rule::AboveZero;
+///     array 3 position: Length, planesman_units::Rule::Any;
 /// }
 ///
 /// #[derive(serde::Deserialize)]

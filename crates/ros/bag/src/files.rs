@@ -7,8 +7,7 @@ use std::{
 
 use crate::{
     metadata,
-    read_error::CONVERTER,
-    reader::{BagReader, Limits, ReadError},
+    read_error::{CONVERTER, ReadError},
     recording::Recording,
 };
 
@@ -111,7 +110,7 @@ pub(crate) fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
 }
 
 /// The name of the bag that a file is a part of, and its number there: `NAME_2.mcap`.
-fn part_of(file: &Path) -> (String, u64) {
+pub(crate) fn part_of(file: &Path) -> (String, u64) {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
     let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
@@ -153,29 +152,4 @@ pub(crate) fn listed(files: &[PathBuf]) -> String {
         names.push(format!("and {} more", files.len() - LISTED));
     }
     names.join(", ")
-}
-
-/// Files of bags sorted into bags: the parts of a split bag together, in their order, every other by itself.
-#[must_use]
-pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
-    let mut bags: Vec<Vec<PathBuf>> = Vec::new();
-    for file in files {
-        let is_its = |bag: &&mut Vec<PathBuf>| {
-            bag[0].parent() == file.parent() && part_of(&bag[0]).0 == part_of(file).0
-        };
-        match bags.iter_mut().find(is_its) {
-            Some(bag) => bag.push(file.clone()),
-            None => bags.push(vec![file.clone()]),
-        }
-    }
-    let apart = |bag: &Vec<PathBuf>| {
-        bag.len() > 1
-            && matches!(
-                BagReader::open_all(bag, Limits::default()),
-                Err(ReadError::Several { .. })
-            )
-    };
-    let (several, mut whole): (Vec<_>, Vec<_>) = bags.into_iter().partition(apart);
-    whole.extend(several.into_iter().flatten().map(|file| vec![file]));
-    whole
 }

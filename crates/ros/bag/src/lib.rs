@@ -40,10 +40,10 @@ mod walk;
 pub mod writer;
 
 pub use defect::Defect;
-pub use files::{is_bag_file, sorted_into_bags};
+pub use files::is_bag_file;
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
-pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError};
+pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError, sorted_into_bags};
 pub use topic::{Topic, TopicKind};
 pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

@@ -20,7 +20,7 @@ use crate::{
     BagMetadata, Topic, chunk,
     defect::Defect,
     definitions::CHANNEL,
-    files::{apart, bag_files, instead, is_packed, is_plain, listed, present, unpacked},
+    files::{apart, bag_files, instead, is_packed, is_plain, listed, part_of, present, unpacked},
     metadata::{self, MetadataError},
     recording::{Counts, Recording, Stream},
     records::Damage,
@@ -588,4 +588,29 @@ fn completeness(
         },
         _ => no_metadata.unwrap_or(Completeness::Whole),
     }
+}
+
+/// Files of bags sorted into bags: the parts of a split bag together, in their order, every other by itself.
+#[must_use]
+pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
+    let mut bags: Vec<Vec<PathBuf>> = Vec::new();
+    for file in files {
+        let is_its = |bag: &&mut Vec<PathBuf>| {
+            bag[0].parent() == file.parent() && part_of(&bag[0]).0 == part_of(file).0
+        };
+        match bags.iter_mut().find(is_its) {
+            Some(bag) => bag.push(file.clone()),
+            None => bags.push(vec![file.clone()]),
+        }
+    }
+    let apart = |bag: &Vec<PathBuf>| {
+        bag.len() > 1
+            && matches!(
+                BagReader::open_all(bag, Limits::default()),
+                Err(ReadError::Several { .. })
+            )
+    };
+    let (several, mut whole): (Vec<_>, Vec<_>) = bags.into_iter().partition(apart);
+    whole.extend(several.into_iter().flatten().map(|file| vec![file]));
+    whole
 }

@@ -43,18 +43,10 @@ use crate::{
 };
 use sink::{Gate, Sink, begin, create_new, reason};
 
+pub use sink::Compression;
+
 /// A message's frame and header beside its payload, for the size of a chunk.
 const MESSAGE_OVERHEAD: u64 = 9 + 22;
-
-/// How chunks are compressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Compression {
-    /// Not at all: the least work per message.
-    None,
-    /// Zstandard at its default level, on the writing thread: a third of the size or less.
-    #[default]
-    Zstd,
-}
 
 /// How a bag is written.
 #[derive(Clone, Debug)]

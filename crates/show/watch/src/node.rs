@@ -7,14 +7,14 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
-use planesman_msgs::planesman_msgs::action::{ManoeuvreFeedback, ManoeuvreResult};
+use planesman_msgs::planesman_msgs::action::{Manoeuvre, ManoeuvreFeedback, ManoeuvreResult};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::rcl_interfaces::msg::{Log, ParameterEvent};
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::{Message, cdr};
 use planesman_node::{
-    Definition, DefinitionError, Definitions, Flow, GoalId, GoalStatus, PublishedTopic, Publisher,
-    Qos, RawSample, Runtime, value_of,
+    ActionClient, Definition, DefinitionError, Definitions, Flow, GoalId, GoalStatus,
+    PublishedTopic, Publisher, Qos, RawSample, Runtime, value_of,
 };
 use serde_json::{Value, json};
 
@@ -25,7 +25,6 @@ use crate::command::Request;
 use crate::feeds::Feed;
 use crate::models::{ModelFunctions, Vehicle};
 use crate::nodes::{Nodes, bounded, rounded};
-use page::ManoeuvreClient;
 
 /// Time between two polls for topics that are wanted.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
@@ -99,6 +98,12 @@ pub(crate) struct Watch {
     changes: BTreeMap<String, u64>,
     /// Vehicles that are asked for their parameters now.
     asked: usize,
+}
+
+/// A page's manoeuvre.
+struct ManoeuvreClient {
+    client: ActionClient<Manoeuvre>,
+    goal: Option<GoalId>,
 }
 
 impl Watch {

@@ -11,7 +11,7 @@
 use planesman_units::readers;
 use serde::{Deserialize, Deserializer};
 
-use crate::file::choice;
+use crate::choice::choice;
 
 /// The most supply levels besides the tank.
 pub const MOST_LEVELS: usize = 5;

@@ -2,8 +2,6 @@
 //!
 //! `circuits/dfcu.yaml` is the example; [`BUILT_IN`] has the files that are built in.
 
-use planesman_parameters::Choice;
-use planesman_text::did_you_mean;
 use planesman_text::yaml::{self, Refusal};
 use planesman_units::{Quantity, readers};
 use serde::de::{Error as _, IgnoredAny, MapAccess, Visitor};
@@ -12,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
+use crate::choice::named;
 use crate::circuit::{
     Chamber, Circuit, Control, Edge, Level, Line, Load, MOST_LEVELS, MOST_VALVES, Oil, Valves,
 };
@@ -145,33 +144,6 @@ fn refused_there<T>(field: &str, rule: impl ToString) -> Result<T, Broken> {
         value: None,
         rule: rule.to_string(),
     })
-}
-
-/// The choice of this name.
-fn named<T: Choice>(name: &str) -> Result<T, String> {
-    T::named(name).ok_or_else(|| {
-        let suggestion = did_you_mean(name, T::NAMES.iter().copied());
-        format!("it must be one of {}{suggestion}", T::NAMES.join(", "))
-    })
-}
-
-/// Reads the name of a choice.
-pub(crate) fn choice<'de, D: Deserializer<'de>, T: Choice>(from: D) -> Result<T, D::Error> {
-    struct Name<T>(PhantomData<T>);
-
-    impl<T: Choice> Visitor<'_> for Name<T> {
-        type Value = T;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a string")
-        }
-
-        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<T, E> {
-            named(name).map_err(|rule| E::custom(format!("{name} refused: {rule}")))
-        }
-    }
-
-    from.deserialize_str(Name(PhantomData))
 }
 
 /// Whether a YAML text is meant to be a circuit: it has edges.

@@ -6,6 +6,7 @@
 //! - [`LoadCycle`]: a reference and a force over time; [`run`]: the figures of a circuit that follows one.
 
 mod actuator;
+mod choice;
 mod circuit;
 pub mod coding;
 mod control;

@@ -25,10 +25,8 @@ use collected::{
     seconds,
 };
 
+pub use collected::Points;
 pub(crate) use collected::depth_held;
-
-/// Points over time: s since the first state, and the quantity.
-pub type Points = Vec<(f64, f64)>;
 
 /// Topics with lost messages that a note names.
 const LOST_SHOWN: usize = 10;

@@ -8,6 +8,7 @@ use super::estimate::{Fitted, InUnits};
 use super::excitation::{Own, own};
 use super::finding::Finding;
 use super::layout::Channel;
+use super::options::Options;
 use super::scaled::{Scaled, used};
 use super::selection::{Candidate, Chooser, Effect};
 use crate::analysis::{HeldOutFits, Lag, Verdict};
@@ -24,33 +25,6 @@ use crate::validation::residuals::ResidualTests;
 /// Samples at the beginning in which an input may move and be at rest for all that: no more than a motion at the
 /// beginning accounts for.
 const FIRST: usize = 2;
-
-/// Options of the analysis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
-    /// The order of every channel; `None` for each to have its own.
-    pub order: Option<usize>,
-    /// The delay of every channel, samples; `None` for each to have its own.
-    pub delay: Option<usize>,
-    /// Output error or Box-Jenkins; `None` for cross-validation to choose.
-    pub kind: Option<Kind>,
-    /// Seek an offset of the output.
-    pub offset: bool,
-    /// How each segment begins.
-    pub start: InitialState,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            order: None,
-            delay: None,
-            kind: None,
-            offset: true,
-            start: InitialState::Estimated,
-        }
-    }
-}
 
 /// The transfer function of an input that does something.
 #[derive(Clone, Debug)]

@@ -25,6 +25,7 @@ mod excitation;
 mod finding;
 mod given;
 mod layout;
+mod options;
 mod regressions;
 mod scaled;
 mod selection;
@@ -32,12 +33,13 @@ mod text;
 mod verdict;
 
 pub use analysis::{
-    Analysis, ChannelModel, InputFindings, Options, analyse, analyse_validated, searched_part,
+    Analysis, ChannelModel, InputFindings, analyse, analyse_validated, searched_part,
 };
 pub use excitation::Own;
 pub use finding::Finding;
 pub use given::{Given, Judged};
 pub use layout::Channel;
+pub use options::Options;
 pub use selection::{Candidate, Effect};
 
 #[cfg(test)]

@@ -14,9 +14,9 @@ use planesman_linear::polynomial::product;
 use planesman_parallel::{on_all_cores, stop_point};
 use planesman_record::{Run, Segment};
 
-use super::analysis::Options;
 use super::equations::Equations;
 use super::layout::{Channel, Layout};
+use super::options::Options;
 use super::regressions::{Equation, Regressions};
 use crate::estimators::{Search, independent_share, radius_of_memory};
 use crate::free_motion::without_free_motion;

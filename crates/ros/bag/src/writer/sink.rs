@@ -12,7 +12,15 @@ use std::{
 
 use mcap::{McapError, write::NoSeek};
 
-use super::Compression;
+/// How chunks are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all: the least work per message.
+    None,
+    /// Zstandard at its default level, on the writing thread: a third of the size or less.
+    #[default]
+    Zstd,
+}
 
 /// A new file, and the same file again.
 pub(super) fn create_new(path: &Path) -> io::Result<(File, File)> {

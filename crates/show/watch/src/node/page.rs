@@ -18,13 +18,11 @@ use planesman_msgs::rosbag2_interfaces::srv::{
 };
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use planesman_node::{
-    ActionClient, Client, GoalId, GoalStatus, Qos, Runtime, message_of, value_of,
-};
+use planesman_node::{Client, GoalId, GoalStatus, Qos, Runtime, message_of, value_of};
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
-use super::{Event, Wanted, Watch, namespace};
+use super::{Event, ManoeuvreClient, Wanted, Watch, namespace};
 use crate::board::locked;
 use crate::command::{Command, Goal, done, parameter_of, refused, text_of};
 use crate::feeds::Feed;
@@ -34,12 +32,6 @@ use crate::{Error, charts, units};
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// A manoeuvre's result may take as long as the manoeuvre.
 const MANOEUVRE_TIMEOUT: Duration = Duration::from_secs(24 * 60 * 60);
-
-/// A page's manoeuvre.
-pub(super) struct ManoeuvreClient {
-    pub(super) client: ActionClient<Manoeuvre>,
-    pub(super) goal: Option<GoalId>,
-}
 
 /// A parameter with what the page is told of it.
 pub(super) struct Described {

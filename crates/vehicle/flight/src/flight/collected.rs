@@ -7,7 +7,6 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
 };
 
-use super::Points;
 use crate::in_order::{InOrder, Next};
 use crate::model_summary::identified;
 
@@ -43,6 +42,9 @@ stamped!(
     ModelEstimate,
     ThrusterCommand
 );
+
+/// Points over time: s since the first state, and the quantity.
+pub type Points = Vec<(f64, f64)>;
 
 /// Data collected from one topic's messages, in their order.
 pub(super) trait Collected: Default {
