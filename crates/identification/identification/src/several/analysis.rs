@@ -284,9 +284,12 @@ impl Fitter<'_> {
     /// The fit of the model that is chosen, the first of the candidates then.
     fn best(&self, candidates: &mut Vec<Candidate>) -> Result<(Fitted, InUnits)> {
         // One that all the data does not determine gives way to the next.
-        let at = candidates.iter().position(|it| self.whole(it).is_ok());
-        candidates.drain(..at.unwrap_or_default());
-        let mut found = self.whole(&candidates[0])?;
+        let whole = |(at, it)| Some((at, self.whole(it).ok()?));
+        let (at, mut found) = match candidates.iter().enumerate().find_map(whole) {
+            Some(found) => found,
+            None => (0, self.whole(&candidates[0])?),
+        };
+        candidates.drain(..at);
         // A pole that a zero may cancel is left out where a model with fewer parameters is nearly as good.
         let best = candidates[0].clone();
         while found.1.cancels()
