@@ -128,10 +128,7 @@ impl<T: OptionGroup> DataArgs<T> {
 impl DataArgs {
     /// The options they stand for, of these paths.
     pub(crate) fn options(&self, paths: Vec<PathBuf>) -> DataOptions {
-        DataOptions {
-            sources: Sources::Files(paths),
-            ..self.options.0.clone()
-        }
+        self.options.0.for_files(paths)
     }
 }
 

@@ -83,6 +83,16 @@ impl DataOptions {
         }
     }
 
+    /// The same options for other files and folders.
+    #[must_use]
+    pub fn for_files(&self, paths: Vec<PathBuf>) -> Self {
+        Self {
+            sources: Sources::Files(paths),
+            time: self.time.clone(),
+            ..*self
+        }
+    }
+
     /// All of the data as one source.
     pub(crate) fn open(&self) -> Result<Source, FitError> {
         self.opened(match &self.sources {

@@ -6,7 +6,7 @@ use planesman_signals::{
     without_dynamics,
 };
 
-use crate::data::{DataOptions, Sources, reading};
+use crate::data::{DataOptions, reading};
 use crate::error::FitError;
 use crate::options::{GridOptions, SignalOptions, Validation};
 use crate::steps_in_words::StepsInWords;
@@ -134,10 +134,7 @@ impl SignalOptions {
     ) -> Result<PreparedRecord, FitError> {
         let own = match given {
             Validation::Window(..) => None,
-            Validation::Data(path) => Some(DataOptions {
-                sources: Sources::Files(vec![path.clone()]),
-                ..self.data.clone()
-            }),
+            Validation::Data(path) => Some(self.data.for_files(vec![path.clone()])),
         };
         let grid = self.grid.within(match given {
             Validation::Window(from, to) => vec![(*from, *to)],

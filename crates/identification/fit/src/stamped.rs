@@ -4,7 +4,7 @@ use planesman_equations::{Between, Run, Track};
 use planesman_parallel::Progress;
 use planesman_signals::{Method, Reading, Request, Role, Stretches, hertz, read_samples};
 
-use crate::data::{DataOptions, Sources, reading};
+use crate::data::{DataOptions, reading};
 use crate::declaration::OptionGroup as _;
 use crate::error::FitError;
 use crate::fit::{doubted, told};
@@ -100,10 +100,7 @@ impl FitOptions {
                 self.runs_of(&signals.data, &window, &mut found, inputs.len(), &())?
             }
             Some(Validation::Data(path)) => {
-                let data = DataOptions {
-                    sources: Sources::Files(vec![path.clone()]),
-                    ..signals.data.clone()
-                };
+                let data = signals.data.for_files(vec![path.clone()]);
                 let runs = self.runs_of(&data, &[], &mut found, inputs.len(), progress);
                 runs.map_err(|error| FitError::Validation(Box::new(error)))?
             }
