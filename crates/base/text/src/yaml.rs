@@ -96,7 +96,7 @@ impl Refusal {
 /// Between the value and the rule of a [`Refusal`].
 const REFUSED: &str = " refused: ";
 
-/// The value at a path, as `oil.return` or `fins[0].area`; `None` where there is none or it is no `T`.
+/// The value at a path, as `oil.return` or `fins[0].area`; `None` if the path leads nowhere or the value is not a `T`.
 fn value_at<T: DeserializeOwned>(text: &str, path: &str) -> Option<T> {
     let mut value: &Value = &from_str(text).ok()?;
     for key in path.replace('[', ".[").split('.') {
