@@ -45,7 +45,9 @@ fn main() -> ExitCode {
     {
         return forwarder::main(mtu, seed);
     }
-    let mut trials = link_trials();
+    // The longest first, which the others then run beside.
+    let mut trials = joined::trials();
+    trials.extend(link_trials());
     trials.extend(nodes::trials());
     trials.extend(links::trials());
     trials.extend(crowd::trials());
@@ -53,7 +55,6 @@ fn main() -> ExitCode {
     trials.extend(sizes::trials());
     trials.extend(farewells::trials());
     trials.extend(static_peers::trials());
-    trials.extend(joined::trials());
     trials.extend(page_attacks::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
         assert!(
@@ -61,7 +62,12 @@ fn main() -> ExitCode {
             "no cell {name}"
         );
     }
-    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+    let mut arguments = Arguments::from_args();
+    // As Rust's own test programs do.
+    let threads = std::env::var("RUST_TEST_THREADS");
+    let threads = threads.ok().and_then(|it| it.parse().ok());
+    arguments.test_threads = arguments.test_threads.or(threads);
+    libtest_mimic::run(&arguments, trials).exit_code()
 }
 
 /// A test that always runs, or only when all are asked for.
