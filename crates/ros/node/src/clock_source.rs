@@ -1,15 +1,16 @@
 //! Where the node's clock gets its time: the machine, or `/clock`.
 
 use crate::error::Result;
-use std::rc::Rc;
+use std::{rc::Rc, sync::Arc};
 
+use futures::FutureExt as _;
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 
 use crate::{
     endpoint::Direction,
     qos::Qos,
     shared::{Shared, types_of},
-    subscription::{non_finite, pump},
+    subscription::{self, Unread, non_finite},
 };
 
 /// Takes the node's time from `/clock`, subscribed to now if need be, or from the machine.
@@ -28,14 +29,16 @@ pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> Result<()> {
         types,
         Qos::sensor().of_one_publisher(),
     )?;
-    let reader = shared.with_node(|node| node.create_subscription::<Clock>(&dds, None))?;
+    let clock = Arc::clone(&shared.clock);
+    let read = move |it: Unread, _: &_| {
+        let message: Clock = it.message()?;
+        if let Some(reason) = non_finite(&message) {
+            return Err(reason);
+        }
+        let clock = Arc::clone(&clock);
+        Ok(async move { clock.on_clock(&message.clock) }.boxed_local())
+    };
+    subscription::start(shared, endpoint, &dds, None, Box::new(read))?;
     shared.follows_clock.set(true);
-    let state = Rc::clone(shared);
-    shared.spawn(async move {
-        let ours = Rc::clone(&state);
-        let tick = async move |message: Clock, _: &_| ours.clock.on_clock(&message.clock);
-        let reason_against = |message: &Clock, _: &_| non_finite(message);
-        pump(state, endpoint, reader.async_stream(), reason_against, tick).await;
-    });
     Ok(())
 }

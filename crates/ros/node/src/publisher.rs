@@ -1,6 +1,9 @@
 //! Publishers.
 
-use std::rc::{Rc, Weak};
+use std::{
+    marker::PhantomData,
+    rc::{Rc, Weak},
+};
 
 use planesman_msgs::Message;
 
@@ -12,88 +15,77 @@ use crate::{
 
 /// Sends messages of one type on one topic. Clones send through the same writer.
 pub struct Publisher<M: Message> {
-    pub(crate) shared: Rc<Shared>,
-    pub(crate) endpoint: Rc<Endpoint>,
-    pub(crate) writer: Weak<ros2_client::Publisher<M>>,
+    writer: RawPublisher,
+    of: PhantomData<fn(&M)>,
 }
 
 impl<M: Message> Clone for Publisher<M> {
     fn clone(&self) -> Self {
-        Self {
-            shared: Rc::clone(&self.shared),
-            endpoint: Rc::clone(&self.endpoint),
-            writer: Weak::clone(&self.writer),
-        }
+        Self::new(self.writer.clone())
     }
 }
 
 impl<M: Message> Publisher<M> {
+    pub(crate) fn new(writer: RawPublisher) -> Self {
+        let of = PhantomData;
+        Self { writer, of }
+    }
+
+    pub(crate) fn endpoint(&self) -> &Rc<Endpoint> {
+        &self.writer.endpoint
+    }
+
     /// Sends `message`, and says whether it went out.
     ///
     /// It does not go out when it holds a number that is not finite, or when the network takes
     /// nothing any more. Both are counted, logged (not too often) and shown in the diagnostics. A reader
     /// that does not acknowledge loses the oldest messages, and is named in the log. The call waits 5 ms at most.
     pub fn publish(&self, message: &M) -> bool {
-        let topic = &self.endpoint.topic;
-        if let Some(field) = message.first_non_finite() {
-            count(&self.endpoint.refused);
-            self.shared
-                .warn(topic, &format!("not published: {field} is not finite"));
-            return false;
-        }
-        let Some(writer) = self.writer.upgrade() else {
-            return false; // The node is shutting down.
-        };
-        match writer.publish(message.clone()) {
-            Ok(()) => {
-                count(&self.endpoint.passed);
-                true
-            }
-            Err(error) => {
-                count(&self.endpoint.dropped);
-                self.shared.warn(topic, &format!("not published: {error}"));
-                false
-            }
+        match message.first_non_finite() {
+            Some(field) => self.writer.refuse(&format!("{field} is not finite")),
+            None => self.writer.send(Bytes::of(message)),
         }
     }
 
     /// The topic's absolute name after remapping.
     #[must_use]
     pub fn topic(&self) -> &str {
-        &self.endpoint.topic
+        &self.writer.endpoint.topic
     }
 
     /// The number of matched readers of other nodes.
     #[must_use]
     pub fn readers(&self) -> usize {
-        self.shared.participant().map_or(0, |participant| {
-            self.endpoint.peers(&Matched::with(&participant))
+        self.writer.shared.participant().map_or(0, |participant| {
+            self.writer.endpoint.peers(&Matched::with(&participant))
         })
     }
 
     /// Nobody else is to publish here: whoever does shows as an error in the diagnostics and the log.
     #[must_use]
     pub fn sole(self) -> Self {
-        self.endpoint.sole.set(true);
+        self.writer.endpoint.sole.set(true);
         self
     }
 
     /// The number of other nodes' publishers on the topic.
     #[must_use]
     pub fn others(&self) -> usize {
-        self.shared
+        self.writer
+            .shared
             .participant()
-            .map_or(0, |participant| self.endpoint.others(&participant))
+            .map_or(0, |participant| self.writer.endpoint.others(&participant))
     }
 
     /// The number of messages sent.
     #[must_use]
     pub fn published(&self) -> u64 {
-        self.endpoint.passed.get()
+        self.writer.endpoint.passed.get()
     }
 }
 
-/// Sends payloads as they are, for playing what was recorded.
+/// Sends payloads as they are, for playing what was recorded. Clones send through the same writer.
+#[derive(Clone)]
 pub struct RawPublisher {
     pub(crate) shared: Rc<Shared>,
     pub(crate) endpoint: Rc<Endpoint>,
@@ -104,26 +96,35 @@ impl RawPublisher {
     /// Sends a CDR payload in little endian, with its four bytes of encapsulation, and says whether it went out. One in another encoding
     /// does not.
     pub fn publish(&self, payload: &[u8]) -> bool {
-        let topic = &self.endpoint.topic;
-        if !payload.starts_with(&[0, 1]) {
-            count(&self.endpoint.refused);
-            self.shared
-                .warn(topic, "not published: it is not CDR in little endian");
-            return false;
+        match payload.starts_with(&[0, 1]) {
+            true => self.send(Bytes::raw(payload)),
+            false => self.refuse("it is not CDR in little endian"),
         }
+    }
+
+    fn send(&self, payload: Bytes) -> bool {
         let Some(writer) = self.writer.upgrade() else {
             return false; // The node is shutting down.
         };
-        match writer.publish(Bytes::raw(payload)) {
-            Ok(()) => {
-                count(&self.endpoint.passed);
-                true
-            }
-            Err(error) => {
+        let sent = writer.publish(payload);
+        match sent {
+            Ok(()) => count(&self.endpoint.passed),
+            Err(ref error) => {
                 count(&self.endpoint.dropped);
-                self.shared.warn(topic, &format!("not published: {error}"));
-                false
+                self.warn(&error.to_string());
             }
         }
+        sent.is_ok()
+    }
+
+    fn refuse(&self, reason: &str) -> bool {
+        count(&self.endpoint.refused);
+        self.warn(reason);
+        false
+    }
+
+    fn warn(&self, reason: &str) {
+        let text = format!("not published: {reason}");
+        self.shared.warn(&self.endpoint.topic, &text);
     }
 }

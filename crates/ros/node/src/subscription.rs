@@ -7,114 +7,193 @@ use std::{
     time::{Duration, Instant},
 };
 
-use futures::{Stream, StreamExt as _};
-use planesman_msgs::{Message, loop_topics};
-use ros2_client::{Gid, MessageInfo, ReadError};
-use rustdds::GUID;
+use futures::{StreamExt as _, future::LocalBoxFuture};
+use planesman_msgs::{Message, cdr, loop_topics};
+use ros2_client::{Gid, MessageInfo, Subscription};
+use rustdds::{GUID, Topic};
 
 use crate::{
     discovered::{ParticipantId, have_a_name_in_common, homes_of, prefix, writes},
     endpoint::{Endpoint, count},
+    error::Result,
+    raw::WholePayload,
+    receive_limits::{Gate, LargeMessage},
     shared::{STOPPED, Shared},
 };
 
-/// Hands the samples of one reader on as they come, until the node shuts down.
+/// A message as it came.
+pub(crate) struct Unread {
+    /// With its 4-byte encapsulation header.
+    pub(crate) payload: Vec<u8>,
+    /// Of one that came through the gate of large messages.
+    pub(crate) large: Option<LargeMessage>,
+}
+
+impl Unread {
+    /// # Errors
+    /// Why it is not such a message.
+    pub(crate) fn message<M: Message>(&self) -> Result<M, String> {
+        cdr::from_bytes(&self.payload).map_err(|error| error.to_string())
+    }
+}
+
+/// Hands a message on to the node.
+pub(crate) type Delivery = LocalBoxFuture<'static, ()>;
+
+/// Reads a message, or says why it must not pass.
+pub(crate) type Read = Box<dyn Fn(Unread, &MessageInfo) -> Result<Delivery, String>>;
+
+/// Opens a reader of the topic, and hands its messages on as they come, until the node shuts down. Large ones come through the gate.
 ///
-/// Refused, with the topic and the reason in the log, are what cannot be decoded, what
-/// `reason_against` objects to, and what comes from a writer of another type.
-pub(crate) async fn pump<M>(
+/// The reader knows bytes only: the middleware's part is compiled once, and not for each type of message.
+///
+/// # Errors
+/// When the middleware refuses.
+pub(crate) fn start(
+    shared: &Rc<Shared>,
+    endpoint: Rc<Endpoint>,
+    topic: &Topic,
+    gate: Option<Rc<Gate>>,
+    read: Read,
+) -> Result<()> {
+    let reader = shared.with_node(|node| node.create_subscription(topic, None))?;
+    shared.spawn(pump(Rc::clone(shared), endpoint, reader, gate, read));
+    Ok(())
+}
+
+/// Refused, with the topic and the reason in the log, are what comes from a writer of another type, and what `read` refuses.
+async fn pump(
     shared: Rc<Shared>,
     endpoint: Rc<Endpoint>,
-    samples: impl Stream<Item = Result<(M, MessageInfo), ReadError>>,
-    reason_against: impl Fn(&M, &MessageInfo) -> Option<String>,
-    mut deliver: impl AsyncFnMut(M, &MessageInfo),
+    reader: Subscription<Vec<u8>>,
+    gate: Option<Rc<Gate>>,
+    read: Read,
 ) {
-    let mut objections: BTreeMap<Gid, String> = BTreeMap::new();
-    let mut objection_to = |writer: Gid| -> Option<String> {
-        if let Some(known) = objections.get(&writer) {
-            return Some(known.clone()).filter(|objection| !objection.is_empty());
-        }
-        let found = endpoint.objection_to(writer, &shared.participant()?)?;
-        objections.insert(writer, found.clone());
-        Some(found).filter(|objection| !objection.is_empty())
+    let samples = reader.async_stream_seed(WholePayload).boxed_local();
+    let size = |sample: &Result<(Vec<u8>, _), _>| sample.as_ref().map_or(0, |(it, _)| it.len());
+    let mut samples = match &gate {
+        Some(gate) => gate.guard(samples, size).boxed_local(),
+        None => samples.map(|sample| (sample, None)).boxed_local(),
     };
-    let mut followed = Followed::default();
-    let owner = owner_of(&shared.names.namespace, &endpoint.topic);
-    // Participants that had that node: one that has ended its flight is not a stranger. And when they were last looked for, since a rival
-    // speaks hundreds of times a second.
-    let mut homes: BTreeSet<ParticipantId> = BTreeSet::new();
-    let mut looked: Option<Instant> = None;
+    let mut publishers = Publishers::new(&shared, &endpoint);
     // Of nodes that may have come in place of one that has died.
-    let mut waiting: VecDeque<(M, MessageInfo)> = VecDeque::new();
-    let mut passage_of = |writer: Gid| -> Passage {
-        let Some(sender) = prefix(GUID::from(writer)) else {
-            return Passage::Free;
-        };
-        let Some(silence) = endpoint.follows_one else {
-            shared.heard(sender);
-            return Passage::Free;
-        };
-        let participant = shared.participant();
-        let participant = participant.as_ref();
-        // The node whose topic it is goes before whoever came first.
-        if let (Some(owner), Some(it)) = (&owner, participant)
-            && !homes.contains(&sender)
-            && homes.len() < Followed::MAX_RIVALS
-            && looked.is_none_or(|at| at.elapsed() > LOOK)
-        {
-            looked = Some(Instant::now());
-            homes.extend(homes_of(it, owner));
-        }
-        if let Some((first, _)) = followed.first
-            && homes.contains(&sender)
-            && !homes.contains(&first)
-        {
-            followed.first = Some((sender, Instant::now()));
-        }
-        let publishes = |id| participant.is_some_and(|it| writes(it, &endpoint.dds_topic(), id));
-        let doubles = |id| {
-            shared.hears(id) && participant.is_some_and(|it| have_a_name_in_common(it, id, sender))
-        };
-        followed.passes(sender, Instant::now(), silence, publishes, doubles)
-    };
-    futures::pin_mut!(samples);
-    while let Some(sample) = samples.next().await {
+    let mut waiting: VecDeque<(Delivery, MessageInfo)> = VecDeque::new();
+    while let Some((sample, large)) = samples.next().await {
         let judged = match sample {
             Err(error) => Err(error.to_string()),
-            Ok((message, info)) => match objection_to(info.publisher_gid())
-                .or_else(|| reason_against(&message, &info))
-            {
-                Some(reason) => Err(reason),
-                // Asked last: a message that is refused makes its publisher nobody to follow.
-                None => match passage_of(info.publisher_gid()) {
-                    Passage::Free => Ok((message, info)),
-                    Passage::Undecided if waiting.len() < MAX_WAITING => {
-                        waiting.push_back((message, info));
-                        continue;
-                    }
-                    _ => Err("another node publishes here, and came first".to_owned()),
-                },
+            Ok((payload, info)) => match publishers.objection_to(info.publisher_gid()) {
+                Some(objection) => Err(objection),
+                None => read(Unread { payload, large }, &info).map(|delivery| (delivery, info)),
+            },
+        };
+        // Asked last: a message that is refused makes its publisher nobody to follow.
+        let judged = match judged {
+            Err(reason) => Err(reason),
+            Ok((delivery, info)) => match publishers.passage_of(info.publisher_gid()) {
+                Passage::Free => Ok((delivery, info)),
+                Passage::Undecided if waiting.len() < MAX_WAITING => {
+                    waiting.push_back((delivery, info));
+                    continue;
+                }
+                _ => Err("another node publishes here, and came first".to_owned()),
             },
         };
         match judged {
-            Ok((message, info)) => {
+            Ok((delivery, info)) => {
                 let sender = |info: &MessageInfo| prefix(GUID::from(info.publisher_gid()));
                 for (before, of) in waiting.drain(..) {
                     if sender(&of) == sender(&info) {
                         count(&endpoint.passed);
-                        deliver(before, &of).await;
+                        before.await;
                     } else {
                         count(&endpoint.refused);
                     }
                 }
                 count(&endpoint.passed);
-                deliver(message, &info).await;
+                delivery.await;
             }
             Err(reason) => {
                 count(&endpoint.refused);
                 shared.warn(&endpoint.topic, &format!("a message is refused: {reason}"));
             }
         }
+    }
+}
+
+/// Those who publish on a topic, as one subscription sees them.
+struct Publishers<'a> {
+    shared: &'a Shared,
+    endpoint: &'a Endpoint,
+    /// What is against each writer; empty if nothing is.
+    objections: BTreeMap<Gid, String>,
+    followed: Followed,
+    /// The node whose topic it is.
+    owner: Option<String>,
+    /// Participants that had that node: one that has ended its flight is not a stranger.
+    homes: BTreeSet<ParticipantId>,
+    /// When they were last looked for: a rival speaks hundreds of times a second.
+    looked: Option<Instant>,
+}
+
+impl<'a> Publishers<'a> {
+    fn new(shared: &'a Shared, endpoint: &'a Endpoint) -> Self {
+        Self {
+            shared,
+            endpoint,
+            objections: BTreeMap::new(),
+            followed: Followed::default(),
+            owner: owner_of(&shared.names.namespace, &endpoint.topic),
+            homes: BTreeSet::new(),
+            looked: None,
+        }
+    }
+
+    fn objection_to(&mut self, writer: Gid) -> Option<String> {
+        let known = match self.objections.get(&writer) {
+            Some(known) => known.clone(),
+            None => {
+                let participant = self.shared.participant()?;
+                let found = self.endpoint.objection_to(writer, &participant)?;
+                self.objections.insert(writer, found.clone());
+                found
+            }
+        };
+        Some(known).filter(|objection| !objection.is_empty())
+    }
+
+    fn passage_of(&mut self, writer: Gid) -> Passage {
+        let Some(sender) = prefix(GUID::from(writer)) else {
+            return Passage::Free;
+        };
+        let Some(silence) = self.endpoint.follows_one else {
+            self.shared.heard(sender);
+            return Passage::Free;
+        };
+        let participant = self.shared.participant();
+        let participant = participant.as_ref();
+        // The node whose topic it is goes before whoever came first.
+        if let (Some(owner), Some(it)) = (&self.owner, participant)
+            && !self.homes.contains(&sender)
+            && self.homes.len() < Followed::MAX_RIVALS
+            && self.looked.is_none_or(|at| at.elapsed() > LOOK)
+        {
+            self.looked = Some(Instant::now());
+            self.homes.extend(homes_of(it, owner));
+        }
+        if let Some((first, _)) = self.followed.first
+            && self.homes.contains(&sender)
+            && !self.homes.contains(&first)
+        {
+            self.followed.first = Some((sender, Instant::now()));
+        }
+        let publishes =
+            |id| participant.is_some_and(|it| writes(it, &self.endpoint.dds_topic(), id));
+        let doubles = |id| {
+            self.shared.hears(id)
+                && participant.is_some_and(|it| have_a_name_in_common(it, id, sender))
+        };
+        self.followed
+            .passes(sender, Instant::now(), silence, publishes, doubles)
     }
 }
 

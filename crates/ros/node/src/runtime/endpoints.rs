@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-use futures::StreamExt as _;
+use futures::{FutureExt as _, StreamExt as _};
 use planesman_msgs::{
     Action, Message, Service,
     diagnostic_msgs::msg::DiagnosticArray,
@@ -11,6 +11,7 @@ use planesman_msgs::{
 };
 use ros2_client::{MessageInfo, ServiceTypeName, service::ServiceMapping};
 use rustdds::{GUID, discovery::announce_type_hash};
+use smol::channel::Sender;
 
 use super::{Queued, Runtime};
 use crate::{
@@ -23,12 +24,12 @@ use crate::{
     publisher::{Publisher, RawPublisher},
     qos::Qos,
     qos_overrides,
-    raw::{RawSample, WholePayload},
-    receive_limits::LargeMessage,
+    raw::RawSample,
+    receive_limits::Gate,
     service::{self, Client, Responder},
     share::RequestSlot,
     shared::{Shared, type_parts, types_of},
-    subscription::{Speakers, non_finite, pump},
+    subscription::{self, Delivery, Read, Speakers, Unread, non_finite},
 };
 
 /// The topic of the loop of that name, if it is of the type.
@@ -48,7 +49,7 @@ impl<E: 'static> Runtime<E> {
     /// When the name breaks ROS's rules, or the middleware refuses.
     pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let publisher = self.unlisted_publisher(topic, qos)?;
-        self.list(&publisher.endpoint);
+        self.list(publisher.endpoint());
         Ok(publisher)
     }
 
@@ -122,32 +123,34 @@ impl<E: 'static> Runtime<E> {
         event: impl Fn(M) -> E + 'static,
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
-        let types = types_of::<M>();
-        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
-        let reader = self
-            .shared
-            .with_node(|node| node.create_subscription::<M>(&dds, None))?;
+        let speakers = Speakers::new(&self.shared);
+        let (sender, event) = (self.sender.clone(), Rc::new(event));
+        let read = move |it: Unread, info: &MessageInfo| {
+            let message: M = it.message()?;
+            let reason = non_finite(&message)
+                .or_else(|| reason_against(&message))
+                .or_else(|| speakers.reason_against(info.publisher_gid(), &nodes(&message)));
+            if let Some(reason) = reason {
+                return Err(reason);
+            }
+            let event = Rc::clone(&event);
+            Ok(sent_to(&sender, Box::new(move || event(message).into())))
+        };
+        self.open(&topic, types_of::<M>(), qos, None, Box::new(read))
+    }
+
+    /// Hands the messages on `topic`, named in full, to the node as `read` does.
+    fn open(
+        &self,
+        topic: &str,
+        types: TypeNames,
+        qos: Qos,
+        gate: Option<Rc<Gate>>,
+        read: Read,
+    ) -> Result<()> {
+        let (endpoint, dds) = self.endpoint(Direction::Subscription, topic, types, qos)?;
+        subscription::start(&self.shared, Rc::clone(&endpoint), &dds, gate, read)?;
         self.list(&endpoint);
-        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
-        self.shared.spawn(async move {
-            let deliver = async |message, _: &MessageInfo| {
-                let _ = sender.send(event(message).into()).await; // Fails only at shutdown.
-            };
-            let speakers = Speakers::new(&shared);
-            let reason_against = |message: &M, info: &MessageInfo| {
-                non_finite(message)
-                    .or_else(|| reason_against(message))
-                    .or_else(|| speakers.reason_against(info.publisher_gid(), &nodes(message)))
-            };
-            pump(
-                shared,
-                endpoint,
-                reader.async_stream(),
-                reason_against,
-                deliver,
-            )
-            .await;
-        });
         Ok(())
     }
 
@@ -190,32 +193,18 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = names_of(type_name, type_hash)?;
-        let (endpoint, dds) = self.endpoint(Direction::Subscription, &topic, types, qos)?;
-        let reader = self
-            .shared
-            .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
-        self.list(&endpoint);
-        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
-        let gate = Rc::clone(&self.gate);
-        self.shared.spawn(async move {
-            let samples = reader.async_stream_seed(WholePayload).boxed_local();
-            let samples = gate
-                .guard(samples, |sample| {
-                    sample.as_ref().map_or(0, |(bytes, _)| bytes.len())
-                })
-                .map(|(sample, large)| sample.map(|(bytes, info)| ((bytes, large), info)));
-            let deliver = async |(bytes, large): (Vec<u8>, Option<LargeMessage>),
-                                 info: &MessageInfo| {
-                let sample = RawSample::new(&topic, bytes, info);
-                let queued = Queued {
-                    event: event(sample),
-                    hold: large.into(),
-                };
-                let _ = sender.send(queued).await;
+        let (sender, event, name) = (self.sender.clone(), Rc::new(event), topic.clone());
+        let read = move |it: Unread, info: &MessageInfo| {
+            let sample = RawSample::new(&name, it.payload, info);
+            let (event, hold) = (Rc::clone(&event), it.large.into());
+            let queued = move || Queued {
+                event: event(sample),
+                hold,
             };
-            pump(shared, endpoint, samples, |_, _| None, deliver).await;
-        });
-        Ok(())
+            Ok(sent_to(&sender, Box::new(queued)))
+        };
+        let gate = Rc::clone(&self.gate);
+        self.open(&topic, types, qos, Some(gate), Box::new(read))
     }
 
     /// Opens `topic` for sending payloads as they are; names as of [`Runtime::subscribe_raw`].
@@ -231,11 +220,16 @@ impl<E: 'static> Runtime<E> {
     ) -> Result<RawPublisher> {
         let topic = self.shared.topic_name(topic)?;
         let types = names_of(type_name, type_hash)?;
-        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
+        let writer = self.writer(&topic, types, qos)?;
+        self.list(&writer.endpoint);
+        Ok(writer)
+    }
+
+    fn writer(&self, topic: &str, types: TypeNames, qos: Qos) -> Result<RawPublisher> {
+        let (endpoint, dds) = self.endpoint(Direction::Publisher, topic, types, qos)?;
         let writer = self
             .shared
             .with_node(|node| node.create_publisher(&dds, None))?;
-        self.list(&endpoint);
         Ok(RawPublisher {
             shared: Rc::clone(&self.shared),
             endpoint,
@@ -256,25 +250,21 @@ impl<E: 'static> Runtime<E> {
         let (endpoint, dds) =
             self.shared
                 .endpoint(Direction::Subscription, &topic, types, Qos::reliable(100))?;
-        let reader = self
-            .shared
-            .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
-        let (shared, ours) = (Rc::clone(&self.shared), claim.clone());
-        self.shared.spawn(async move {
-            let deliver = async |array: DiagnosticArray, info: &MessageInfo| {
-                if let Some(sender) = discovered::prefix(GUID::from(info.publisher_gid())) {
+        let ours = claim.clone();
+        let read = move |it: Unread, info: &MessageInfo| {
+            let array: DiagnosticArray = it.message()?;
+            let (ours, sender) = (
+                ours.clone(),
+                discovered::prefix(GUID::from(info.publisher_gid())),
+            );
+            let observe = async move {
+                if let Some(sender) = sender {
                     ours.observe(&array, sender);
                 }
             };
-            pump(
-                shared,
-                endpoint,
-                reader.async_stream(),
-                |_, _| None,
-                deliver,
-            )
-            .await;
-        });
+            Ok(observe.boxed_local())
+        };
+        subscription::start(&self.shared, endpoint, &dds, None, Box::new(read))?;
         Ok(claim)
     }
 
@@ -451,17 +441,22 @@ impl<E: 'static> Runtime<E> {
         qos: Qos,
     ) -> Result<Publisher<M>> {
         let topic = self.shared.topic_name(topic)?;
-        let types = types_of::<M>();
-        let (endpoint, dds) = self.endpoint(Direction::Publisher, &topic, types, qos)?;
-        let writer = self
-            .shared
-            .with_node(|node| node.create_publisher::<M>(&dds, None))?;
-        Ok(Publisher {
-            shared: Rc::clone(&self.shared),
-            endpoint,
-            writer: Rc::downgrade(&self.shared.keep(writer)),
-        })
+        Ok(Publisher::new(self.writer(&topic, types_of::<M>(), qos)?))
     }
+}
+
+/// What sends an event to the handler, made when it is to go.
+///
+/// In a box: its code is then compiled once for each node, and not for each type of message.
+fn sent_to<E: 'static>(
+    sender: &Sender<Queued<E>>,
+    event: Box<dyn FnOnce() -> Queued<E>>,
+) -> Delivery {
+    let sender = sender.clone();
+    let sent = async move {
+        let _ = sender.send(event()).await; // Fails only at shutdown.
+    };
+    sent.boxed_local()
 }
 
 /// The names of a type that is known by its ROS name only.
