@@ -80,93 +80,97 @@ pub(crate) fn symbol(spelt: &str) -> &str {
     known.map_or(spelt, |(_, symbol)| symbol)
 }
 
-/// The dimension of a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dimension {
+/// A unit as `SYMBOL = SI` or `SYMBOL / OF WHICH SO MANY MAKE AN SI UNIT`.
+macro_rules! unit {
+    ($symbol:literal = $multiplier:expr) => {
+        Unit::new($symbol, $multiplier)
+    };
+    ($symbol:literal / $divisor:expr) => {
+        Unit::fraction($symbol, $divisor)
+    };
+}
+
+macro_rules! dimensions {
+    ($(#[doc = $doc:literal] $name:ident: $($symbol:literal $sign:tt $factor:expr),+;)+) => {
+        /// The dimension of a quantity.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Dimension {
+            $(#[doc = $doc] $name,)+
+        }
+
+        impl Dimension {
+            const ALL: &[Self] = &[$(Self::$name),+];
+
+            /// The units a quantity of this dimension may have, the SI unit first.
+            #[must_use]
+            pub fn units(self) -> &'static [Unit] {
+                match self {
+                    $(Self::$name => const { &[$(unit!($symbol $sign $factor)),+] },)+
+                }
+            }
+        }
+    };
+}
+
+dimensions! {
     /// Plane angle, rad.
-    Angle,
+    Angle: "rad" = 1.0, "deg" = DEGREE;
     /// Turning rate, rad/s.
-    Rate,
+    Rate: "rad/s" = 1.0, "deg/s" = DEGREE;
     /// Length, m.
-    Length,
+    Length: "m" = 1.0, "cm" / 1e2, "mm" / 1e3, "in" = INCH, "ft" = FOOT;
     /// Area, m^2.
-    Area,
+    Area: "m^2" = 1.0, "cm^2" / 1e4, "mm^2" / 1e6, "in^2" = INCH * INCH, "ft^2" = FOOT * FOOT;
     /// Volume, m^3.
-    Volume,
+    Volume: "m^3" = 1.0, "L" / 1e3, "cm^3" / 1e6, "mm^3" / 1e9, "in^3" = INCH * INCH * INCH, "ft^3" = FOOT * FOOT * FOOT;
     /// Flow of volume, m^3/s.
-    Flow,
+    Flow: "m^3/s" = 1.0, "L/min" / 6e4, "mm^3/s" / 1e9, "in^3/s" = INCH * INCH * INCH;
     /// Speed, m/s.
-    Speed,
+    Speed: "m/s" = 1.0, "ft/s" = FOOT, "kn" = KNOT, "km/h" / 3.6;
     /// Acceleration, m/s^2.
-    Acceleration,
+    Acceleration: "m/s^2" = 1.0, "ft/s^2" = FOOT;
     /// Time, s.
-    Time,
+    Time: "s" = 1.0, "ms" / 1e3;
     /// Frequency, Hz.
-    Frequency,
+    Frequency: "Hz" = 1.0;
     /// Mass, kg.
-    Mass,
+    Mass: "kg" = 1.0, "slug" = SLUG, "lb s^2/in" = POUND_FORCE / INCH;
     /// Moment of inertia, kg m^2.
-    Inertia,
+    Inertia: "kg m^2" = 1.0, "ft lbf s^2" = FOOT_POUND;
     /// Density, kg/m^3.
-    Density,
+    Density: "kg/m^3" = 1.0, "slug/ft^3" = SLUG / (FOOT * FOOT * FOOT);
     /// Kinematic viscosity, m^2/s.
-    Viscosity,
+    Viscosity: "m^2/s" = 1.0, "mm^2/s" / 1e6, "ft^2/s" = FOOT * FOOT;
     /// Force, N.
-    Force,
+    Force: "N" = 1.0, "kN" = 1e3, "lbf" = POUND_FORCE, "lb" = POUND_FORCE;
     /// Moment, N m; per radian too.
-    Moment,
+    Moment: "N m" = 1.0, "ft lbf" = FOOT_POUND;
     /// Viscous damping of a translation, N s/m.
-    Damping,
+    Damping: "N s/m" = 1.0, "lb s/in" = POUND_FORCE / INCH;
     /// Viscous damping of a rotation, N m s (per radian).
-    RotaryDamping,
+    RotaryDamping: "N m s" = 1.0, "ft lbf s" = FOOT_POUND;
     /// Pressure, Pa.
-    Pressure,
+    Pressure: "Pa" = 1.0, "kPa" = 1e3, "bar" = 1e5, "MPa" = 1e6, "GPa" = 1e9, "psi" = PSI;
     /// Stiffness of enclosed oil, Pa/m^3: pressure per volume pressed in.
-    OilStiffness,
+    OilStiffness: "Pa/m^3" = 1.0, "lb/in^5" = PSI / (INCH * INCH * INCH);
     /// Stiffness of a spring, N/m.
-    Stiffness,
+    Stiffness: "N/m" = 1.0, "lb/in" = POUND_FORCE / INCH;
     /// Energy, J.
-    Energy,
+    Energy: "J" = 1.0, "mJ" / 1e3;
 }
 
 impl Dimension {
-    /// All of them.
-    const ALL: [Self; 22] = [
-        Self::Angle,
-        Self::Rate,
-        Self::Length,
-        Self::Area,
-        Self::Volume,
-        Self::Flow,
-        Self::Speed,
-        Self::Acceleration,
-        Self::Time,
-        Self::Frequency,
-        Self::Mass,
-        Self::Inertia,
-        Self::Density,
-        Self::Viscosity,
-        Self::Force,
-        Self::Moment,
-        Self::Damping,
-        Self::RotaryDamping,
-        Self::Pressure,
-        Self::OilStiffness,
-        Self::Stiffness,
-        Self::Energy,
-    ];
-
     /// The dimension whose SI unit is written so, as `m/s`.
     #[must_use]
     pub fn of_si_unit(symbol: &str) -> Option<Self> {
         let is_its = |dimension: &Self| dimension.units()[0].symbol == symbol;
-        Self::ALL.into_iter().find(is_its)
+        Self::ALL.iter().copied().find(is_its)
     }
 
     /// The dimension that has a unit of this symbol: no two have the same.
     pub(crate) fn of_unit(symbol: &str) -> Option<Self> {
         let has = |dimension: &Self| dimension.units().iter().any(|unit| unit.symbol == symbol);
-        Self::ALL.into_iter().find(has)
+        Self::ALL.iter().copied().find(has)
     }
 
     /// The smallest magnitude beside 0 and the largest, SI, of any quantity that a file or an option gives: from a valve to a
@@ -182,139 +186,6 @@ impl Dimension {
                 [1e-9, 1e10]
             }
             _ => [1e-12, 1e18],
-        }
-    }
-
-    /// The units a quantity of this dimension may have, the SI unit first.
-    #[must_use]
-    pub fn units(self) -> &'static [Unit] {
-        use Unit as U;
-        match self {
-            Self::Angle => const { &[U::new("rad", 1.0), U::new("deg", DEGREE)] },
-            Self::Rate => const { &[U::new("rad/s", 1.0), U::new("deg/s", DEGREE)] },
-            Self::Length => {
-                const {
-                    &[
-                        U::new("m", 1.0),
-                        U::fraction("cm", 1e2),
-                        U::fraction("mm", 1e3),
-                        U::new("in", INCH),
-                        U::new("ft", FOOT),
-                    ]
-                }
-            }
-            Self::Area => {
-                const {
-                    &[
-                        U::new("m^2", 1.0),
-                        U::fraction("cm^2", 1e4),
-                        U::fraction("mm^2", 1e6),
-                        U::new("in^2", INCH * INCH),
-                        U::new("ft^2", FOOT * FOOT),
-                    ]
-                }
-            }
-            Self::Volume => {
-                const {
-                    &[
-                        U::new("m^3", 1.0),
-                        U::fraction("L", 1e3),
-                        U::fraction("cm^3", 1e6),
-                        U::fraction("mm^3", 1e9),
-                        U::new("in^3", INCH * INCH * INCH),
-                        U::new("ft^3", FOOT * FOOT * FOOT),
-                    ]
-                }
-            }
-            Self::Flow => {
-                const {
-                    &[
-                        U::new("m^3/s", 1.0),
-                        U::fraction("L/min", 6e4),
-                        U::fraction("mm^3/s", 1e9),
-                        U::new("in^3/s", INCH * INCH * INCH),
-                    ]
-                }
-            }
-            Self::Speed => {
-                const {
-                    &[
-                        U::new("m/s", 1.0),
-                        U::new("ft/s", FOOT),
-                        U::new("kn", KNOT),
-                        U::fraction("km/h", 3.6),
-                    ]
-                }
-            }
-            Self::Acceleration => const { &[U::new("m/s^2", 1.0), U::new("ft/s^2", FOOT)] },
-            Self::Time => const { &[U::new("s", 1.0), U::fraction("ms", 1e3)] },
-            Self::Frequency => const { &[U::new("Hz", 1.0)] },
-            Self::Mass => {
-                const {
-                    &[
-                        U::new("kg", 1.0),
-                        U::new("slug", SLUG),
-                        U::new("lb s^2/in", POUND_FORCE / INCH),
-                    ]
-                }
-            }
-            Self::Inertia => const { &[U::new("kg m^2", 1.0), U::new("ft lbf s^2", FOOT_POUND)] },
-            Self::Density => {
-                const {
-                    &[
-                        U::new("kg/m^3", 1.0),
-                        U::new("slug/ft^3", SLUG / (FOOT * FOOT * FOOT)),
-                    ]
-                }
-            }
-            Self::Viscosity => {
-                const {
-                    &[
-                        U::new("m^2/s", 1.0),
-                        U::fraction("mm^2/s", 1e6),
-                        U::new("ft^2/s", FOOT * FOOT),
-                    ]
-                }
-            }
-            Self::Force => {
-                const {
-                    &[
-                        U::new("N", 1.0),
-                        U::new("kN", 1e3),
-                        U::new("lbf", POUND_FORCE),
-                        U::new("lb", POUND_FORCE),
-                    ]
-                }
-            }
-            Self::Moment => const { &[U::new("N m", 1.0), U::new("ft lbf", FOOT_POUND)] },
-            Self::Damping => {
-                const { &[U::new("N s/m", 1.0), U::new("lb s/in", POUND_FORCE / INCH)] }
-            }
-            Self::RotaryDamping => {
-                const { &[U::new("N m s", 1.0), U::new("ft lbf s", FOOT_POUND)] }
-            }
-            Self::Pressure => {
-                const {
-                    &[
-                        U::new("Pa", 1.0),
-                        U::new("kPa", 1e3),
-                        U::new("bar", 1e5),
-                        U::new("MPa", 1e6),
-                        U::new("GPa", 1e9),
-                        U::new("psi", PSI),
-                    ]
-                }
-            }
-            Self::Stiffness => const { &[U::new("N/m", 1.0), U::new("lb/in", POUND_FORCE / INCH)] },
-            Self::OilStiffness => {
-                const {
-                    &[
-                        U::new("Pa/m^3", 1.0),
-                        U::new("lb/in^5", PSI / (INCH * INCH * INCH)),
-                    ]
-                }
-            }
-            Self::Energy => const { &[U::new("J", 1.0), U::fraction("mJ", 1e3)] },
         }
     }
 }
