@@ -102,17 +102,8 @@ fn percent(share: f64) -> String {
     significant(100.0 * share, 2) + " %"
 }
 
-fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
-    for line in &found.data.description {
-        out!("{line}")?;
-    }
-    out!(
-        "\n{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
-        found.like,
-        found.seconds,
-        found.windows,
-        found.samples
-    )?;
+/// Prints the table of numbers; returns the width of their names.
+fn print_numbers(args: &FitArgs, found: &SixDofResult) -> Result<usize> {
     let wide = found.numbers.iter().map(|it| it.name.len());
     let wide = wide.fold(6, usize::max);
     let columns = "      fitted       95 % +-      of it        --like";
@@ -132,6 +123,21 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
             significant(it.like, 6)
         )?;
     }
+    Ok(wide)
+}
+
+fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
+    for line in &found.data.description {
+        out!("{line}")?;
+    }
+    out!(
+        "\n{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
+        found.like,
+        found.seconds,
+        found.windows,
+        found.samples
+    )?;
+    let wide = print_numbers(args, found)?;
     let list = |title: &str, of: &[Estimated], unit: fn(&str) -> &'static str| {
         let each = of.iter().map(|it| {
             let value = with_interval(it.value, it.interval);
