@@ -30,7 +30,7 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
     let out = match &args.out {
         Some(path) => path.clone(),
         None => {
-            let name = format!("{}.mcap", args.through.described().0);
+            let name = format!("{}.mcap", args.through.name());
             output_file(&name).map_err(|reason| anyhow!("{name}: {reason} with --out"))?
         }
     };

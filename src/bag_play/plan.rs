@@ -19,28 +19,14 @@ use crate::bag_command::RuleArgs;
 use crate::nodes::LAUNCHED;
 use crate::run_folder::RunFolder;
 
-/// The node that the inputs go through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Through {
-    Controller,
-    Actuator,
-    Sysid,
-    Own,
-}
-
-impl Through {
-    const ALL: [Self; 4] = [Self::Controller, Self::Actuator, Self::Sysid, Self::Own];
-
-    pub(super) fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Controller => ("controller", "depth_controller, started by this command"),
-            Self::Actuator => ("actuator", "dha_actuator, started by this command"),
-            Self::Sysid => ("sysid", "sysid, started by this command"),
-            Self::Own => (
-                "own",
-                "Any node: one that runs already, or the command behind --",
-            ),
-        }
+planesman_text::choices! {
+    /// The node that the inputs go through.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(super) enum Through {
+        Controller = "controller": "depth_controller, started by this command",
+        Actuator = "actuator": "dha_actuator, started by this command",
+        Sysid = "sysid": "sysid, started by this command",
+        Own = "own": "Any node: one that runs already, or the command behind --",
     }
 }
 

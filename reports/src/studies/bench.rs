@@ -14,41 +14,15 @@ use planesman_units::DEGREE;
 
 use planesman_text::number;
 
-/// A table of the report that is flown again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Table {
-    /// 2-1.
-    T21,
-    /// 3-2.
-    T32,
-    /// 4-2.
-    T42,
-    /// 4-3.
-    T43,
-    /// The limit cycles of Section IV.B.
-    LimitCycles,
-}
-
-impl Table {
-    /// Each.
-    pub const ALL: [Self; 5] = [
-        Self::T21,
-        Self::T32,
-        Self::T42,
-        Self::T43,
-        Self::LimitCycles,
-    ];
-
-    /// Its number, and what it is of.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::T21 => ("2-1", "Phase III against Phase I"),
-            Self::T32 => ("3-2", "The laboratory hardware's parameters"),
-            Self::T42 => ("4-2", "The Polaris flight simulation"),
-            Self::T43 => ("4-3", "The analog flight control"),
-            Self::LimitCycles => ("limit-cycles", "Limit cycles after half a degree"),
-        }
+planesman_text::choices! {
+    /// A table of the report that is flown again.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Table {
+        T21 = "2-1": "Phase III against Phase I",
+        T32 = "3-2": "The laboratory hardware's parameters",
+        T42 = "4-2": "The Polaris flight simulation",
+        T43 = "4-3": "The analog flight control",
+        LimitCycles = "limit-cycles": "Limit cycles after half a degree",
     }
 }
 

@@ -11,37 +11,18 @@ use serde_json::{Map, Value};
 /// The columns where there is no terminal to ask.
 const WIDTH: u16 = 80;
 
-/// How a table is printed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Aligned columns within the terminal's width, 80 columns elsewhere.
-    Table,
-    /// Markdown.
-    Md,
-    /// Comma-separated values with a header row.
-    Csv,
-    /// A list of objects, the columns' names as keys.
-    Json,
+planesman_text::choices! {
+    /// How a table is printed.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Format {
+        Table = "table": "Aligned columns within the terminal's width, 80 columns elsewhere",
+        Md = "md": "Markdown",
+        Csv = "csv": "Comma-separated values with a header row",
+        Json = "json": "A list of objects, the columns' names as keys",
+    }
 }
 
 impl Format {
-    /// Every format.
-    pub const ALL: [Self; 4] = [Self::Table, Self::Md, Self::Csv, Self::Json];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Table => (
-                "table",
-                "Aligned columns within the terminal's width, 80 columns elsewhere",
-            ),
-            Self::Md => ("md", "Markdown"),
-            Self::Csv => ("csv", "Comma-separated values with a header row"),
-            Self::Json => ("json", "A list of objects, the columns' names as keys"),
-        }
-    }
-
     /// The one asked for, or a table on a terminal and Markdown elsewhere.
     #[must_use]
     pub fn or_by_output(asked: Option<Self>) -> Self {

@@ -8,6 +8,7 @@
 //! - [`number()`]: a number for a reader.
 //! - [`shell_word`]: a word as a shell takes it.
 //! - [`option`], [`setting`]: options as the user of each front end writes them ([`use_wording`]).
+//! - [`choices!`]: an enum of which each value has a word and a line of help.
 //! - [`did_you_mean`]: the name that was probably meant.
 //! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!
@@ -25,7 +26,7 @@ pub mod yaml;
 pub use draft::{Draft, write_text, write_whole};
 pub use number::number;
 pub use one_line::in_one_line;
-pub use planesman_wording::{Setting, Wording, option, setting, use_wording};
+pub use planesman_wording::{Setting, Wording, choices, option, setting, use_wording};
 pub use read::{LARGEST, decoded, read, unmarked};
 pub use shell_word::shell_word;
 pub use shown::{Shown, shown};

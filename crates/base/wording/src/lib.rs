@@ -1,4 +1,4 @@
-//! How a user's options are named. A library names an option by its field; each front end says once how its user writes them.
+//! How a user's options and their values are named. A library names an option by its field; each front end says once how its user writes them.
 
 use std::fmt::{self, Display};
 use std::sync::OnceLock;
@@ -64,6 +64,58 @@ impl<T: Display> Display for Setting<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write(f, WORDING.get().copied().unwrap_or_default())
     }
+}
+
+/// An enum of which each value has a word in options and files; and perhaps a line of help, which is its doc comment.
+#[macro_export]
+macro_rules! choices {
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $enum:ident {
+            $($(#[$of:meta])* $value:ident = $name:literal: $about:literal,)+
+        }
+    ) => {
+        $crate::choices! {
+            $(#[$meta])*
+            $vis enum $enum {
+                $(#[doc = $about] $(#[$of])* $value = $name,)+
+            }
+        }
+
+        impl $enum {
+            /// Its word and its line of help.
+            #[must_use]
+            $vis const fn described(self) -> (&'static str, &'static str) {
+                match self {
+                    $(Self::$value => ($name, $about),)+
+                }
+            }
+        }
+    };
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $enum:ident {
+            $($(#[$of:meta])* $value:ident = $name:literal,)+
+        }
+    ) => {
+        $(#[$meta])*
+        $vis enum $enum {
+            $($(#[$of])* $value,)+
+        }
+
+        impl $enum {
+            /// All of them.
+            $vis const ALL: [Self; [$($name),+].len()] = [$(Self::$value),+];
+
+            /// Its word.
+            #[must_use]
+            $vis const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$value => $name,)+
+                }
+            }
+        }
+    };
 }
 
 /// A keyword argument: numbers and what stands for something as they are, edges as a pair, words in quotes. What a command writes into a

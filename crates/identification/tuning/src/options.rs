@@ -5,87 +5,28 @@ use crate::error::{Result, TuneError};
 use crate::reduction::Order;
 use crate::search::{Bounds, Objective};
 
-/// How gains are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Skogestad's rule.
-    Simc,
-    /// Lambda tuning.
-    Lambda,
-    /// Pole placement.
-    Placement,
-    /// The largest integral gain within the margins, or a crossover with a phase margin.
-    Margins,
-    /// The least error after a load within the margins.
-    Optimise,
-}
-
-impl Method {
-    /// Every method.
-    pub const ALL: [Self; 5] = [
-        Self::Simc,
-        Self::Lambda,
-        Self::Placement,
-        Self::Margins,
-        Self::Optimise,
-    ];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub const fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Simc => (
-                "simc",
-                "Skogestad's rule on the model reduced by the half rule",
-            ),
-            Self::Lambda => (
-                "lambda",
-                "A closed loop of one time constant, lambda, on the reduced model",
-            ),
-            Self::Placement => (
-                "placement",
-                "Poles of a model of first order (PI) or second order (PID)",
-            ),
-            Self::Margins => (
-                "margins",
-                "The largest integral gain within the margins; with a crossover the phase margin there",
-            ),
-            Self::Optimise => (
-                "optimise",
-                "The least integrated absolute error after a step of the load, within the margins",
-            ),
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.described().0
+planesman_text::choices! {
+    /// How gains are found.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Method {
+        Simc = "simc": "Skogestad's rule on the model reduced by the half rule",
+        Lambda = "lambda": "A closed loop of one time constant, lambda, on the reduced model",
+        Placement = "placement": "Poles of a model of first order (PI) or second order (PID)",
+        Margins = "margins": "The largest integral gain within the margins; with a crossover the phase margin there",
+        Optimise = "optimise": "The least integrated absolute error after a step of the load, within the margins",
     }
 }
 
-/// The kind of controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Proportional and integral.
-    Pi,
-    /// With a filtered derivative.
-    Pid,
+planesman_text::choices! {
+    /// The kind of controller.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Kind {
+        Pi = "pi": "Proportional and integral",
+        Pid = "pid": "With a filtered derivative",
+    }
 }
 
 impl Kind {
-    /// Every kind.
-    pub const ALL: [Self; 2] = [Self::Pi, Self::Pid];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub const fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Pi => ("pi", "Proportional and integral"),
-            Self::Pid => ("pid", "With a filtered derivative"),
-        }
-    }
-
     pub(crate) const fn order(self) -> Order {
         match self {
             Self::Pi => Order::First,

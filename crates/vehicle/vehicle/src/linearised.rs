@@ -27,34 +27,18 @@ use crate::{
     vehicle::Derivatives,
 };
 
-/// An output of the linear model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
-    /// `q` \[rad/s\].
-    PitchRate,
-    /// `theta` \[rad\].
-    Pitch,
-    /// `z` \[m\].
-    Depth,
-    /// `w` \[m/s\].
-    Heave,
+planesman_text::choices! {
+    /// An output of the linear model.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Output {
+        PitchRate = "pitch_rate": "q (rad/s), positive bow up",
+        Pitch = "pitch": "theta (rad), positive bow up",
+        Depth = "depth": "z (m), positive down",
+        Heave = "heave": "w (m/s), positive towards the keel",
+    }
 }
 
 impl Output {
-    /// All of them, as [`state_space`] orders its outputs.
-    pub const ALL: [Self; 4] = [Self::PitchRate, Self::Pitch, Self::Depth, Self::Heave];
-
-    /// Its name and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::PitchRate => ("pitch_rate", "q (rad/s), positive bow up"),
-            Self::Pitch => ("pitch", "theta (rad), positive bow up"),
-            Self::Depth => ("depth", "z (m), positive down"),
-            Self::Heave => ("heave", "w (m/s), positive towards the keel"),
-        }
-    }
-
     /// The gain's unit: of the output, per radian of plane angle.
     #[must_use]
     pub fn unit(self) -> &'static str {

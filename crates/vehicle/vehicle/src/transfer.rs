@@ -14,32 +14,12 @@ pub const SPEEDS: RangeInclusive<f64> = 0.001..=100.0;
 /// Rates of the zero-order hold for its users \[Hz\].
 pub const RATES: RangeInclusive<f64> = 0.01..=10_000.0;
 
-/// An input of the linear models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Input {
-    /// The dive planes' angle \[rad\], positive to dive.
-    DivePlanes,
-    /// The pitch rate \[rad/s\], without the direct effect of the planes; for the output depth only.
-    PitchRate,
-}
-
-impl Input {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::DivePlanes, Self::PitchRate];
-
-    /// Its name and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::DivePlanes => (
-                "dive_planes",
-                "The dive planes' angle (rad), positive to dive",
-            ),
-            Self::PitchRate => (
-                "pitch_rate",
-                "The pitch rate (rad/s), for output depth only; without the direct effect of the planes",
-            ),
-        }
+planesman_text::choices! {
+    /// An input of the linear models.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Input {
+        DivePlanes = "dive_planes": "The dive planes' angle (rad), positive to dive",
+        PitchRate = "pitch_rate": "The pitch rate (rad/s), for output depth only; without the direct effect of the planes",
     }
 }
 
@@ -128,8 +108,8 @@ pub fn models(
         heading: format!(
             "{}: {} over {} [{unit}] at {} m/s",
             vehicle.name,
-            output.described().0,
-            input.described().0,
+            output.name(),
+            input.name(),
             number(speed)
         ),
         continuous,

@@ -54,43 +54,24 @@ impl Plant {
     }
 }
 
-/// A run of the thesis, by its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Run {
-    /// 7/3: four short pulses at 1.2 ft/s.
-    SevenThree,
-    /// 7/5: a square wave at 1.2 ft/s.
-    SevenFive,
-    /// 8/1: three pulses at 2.1 ft/s.
-    EightOne,
-    /// 9/1: two pulses at 1.8 ft/s.
-    NineOne,
-    /// 9/2: a sinusoid of 1.25 Hz at 1.8 ft/s.
-    NineTwo,
+planesman_text::choices! {
+    /// A run of the thesis, by its number.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Run {
+        /// 7/3: four short pulses at 1.2 ft/s.
+        SevenThree = "7/3",
+        /// 7/5: a square wave at 1.2 ft/s.
+        SevenFive = "7/5",
+        /// 8/1: three pulses at 2.1 ft/s.
+        EightOne = "8/1",
+        /// 9/1: two pulses at 1.8 ft/s.
+        NineOne = "9/1",
+        /// 9/2: a sinusoid of 1.25 Hz at 1.8 ft/s.
+        NineTwo = "9/2",
+    }
 }
 
 impl Run {
-    /// All five, in the order of the thesis' figures.
-    pub const ALL: [Self; 5] = [
-        Self::SevenThree,
-        Self::SevenFive,
-        Self::EightOne,
-        Self::NineOne,
-        Self::NineTwo,
-    ];
-
-    /// The thesis' number.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SevenThree => "7/3",
-            Self::SevenFive => "7/5",
-            Self::EightOne => "8/1",
-            Self::NineOne => "9/1",
-            Self::NineTwo => "9/2",
-        }
-    }
-
     /// The run with this number.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {

@@ -29,79 +29,25 @@ const SLIGHTLY_BENT: f64 = 0.5;
 /// Standard deviations from 0 within which a parameter may be 0.
 const SIGNIFICANT: f64 = 1.96;
 
-/// Which curve is tried.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CurveChoice {
-    /// The one that the error of the linear model points to.
-    #[default]
-    Automatic,
-    /// None.
-    None,
-    /// A dead zone of the input.
-    DeadZone,
-    /// Limits of the input.
-    Saturation,
-    /// The input's square with its sign, and a part of the input itself.
-    Square,
-    /// Straight lines of the input that meet at two levels.
-    Piecewise,
-    /// Backlash of the input.
-    Backlash,
-    /// A dead zone of the output.
-    OutputDeadZone,
-    /// Limits of the output.
-    OutputSaturation,
-    /// Straight lines of the output that meet at two levels.
-    OutputPiecewise,
+planesman_wording::choices! {
+    /// Which curve is tried.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum CurveChoice {
+        #[default]
+        Automatic = "automatic": "The curve that the error of the linear model points to, where it simulates held-out data better",
+        None = "none": "A linear model",
+        DeadZone = "dead_zone": "Dead zone of the input, in front of the dynamics",
+        Saturation = "saturation": "Limits of the input",
+        Square = "square": "u|u| + c u, as of a thruster",
+        Piecewise = "piecewise": "Three straight lines that meet at two levels of the input",
+        Backlash = "backlash": "Backlash of the input",
+        OutputDeadZone = "output_dead_zone": "Dead zone behind the dynamics",
+        OutputSaturation = "output_saturation": "Limits behind the dynamics, as of a sensor",
+        OutputPiecewise = "output_piecewise": "Three straight lines behind the dynamics",
+    }
 }
 
 impl CurveChoice {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::Automatic,
-        Self::None,
-        Self::DeadZone,
-        Self::Saturation,
-        Self::Square,
-        Self::Piecewise,
-        Self::Backlash,
-        Self::OutputDeadZone,
-        Self::OutputSaturation,
-        Self::OutputPiecewise,
-    ];
-
-    /// Its name and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Automatic => (
-                "automatic",
-                "The curve that the error of the linear model points to, where it simulates held-out data better",
-            ),
-            Self::None => ("none", "A linear model"),
-            Self::DeadZone => (
-                "dead_zone",
-                "Dead zone of the input, in front of the dynamics",
-            ),
-            Self::Saturation => ("saturation", "Limits of the input"),
-            Self::Square => ("square", "u|u| + c u, as of a thruster"),
-            Self::Piecewise => (
-                "piecewise",
-                "Three straight lines that meet at two levels of the input",
-            ),
-            Self::Backlash => ("backlash", "Backlash of the input"),
-            Self::OutputDeadZone => ("output_dead_zone", "Dead zone behind the dynamics"),
-            Self::OutputSaturation => (
-                "output_saturation",
-                "Limits behind the dynamics, as of a sensor",
-            ),
-            Self::OutputPiecewise => (
-                "output_piecewise",
-                "Three straight lines behind the dynamics",
-            ),
-        }
-    }
-
     /// Which signal it is of.
     pub(super) const fn side(self) -> Side {
         match self {

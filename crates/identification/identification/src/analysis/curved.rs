@@ -74,7 +74,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
             if starts.is_empty() {
                 return Err(IdentificationError::Option(format!(
                     "{}: the signal has too few levels for it",
-                    setting("curve", choice.described().0)
+                    setting("curve", choice.name())
                 )));
             }
             beside(record, options, validation, &linear, choice.side(), &starts)

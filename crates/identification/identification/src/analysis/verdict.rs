@@ -11,43 +11,24 @@ pub const GOOD: f64 = 80.0;
 /// A held-out fit, %, from which a model is called usable.
 pub const USABLE: f64 = 50.0;
 
-/// What may be done with a model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    /// It simulates well.
-    Good,
-    /// It simulates.
-    Usable,
-    /// It may be used by who knows what speaks against it.
-    UsableWithCare,
-    /// There is nothing to judge it on.
-    NotValidated,
-    /// It is not to be used.
-    NotUsable,
+planesman_wording::choices! {
+    /// What may be done with a model.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Standing {
+        /// It simulates well.
+        Good = "good",
+        /// It simulates.
+        Usable = "usable",
+        /// It may be used by who knows what speaks against it.
+        UsableWithCare = "usable_with_care",
+        /// There is nothing to judge it on.
+        NotValidated = "not_validated",
+        /// It is not to be used.
+        NotUsable = "not_usable",
+    }
 }
 
 impl Standing {
-    /// All.
-    pub const ALL: [Self; 5] = [
-        Self::Good,
-        Self::Usable,
-        Self::UsableWithCare,
-        Self::NotValidated,
-        Self::NotUsable,
-    ];
-
-    /// As files and JSON have it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Usable => "usable",
-            Self::UsableWithCare => "usable_with_care",
-            Self::NotValidated => "not_validated",
-            Self::NotUsable => "not_usable",
-        }
-    }
-
     /// The one of that name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
@@ -110,75 +91,65 @@ pub enum Verdict {
     Good,
 }
 
-impl Verdict {
-    /// All verdicts.
-    pub const ALL: [Self; 23] = [
-        Self::NoEffect,
-        Self::Undetermined,
-        Self::Inseparable,
-        Self::NotValidated,
-        Self::FewSamples,
-        Self::Drift { usable: false },
-        Self::Drift { usable: true },
-        Self::ClosedLoop { usable: false },
-        Self::ClosedLoop { usable: true },
-        Self::NotLinear { usable: false },
-        Self::NotLinear { usable: true },
-        Self::NoiseLimited { good: false },
-        Self::NoiseLimited { good: true },
-        Self::Unusable,
-        Self::Unsteady,
-        Self::TimeDoubtful,
-        Self::Mixed,
-        Self::Early,
-        Self::GainUndetermined,
-        Self::ParametersUndetermined,
-        Self::DynamicsMissing,
-        Self::Usable,
-        Self::Good,
-    ];
+/// What is said of each verdict: what may be done with the model, the code, the verdict in a word.
+macro_rules! verdicts {
+    ($($verdict:ident $({ $field:ident: $value:literal })?: $standing:ident, $code:literal, $words:literal;)+) => {
+        impl Verdict {
+            /// All verdicts.
+            pub const ALL: [Self; [$($code),+].len()] = [$(Self::$verdict $({ $field: $value })?),+];
 
+            const fn row(self) -> (Standing, &'static str, &'static str) {
+                match self {
+                    $(Self::$verdict $({ $field: $value })? => (Standing::$standing, $code, $words),)+
+                }
+            }
+        }
+    };
+}
+
+verdicts! {
+    NoEffect: NotUsable, "no_effect", "no model of what the input does";
+    Undetermined: NotUsable, "undetermined", "the record does not determine a model";
+    Inseparable: NotUsable, "inseparable", "the inputs cannot be told apart";
+    NotValidated: NotValidated, "not_validated", "not validated";
+    FewSamples: UsableWithCare, "few_samples", "usable with care: few samples for so many parameters";
+    Drift { usable: false }: NotUsable, "drift", "not usable for simulation: the output drifts";
+    Drift { usable: true }: UsableWithCare, "drift", "usable with care: the output drifts";
+    ClosedLoop { usable: false }: NotUsable, "closed_loop", "not usable for simulation: the data seems closed-loop";
+    ClosedLoop { usable: true }: UsableWithCare, "closed_loop", "usable with care: the data seems closed-loop";
+    NotLinear { usable: false }: NotUsable, "not_linear", "not usable for simulation: not linear, or varying";
+    NotLinear { usable: true }: UsableWithCare, "not_linear", "usable with care: not linear, or varying";
+    NoiseLimited { good: false }: Usable, "noise_limited", "usable: the noise limits its fit";
+    NoiseLimited { good: true }: Good, "noise_limited", "good: the noise limits its fit";
+    Unusable: NotUsable, "does_not_simulate", "not usable for simulation";
+    Unsteady: UsableWithCare, "unsteady", "usable with care: it does not hold all along the record";
+    TimeDoubtful: UsableWithCare, "time_doubtful", "usable with care: the times are in doubt";
+    Mixed: UsableWithCare, "mixed", "usable with care: a signal seems to be of two publishers in turns";
+    Early: UsableWithCare, "early", "usable with care: the output seems to come before its input";
+    GainUndetermined: UsableWithCare, "gain_undetermined", "usable with care: the steady-state gain is not determined";
+    ParametersUndetermined: UsableWithCare, "parameters_undetermined", "usable with care: the data does not determine every parameter";
+    DynamicsMissing: UsableWithCare, "dynamics_missing", "usable with care: dynamics are missing";
+    Usable: Usable, "simulates", "usable";
+    Good: Good, "simulates", "good";
+}
+
+impl Verdict {
     /// What may be done with the model.
     #[must_use]
     pub const fn standing(self) -> Standing {
-        match self {
-            Self::Good | Self::NoiseLimited { good: true } => Standing::Good,
-            Self::Usable | Self::NoiseLimited { good: false } => Standing::Usable,
-            Self::NotValidated => Standing::NotValidated,
-            Self::NoEffect
-            | Self::Undetermined
-            | Self::Inseparable
-            | Self::Unusable
-            | Self::Drift { usable: false }
-            | Self::ClosedLoop { usable: false }
-            | Self::NotLinear { usable: false } => Standing::NotUsable,
-            _ => Standing::UsableWithCare,
-        }
+        self.row().0
     }
 
     /// What the verdict names, as files and JSON have it; with [`standing`](Self::standing) it tells verdicts apart.
     #[must_use]
     pub const fn code(self) -> &'static str {
-        match self {
-            Self::NoEffect => "no_effect",
-            Self::Undetermined => "undetermined",
-            Self::Inseparable => "inseparable",
-            Self::NotValidated => "not_validated",
-            Self::FewSamples => "few_samples",
-            Self::Drift { .. } => "drift",
-            Self::ClosedLoop { .. } => "closed_loop",
-            Self::NotLinear { .. } => "not_linear",
-            Self::NoiseLimited { .. } => "noise_limited",
-            Self::Unusable => "does_not_simulate",
-            Self::Unsteady => "unsteady",
-            Self::TimeDoubtful => "time_doubtful",
-            Self::Mixed => "mixed",
-            Self::Early => "early",
-            Self::GainUndetermined => "gain_undetermined",
-            Self::ParametersUndetermined => "parameters_undetermined",
-            Self::DynamicsMissing => "dynamics_missing",
-            Self::Usable | Self::Good => "simulates",
-        }
+        self.row().1
+    }
+
+    /// In a word.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        self.row().2
     }
 
     /// The verdict of that code and standing.
@@ -211,42 +182,6 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// In a word.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::NoEffect => "no model of what the input does",
-            Self::Undetermined => "the record does not determine a model",
-            Self::Inseparable => "the inputs cannot be told apart",
-            Self::NotValidated => "not validated",
-            Self::FewSamples => "usable with care: few samples for so many parameters",
-            Self::Drift { usable: false } => "not usable for simulation: the output drifts",
-            Self::Drift { usable: true } => "usable with care: the output drifts",
-            Self::ClosedLoop { usable: false } => {
-                "not usable for simulation: the data seems closed-loop"
-            }
-            Self::ClosedLoop { usable: true } => "usable with care: the data seems closed-loop",
-            Self::NotLinear { usable: false } => {
-                "not usable for simulation: not linear, or varying"
-            }
-            Self::NotLinear { usable: true } => "usable with care: not linear, or varying",
-            Self::NoiseLimited { good: false } => "usable: the noise limits its fit",
-            Self::NoiseLimited { good: true } => "good: the noise limits its fit",
-            Self::Unusable => "not usable for simulation",
-            Self::Unsteady => "usable with care: it does not hold all along the record",
-            Self::TimeDoubtful => "usable with care: the times are in doubt",
-            Self::Mixed => "usable with care: a signal seems to be of two publishers in turns",
-            Self::Early => "usable with care: the output seems to come before its input",
-            Self::GainUndetermined => "usable with care: the steady-state gain is not determined",
-            Self::ParametersUndetermined => {
-                "usable with care: the data does not determine every parameter"
-            }
-            Self::DynamicsMissing => "usable with care: dynamics are missing",
-            Self::Usable => "usable",
-            Self::Good => "good",
-        }
-    }
-
     /// What to do next.
     #[must_use]
     pub fn next(self) -> String {

@@ -15,40 +15,27 @@ use super::refined::WarmStarted;
 use super::vehicle::Vehicle;
 use super::vehicle_fit::{VehicleFilter, VehicleSearch};
 
-/// The estimators that a user can ask for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
-    /// Order, delay and kind by cross-validation: output error, Box-Jenkins or ARX.
-    #[default]
-    Automatic,
-    /// The least simulated error: noise of any colour leaves no bias.
-    OutputError,
-    /// The same, with a model of the noise.
-    BoxJenkins,
-    /// The least one-step error, with a model of the noise: for disturbances and feedback.
-    Armax,
-    /// The least equation error, as the thesis: for clean data.
-    LeastSquares,
-    /// Poles from states, by regression alone.
-    N4sid,
-    /// A finite impulse response.
-    Fir,
-    /// Gain, time constants and dead time.
-    Process,
-    /// A transfer function with dead time, by the frequency response.
-    Frf,
-    /// Least squares, a sample at a time.
-    RecursiveLeastSquares,
-    /// ARMAX by pseudo-linear regression, a sample at a time.
-    ExtendedLeastSquares,
-    /// ARMAX, a sample at a time.
-    RecursivePredictionError,
-    /// Output error, a sample at a time.
-    RecursiveOutputError,
-    /// The vehicle's own equations: K/J, B/J, M_theta/J.
-    Vehicle,
-    /// State and coefficients of the same, by an extended Kalman filter.
-    Kalman,
+planesman_wording::choices! {
+    /// The estimators that a user can ask for.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Method {
+        #[default]
+        Automatic = "automatic": "Output error, Box-Jenkins or ARX, with order and delay, by cross-validation",
+        OutputError = "output_error": "Minimises the simulation error; no bias from noise of any colour",
+        BoxJenkins = "box_jenkins": "Output error with an autoregressive noise model; for disturbances",
+        Armax = "armax": "Minimises the one-step error, with a noise model; for disturbances and feedback",
+        LeastSquares = "least_squares": "Minimises the equation error, as the thesis; for clean data",
+        N4sid = "n4sid": "Subspace method without a search: poles from states by canonical variates (Jansson 2003)",
+        Fir = "fir": "Finite impulse response by least squares, its length by the Bayesian criterion",
+        Process = "process": "Gain, one or two time constants and dead time, in continuous time; for step tests",
+        Frf = "frf": "Frequency response with coherence, and a transfer function with dead time fitted to it; for chirps",
+        RecursiveLeastSquares = "recursive_least_squares": "Least squares, recursively",
+        ExtendedLeastSquares = "extended_least_squares": "ARMAX by pseudo-linear regression, recursively",
+        RecursivePredictionError = "recursive_prediction_error": "ARMAX, recursively",
+        RecursiveOutputError = "recursive_output_error": "Output error, recursively",
+        Vehicle = "vehicle": "Output error on the vehicle's equations: K/J, B/J, M_theta/J",
+        Kalman = "kalman": "Extended Kalman filter for state and coefficients of the vehicle's equations",
+    }
 }
 
 /// Knowledge that some methods begin with.
@@ -73,91 +60,6 @@ pub struct Knowledge {
 }
 
 impl Method {
-    /// Every method.
-    pub const ALL: [Self; 15] = [
-        Self::Automatic,
-        Self::OutputError,
-        Self::BoxJenkins,
-        Self::Armax,
-        Self::LeastSquares,
-        Self::N4sid,
-        Self::Fir,
-        Self::Process,
-        Self::Frf,
-        Self::RecursiveLeastSquares,
-        Self::ExtendedLeastSquares,
-        Self::RecursivePredictionError,
-        Self::RecursiveOutputError,
-        Self::Vehicle,
-        Self::Kalman,
-    ];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub const fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Automatic => (
-                "automatic",
-                "Output error, Box-Jenkins or ARX, with order and delay, by cross-validation",
-            ),
-            Self::BoxJenkins => (
-                "box_jenkins",
-                "Output error with an autoregressive noise model; for disturbances",
-            ),
-            Self::OutputError => (
-                "output_error",
-                "Minimises the simulation error; no bias from noise of any colour",
-            ),
-            Self::Armax => (
-                "armax",
-                "Minimises the one-step error, with a noise model; for disturbances and feedback",
-            ),
-            Self::LeastSquares => (
-                "least_squares",
-                "Minimises the equation error, as the thesis; for clean data",
-            ),
-            Self::N4sid => (
-                "n4sid",
-                "Subspace method without a search: poles from states by canonical variates (Jansson 2003)",
-            ),
-            Self::Fir => (
-                "fir",
-                "Finite impulse response by least squares, its length by the Bayesian criterion",
-            ),
-            Self::Process => (
-                "process",
-                "Gain, one or two time constants and dead time, in continuous time; for step tests",
-            ),
-            Self::Frf => (
-                "frf",
-                "Frequency response with coherence, and a transfer function with dead time fitted to it; for chirps",
-            ),
-            Self::RecursiveLeastSquares => {
-                ("recursive_least_squares", "Least squares, recursively")
-            }
-            Self::ExtendedLeastSquares => (
-                "extended_least_squares",
-                "ARMAX by pseudo-linear regression, recursively",
-            ),
-            Self::RecursivePredictionError => ("recursive_prediction_error", "ARMAX, recursively"),
-            Self::RecursiveOutputError => ("recursive_output_error", "Output error, recursively"),
-            Self::Vehicle => (
-                "vehicle",
-                "Output error on the vehicle's equations: K/J, B/J, M_theta/J",
-            ),
-            Self::Kalman => (
-                "kalman",
-                "Extended Kalman filter for state and coefficients of the vehicle's equations",
-            ),
-        }
-    }
-
-    /// Its name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.described().0
-    }
-
     /// Whether it estimates the coefficients of the vehicle's equations, whose order is given.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {

@@ -5,58 +5,19 @@ use planesman_linear::polynomial::product;
 
 use crate::structure::{Structure, monic};
 
-/// The form of a process model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// One time constant.
-    First,
-    /// Two time constants.
-    Second,
-    /// An underdamped pair of poles.
-    Underdamped,
-    /// An integrator.
-    Integrator,
-    /// An integrator with a time constant.
-    IntegratorWithLag,
+planesman_wording::choices! {
+    /// The form of a process model.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Form {
+        First = "1": "One time constant: K e^(-theta s) / (T1 s + 1)",
+        Second = "2": "Two time constants: K e^(-theta s) / ((T1 s + 1) (T2 s + 1))",
+        Underdamped = "2u": "Underdamped: K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)",
+        Integrator = "i": "Integrator: K e^(-theta s) / s",
+        IntegratorWithLag = "1i": "Integrator with a time constant: K e^(-theta s) / (s (T1 s + 1))",
+    }
 }
 
 impl Form {
-    /// Every form.
-    pub const ALL: [Self; 5] = [
-        Self::First,
-        Self::Second,
-        Self::Underdamped,
-        Self::Integrator,
-        Self::IntegratorWithLag,
-    ];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub const fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::First => ("1", "One time constant: K e^(-theta s) / (T1 s + 1)"),
-            Self::Second => (
-                "2",
-                "Two time constants: K e^(-theta s) / ((T1 s + 1) (T2 s + 1))",
-            ),
-            Self::Underdamped => (
-                "2u",
-                "Underdamped: K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)",
-            ),
-            Self::Integrator => ("i", "Integrator: K e^(-theta s) / s"),
-            Self::IntegratorWithLag => (
-                "1i",
-                "Integrator with a time constant: K e^(-theta s) / (s (T1 s + 1))",
-            ),
-        }
-    }
-
-    /// Its name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.described().0
-    }
-
     /// Its transfer function in words.
     #[must_use]
     pub fn equation(self) -> &'static str {

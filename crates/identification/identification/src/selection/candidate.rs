@@ -8,29 +8,18 @@ use crate::structure::Structure;
 /// asks for one.
 const UNSEEN: f64 = 0.1;
 
-/// The kind of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The least simulation error.
-    OutputError,
-    /// The same, with an autoregressive noise model.
-    BoxJenkins,
-    /// The least equation error.
-    Arx,
-    /// The same, with a model of the noise.
-    Armax,
-}
-
-impl Kind {
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::OutputError => "output_error",
-            Self::BoxJenkins => "box_jenkins",
-            Self::Arx => "arx",
-            Self::Armax => "armax",
-        }
+planesman_wording::choices! {
+    /// The kind of a candidate.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Kind {
+        /// The least simulation error.
+        OutputError = "output_error",
+        /// The same, with an autoregressive noise model.
+        BoxJenkins = "box_jenkins",
+        /// The least equation error.
+        Arx = "arx",
+        /// The same, with a model of the noise.
+        Armax = "armax",
     }
 }
 

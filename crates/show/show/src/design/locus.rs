@@ -16,41 +16,15 @@ use crate::design::subject::{Drive, Law, Subject, law_text, poles_text, speed_te
 /// Points of the drawing.
 const DOTS: u32 = 600;
 
-/// One of the gains, or the speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Varied {
-    /// Kpz, rad/m.
-    DepthP,
-    /// Kdz, rad s/m.
-    DepthD,
-    /// Kpy.
-    PitchP,
-    /// Kr, s.
-    PitchRate,
-    /// U, m/s.
-    Speed,
-}
-
-impl Varied {
-    /// Each.
-    pub const ALL: [Self; 5] = [
-        Self::DepthP,
-        Self::DepthD,
-        Self::PitchP,
-        Self::PitchRate,
-        Self::Speed,
-    ];
-
-    /// Its name, and what it is with its unit.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::DepthP => ("depth_p", "Kpz (rad/m)"),
-            Self::DepthD => ("depth_d", "Kdz (rad s/m)"),
-            Self::PitchP => ("pitch_p", "Kpy"),
-            Self::PitchRate => ("pitch_rate", "Kr (s)"),
-            Self::Speed => ("speed", "U (m/s)"),
-        }
+planesman_text::choices! {
+    /// One of the gains, or the speed.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Varied {
+        DepthP = "depth_p": "Kpz (rad/m)",
+        DepthD = "depth_d": "Kdz (rad s/m)",
+        PitchP = "pitch_p": "Kpy",
+        PitchRate = "pitch_rate": "Kr (s)",
+        Speed = "speed": "U (m/s)",
     }
 }
 

@@ -58,49 +58,32 @@ impl<'a> Series<'a> {
     }
 }
 
-/// How a series is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Style {
-    /// A solid line.
-    Line,
-    /// A thin dashed line, for setpoints and truths.
-    Dashed,
-    /// A broad pale line, for measured data that others are drawn over.
-    Broad,
-    /// Crosses, for poles.
-    Crosses,
-    /// Circles, for true poles and zeros.
-    Circles,
-    /// Squares, for the begin of a locus.
-    Squares,
-    /// Diamonds, for its end.
-    Diamonds,
-    /// Small dots, for loci.
-    Dots,
-    /// The area within the points, pale: it has the colour of the series after it.
-    Area,
-    /// A thin dashed line in the colour of the text, for bounds: it takes none of the other series' colours.
-    Bound,
-    /// A thin pale line in the colour of the text, for a grid of the plane.
-    Grid,
-}
-
-impl Style {
-    /// As the script of the page names it.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Line => "line",
-            Self::Dashed => "dashed",
-            Self::Broad => "broad",
-            Self::Crosses => "crosses",
-            Self::Circles => "circles",
-            Self::Squares => "squares",
-            Self::Diamonds => "diamonds",
-            Self::Dots => "dots",
-            Self::Area => "area",
-            Self::Bound => "bound",
-            Self::Grid => "grid",
-        }
+planesman_text::choices! {
+    /// How a series is drawn.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Style {
+        /// A solid line.
+        Line = "line",
+        /// A thin dashed line, for setpoints and truths.
+        Dashed = "dashed",
+        /// A broad pale line, for measured data that others are drawn over.
+        Broad = "broad",
+        /// Crosses, for poles.
+        Crosses = "crosses",
+        /// Circles, for true poles and zeros.
+        Circles = "circles",
+        /// Squares, for the begin of a locus.
+        Squares = "squares",
+        /// Diamonds, for its end.
+        Diamonds = "diamonds",
+        /// Small dots, for loci.
+        Dots = "dots",
+        /// The area within the points, pale: it has the colour of the series after it.
+        Area = "area",
+        /// A thin dashed line in the colour of the text, for bounds: it takes none of the other series' colours.
+        Bound = "bound",
+        /// A thin pale line in the colour of the text, for a grid of the plane.
+        Grid = "grid",
     }
 }
 

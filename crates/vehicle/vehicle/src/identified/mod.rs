@@ -71,7 +71,7 @@ fn signals(model: &ModelFile) -> Result<Output, Error> {
     let outputs = [Output::PitchRate, Output::Pitch];
     let output = outputs
         .into_iter()
-        .find(|output| on(&model.output, &["state"], output.described().0));
+        .find(|output| on(&model.output, &["state"], output.name()));
     match output {
         Some(output) if planes => Ok(output),
         _ => Err(Error::Signals {

@@ -21,7 +21,7 @@ fn exact(vehicle: &Vehicle, speed: f64, output: Output) -> ModelFile {
 }
 
 fn of_coefficients(num: Vec<f64>, den: Vec<f64>, speed: f64, output: Output) -> ModelFile {
-    let output = format!("/auv/state:{}", output.described().0);
+    let output = format!("/auv/state:{}", output.name());
     let input = "plane_motion:dive_planes";
     ModelFile {
         speed: Some(speed),
