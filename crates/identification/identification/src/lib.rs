@@ -32,6 +32,7 @@ mod prediction;
 mod readout;
 mod regression;
 mod rls;
+mod scale;
 pub mod selection;
 pub mod several;
 mod states;

@@ -36,6 +36,7 @@ use crate::estimators::{
     Armax, Estimator, LeastSquares, NormalEquations, Search, held_within, independent_share,
     lies_within, radius_of_memory,
 };
+use crate::scale::Scale;
 use crate::states::poles_of_states;
 use crate::structure::{InitialState, Problem, Structure, monic};
 use folds::{Fold, Folds, State};
@@ -641,33 +642,19 @@ struct Scaled {
 
 impl Scaled {
     fn of<'a>(problem: &Problem<'a>, s: &Structure) -> Self {
-        // Of signals: their level and scale.
-        let of = |signals: &[&[f64]], centred: bool| {
-            let count = signals.iter().map(|it| it.len()).sum::<usize>().max(1) as f64;
-            let mean = signals.iter().flat_map(|it| it.iter()).sum::<f64>() / count;
-            let squares = signals
-                .iter()
-                .flat_map(|it| it.iter())
-                .map(|v| (v - mean).powi(2));
-            let deviation = (squares.sum::<f64>() / count).sqrt();
-            let deviation = if deviation > 0.0 { deviation } else { 1.0 };
-            (if centred { mean } else { 0.0 }, deviation)
-        };
-        let scaled = |signals: &[&[f64]], (level, deviation): (f64, f64)| -> Vec<Vec<f64>> {
+        let scaled = |signals: &[&[f64]], scale: Scale| {
             let signals = signals.iter();
-            signals
-                .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
-                .collect()
+            signals.map(|it| scale.taken_off(it)).collect()
         };
         let free = s.offset && s.start == InitialState::Estimated;
         let all = |of: fn(&Run<'a>) -> &'a [f64]| problem.runs.iter().map(of).collect::<Vec<_>>();
         let (past, inputs) = (all(|run| run.past), all(|run| run.inputs));
         let outputs = all(|run| run.outputs);
-        let of_inputs = of(&inputs, free && s.known_denominator == [1.0]);
+        let of_inputs = Scale::of(&inputs, free && s.known_denominator == [1.0]);
         Self {
             past: scaled(&past, of_inputs),
             inputs: scaled(&inputs, of_inputs),
-            outputs: scaled(&outputs, of(&outputs, s.offset)),
+            outputs: scaled(&outputs, Scale::of(&outputs, s.offset)),
         }
     }
 

@@ -2,32 +2,8 @@
 
 use planesman_record::{Record, Segment};
 
-use crate::structure::{InitialState, variance};
-
-/// A signal's level and scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scale {
-    pub(super) level: f64,
-    pub(super) size: f64,
-}
-
-impl Scale {
-    /// Of lists; the level is 0 where the model knows one.
-    fn of(lists: &[&[f64]], is_centred: bool) -> Self {
-        let all = lists.concat();
-        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-        let deviation = variance(&all).sqrt();
-        Self {
-            level: if is_centred { mean } else { 0.0 },
-            size: if deviation > 0.0 { deviation } else { 1.0 },
-        }
-    }
-
-    fn taken_off(self, values: &[f64]) -> Vec<f64> {
-        let values = values.iter();
-        values.map(|v| (v - self.level) / self.size).collect()
-    }
-}
+use crate::scale::Scale;
+use crate::structure::InitialState;
 
 /// The segments of a record that are used, with one of its outputs.
 #[derive(Clone, Debug)]

@@ -1,0 +1,29 @@
+//! Signals about their levels and over their scales, as models are sought in them.
+
+use crate::structure::variance;
+
+/// A signal's level and scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    pub(crate) level: f64,
+    pub(crate) size: f64,
+}
+
+impl Scale {
+    /// Of lists; the level is 0 where the model knows one.
+    pub(crate) fn of(lists: &[&[f64]], is_centred: bool) -> Self {
+        let all = lists.concat();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let deviation = variance(&all).sqrt();
+        Self {
+            level: if is_centred { mean } else { 0.0 },
+            size: if deviation > 0.0 { deviation } else { 1.0 },
+        }
+    }
+
+    /// Values about the level, over the size.
+    pub(crate) fn taken_off(self, values: &[f64]) -> Vec<f64> {
+        let values = values.iter();
+        values.map(|v| (v - self.level) / self.size).collect()
+    }
+}
