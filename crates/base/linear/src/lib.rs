@@ -59,6 +59,13 @@ pub use step_metrics::{StepMeter, StepMetrics};
 pub use time_history::{COLUMNS, TimeHistory};
 pub use transfer_function::TransferFunction;
 
+/// A matrix row by row.
+#[must_use]
+pub fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
+}
+
 /// Whether a system's variable is `s` (differential equations) or `z` (difference equations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {

@@ -91,21 +91,7 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
         ..SignalOptions::default()
     };
     signals.check()?;
-    let sample_time = first.sample_time;
-    let read = |grid: &GridOptions| {
-        let grid = grid.clone().at_rate(1.0 / sample_time);
-        let record = signals.record(&options.data, &grid, Expected::ANY, false, progress);
-        record.map_err(|source| FitError::Grid {
-            model: path.clone(),
-            sample_time,
-            source: Box::new(source),
-        })
-    };
-    let mut prepared = read(&options.grid)?;
-    // A model of decimated data is of means.
-    if let Some(averaged) = options.grid.averaged_where_decimated(&prepared) {
-        prepared = read(&averaged)?;
-    }
+    let prepared = options.read(&signals, path, first.sample_time, progress)?;
     let paths: Vec<PathBuf> = models.iter().map(|it| it.0.clone()).collect();
     let judged = |(path, file): &(PathBuf, ModelFile)| {
         let refused = |reason| FitError::Curve {
@@ -129,6 +115,33 @@ pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comp
         models: judged?,
         prepared,
     })
+}
+
+impl CompareOptions {
+    /// The signals on the grid of a model.
+    pub(crate) fn read(
+        &self,
+        signals: &SignalOptions,
+        model: &Path,
+        sample_time: f64,
+        progress: &dyn Progress,
+    ) -> Result<PreparedRecord, FitError> {
+        let read = |grid: GridOptions| {
+            let grid = grid.at_rate(1.0 / sample_time);
+            let record = signals.record(&self.data, &grid, Expected::ANY, false, progress);
+            record.map_err(|source| FitError::Grid {
+                model: model.to_owned(),
+                sample_time,
+                source: Box::new(source),
+            })
+        };
+        let prepared = read(self.grid.clone())?;
+        // A model of decimated data is of means.
+        match self.grid.averaged_where_decimated(&prepared) {
+            Some(averaged) => read(averaged),
+            None => Ok(prepared),
+        }
+    }
 }
 
 /// A signal that was asked for, or else that of the models.

@@ -1,6 +1,7 @@
 //! A transfer function in s, fitted to data at its stamps.
 
 use planesman_equations::{Run, TransferFit, TransferOptions, fit_transfer};
+use planesman_linear::rows;
 use planesman_parallel::Progress;
 use serde_json::{Value, json};
 
@@ -116,12 +117,11 @@ impl ContinuousResult {
         let parameters = parameters.map(|(at, (name, value))| {
             json!({"name": name, "value": value, "deviation": fit.covariance[(at, at)].max(0.0).sqrt()})
         });
-        let rows = fit.covariance.row_iter();
         Ok(json!({
             "continuous": {"num": fit.numerator(), "den": fit.denominator(), "delay": delay},
             "delay_deviation": of_delay,
             "parameters": parameters.collect::<Vec<_>>(),
-            "covariance": rows.map(|it| it.iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>(),
+            "covariance": rows(&fit.covariance),
             "poles": poles.collect::<Vec<_>>(),
             "steady_state_gain": [gain, of_gain],
             "offsets": fit.offsets,

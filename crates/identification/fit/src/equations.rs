@@ -1,6 +1,7 @@
 //! State equations of one's own, fitted to data.
 
 use planesman_equations::{Equations, EquationsFile, EquationsFit, Found, Initial, fit};
+use planesman_linear::rows;
 use planesman_parallel::Progress;
 use serde_json::{Value, json};
 
@@ -130,13 +131,12 @@ impl EquationsResult {
             });
             json!({"names": it.names, "determined": kept.collect::<Vec<_>>()})
         });
-        let rows = fit.correlation.row_iter();
         Ok(json!({
             "equations": self.file(),
             "signals": self.data.signals,
             "parameters": list(&fit.parameters),
             "initial": fit.initial.iter().map(|it| list(it)).collect::<Vec<_>>(),
-            "correlation": rows.map(|it| it.iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>(),
+            "correlation": rows(&fit.correlation),
             "outputs": outputs.collect::<Vec<_>>(),
             "undetermined": undetermined.collect::<Vec<_>>(),
             "segments": self.data.runs.iter().map(planesman_equations::Run::end).collect::<Vec<_>>(),

@@ -216,7 +216,7 @@ impl FitResult {
             analysis,
             tried,
         } = self;
-        let record = &prepared.resampled.record;
+        let sample_time = prepared.resampled.record.sample_time;
         let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
         let physical: Vec<Value> = analysis
             .physical()
@@ -246,7 +246,7 @@ impl FitResult {
         let processes = analysis.search.processes.iter().map(|it| {
             json!({"form": it.form.name(), "at_rest": it.is_at_rest, "sought": it.parameters, "bic": it.bic})
         });
-        Ok(json!({
+        let found = json!({
             "model": self.model_file()?,
             "parameters": parameters,
             "curve": analysis.curved.as_ref().map(|it| json!({
@@ -257,7 +257,7 @@ impl FitResult {
             })),
             "processes": processes.collect::<Vec<_>>(),
             "process_fit": analysis.search.process_fit,
-            "frequency": analysis.estimate.frequency.as_ref().map(|it| response::as_json(it, record.sample_time)),
+            "frequency": analysis.estimate.frequency.as_ref().map(|it| response::as_json(it, sample_time)),
             "candidates": analysis.search.candidates,
             "selected": analysis.search.selected.iter().map(selected).collect::<Vec<_>>(),
             "attainable_fit": analysis.held_out.attainable,
@@ -269,22 +269,9 @@ impl FitResult {
             "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
             "bootstrap": analysis.bootstrap,
             "residuals": analysis.residuals,
-            "record": {
-                "sample_time": record.sample_time,
-                "samples": record.samples(),
-                "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
-                "inputs": prepared.resampled.inputs,
-                "outputs": prepared.resampled.outputs,
-            },
-            "reading": prepared.reading,
-            "preparation": prepared.steps,
-            "validation": validation.as_ref().map(|it| json!({
-                "samples": it.resampled.record.samples(),
-                "reading": it.reading,
-                "preparation": it.steps,
-            })),
             "methods": tried.iter().map(Trial::as_json).collect::<Vec<_>>(),
-        }))
+        });
+        Ok(with_data(found, prepared, validation.as_ref()))
     }
 
     /// The model as a file that other programs load.
@@ -323,6 +310,31 @@ impl FitResult {
             &self.prepared.resampled.record,
         )?)
     }
+}
+
+/// What was found, with the data it was found in, as JSON.
+pub(crate) fn with_data(
+    mut found: Value,
+    prepared: &PreparedRecord,
+    validation: Option<&PreparedRecord>,
+) -> Value {
+    let resampled = &prepared.resampled;
+    let record = &resampled.record;
+    found["record"] = json!({
+        "sample_time": record.sample_time,
+        "samples": record.samples(),
+        "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
+        "inputs": resampled.inputs,
+        "outputs": resampled.outputs,
+    });
+    found["reading"] = json!(prepared.reading);
+    found["preparation"] = json!(prepared.steps);
+    found["validation"] = json!(validation.map(|it| json!({
+        "samples": it.resampled.record.samples(),
+        "reading": it.reading,
+        "preparation": it.steps,
+    })));
+    found
 }
 
 /// What was found of the clock, and of signals that are two things in turns.

@@ -4,7 +4,8 @@ use planesman_identification::analysis::{Analysis, Curved, Reason, Verdict};
 use planesman_identification::estimators::{Error, Method, Physical, ProcessModel, UNKNOWNS};
 use planesman_identification::selection::Kind;
 use planesman_identification::static_curve::{Side, StaticCurve};
-use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
+use planesman_identification::{GivenModel, IdentificationError, Model, Uncertain, continuous};
+use planesman_linear::rows;
 use planesman_model_file::{
     ChannelModel, Continuous, Format, Heave, Judgement, ModelFile, Parameter,
     Physical as PhysicalFile, Place, Process, Refusal, Side as FileSide,
@@ -16,26 +17,19 @@ use planesman_model_file::{
 /// # Errors
 /// When poles or zeros cannot be found.
 pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
-    let model = analysis.model();
+    let of = GivenModel::new(&analysis.estimate, analysis.longest);
     let reading = analysis.reading();
     let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
-    let in_s = continuous(&analysis.estimate.model_of_means(analysis.longest)).ok();
-    let covariance = analysis.estimate.coefficient_covariance(analysis.longest);
     Ok(ModelFile {
         format: Format::Three,
         input: analysis.input.clone(),
         output: analysis.output.clone(),
         method: analysis.method_name().to_owned(),
         speed: analysis.options.speed,
-        sample_time: model.sample_time,
-        num: model.numerator(analysis.estimate.layout.structure.delay == 0),
-        den: std::iter::once(1.0)
-            .chain(model.a.iter().copied())
-            .collect(),
-        covariance: covariance
-            .row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect(),
+        sample_time: of.sample_time,
+        num: of.num,
+        den: of.den,
+        covariance: of.covariance,
         continuous: match (&analysis.estimate.process, &analysis.estimate.frequency) {
             (Some(process), _) => {
                 let (num, den, delay) = process.transfer();
@@ -46,20 +40,16 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
                 den: fit.transfer.transfer_function.den.clone(),
                 delay: fit.transfer.delay,
             }),
-            (None, None) => in_s.map(|it| Continuous {
-                num: it.transfer.num.clone(),
-                den: it.transfer.den.clone(),
-                delay: it.delay,
-            }),
+            (None, None) => in_s(&analysis.estimate.model_of_means(analysis.longest)),
         },
         process: analysis.estimate.process.as_ref().map(process_file),
         static_curve: analysis.curved.as_ref().map(curve_file),
         physical: analysis.physical().map(|it| physical_file(analysis, &it)),
-        offset: analysis.estimate.offset(analysis.longest),
-        input_level: analysis.estimate.level_of_integrator(analysis.longest),
-        noise_variance: analysis.estimate.noise_variance,
+        offset: of.offset,
+        input_level: of.input_level,
+        noise_variance: of.noise_variance,
         noise_model: analysis.estimate.noise_model.clone(),
-        noise_denominator: analysis.estimate.noise_denominator.clone(),
+        noise_denominator: of.noise_denominator,
         poles: places(reading.poles()?),
         continuous_poles: places(reading.continuous_poles()?),
         zeros: places(reading.zeros()?),
@@ -71,6 +61,16 @@ pub fn from_analysis(analysis: &Analysis) -> Result<ModelFile, IdentificationErr
         preparation: Vec::new(),
         judgement: Some(judgement(analysis.verdict, analysis.reasons.iter())),
         verdict: analysis.sentences(),
+    })
+}
+
+/// The continuous model with the same response to a held input.
+pub(crate) fn in_s(model: &Model) -> Option<Continuous> {
+    let it = continuous(model).ok()?;
+    Some(Continuous {
+        num: it.transfer.num.clone(),
+        den: it.transfer.den.clone(),
+        delay: it.delay,
     })
 }
 
@@ -178,9 +178,7 @@ fn process_file(found: &ProcessModel) -> Process {
                 deviation,
             })
             .collect(),
-        covariance: (found.covariance.row_iter())
-            .map(|row| row.iter().copied().collect())
-            .collect(),
+        covariance: rows(&found.covariance),
     }
 }
 

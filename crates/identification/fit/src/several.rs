@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
+use planesman_identification::GivenModel;
 use planesman_identification::several::{
     Analysis, ChannelModel, Given, Judged, analyse, analyse_validated,
 };
-use planesman_identification::{GivenModel, continuous};
 use planesman_model_file::{
-    ChannelModel as ChannelFile, Continuous, LeftOut, OutputModel, SeveralFormat, SeveralModelFile,
-    StateSpace,
+    ChannelModel as ChannelFile, LeftOut, OutputModel, SeveralFormat, SeveralModelFile, StateSpace,
 };
 use planesman_parallel::{Progress, stop_point};
 use planesman_signals::PreparedRecord;
@@ -16,10 +15,9 @@ use serde_json::{Value, json};
 
 use crate::compare::{CompareOptions, name};
 use crate::error::FitError;
-use crate::fit::{doubted, told};
-use crate::model_file::{given_channel, judgement, place};
+use crate::fit::{doubted, told, with_data};
+use crate::model_file::{given_channel, in_s, judgement, place};
 use crate::options::{FitOptions, SignalOptions};
-use crate::record::Expected;
 use crate::rules::check_ahead;
 
 /// A model of each output, and the record.
@@ -94,8 +92,6 @@ impl SeveralResult {
     /// # Errors
     /// As [`SeveralResult::model_file`].
     pub fn as_json(&self) -> Result<Value, FitError> {
-        let resampled = &self.prepared.resampled;
-        let record = &resampled.record;
         let outputs = self.outputs.iter().map(|it| {
             let inputs = it.inputs.iter().map(|input| {
                 json!({
@@ -124,24 +120,11 @@ impl SeveralResult {
                 "offsets": (0..it.segments.len()).map(|run| it.offset(run)).collect::<Vec<_>>(),
             })
         });
-        Ok(json!({
+        let found = json!({
             "model": self.model_file()?,
             "outputs": outputs.collect::<Vec<_>>(),
-            "record": {
-                "sample_time": record.sample_time,
-                "samples": record.samples(),
-                "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
-                "inputs": resampled.inputs,
-                "outputs": resampled.outputs,
-            },
-            "reading": self.prepared.reading,
-            "preparation": self.prepared.steps,
-            "validation": self.validation.as_ref().map(|it| json!({
-                "samples": it.resampled.record.samples(),
-                "reading": it.reading,
-                "preparation": it.steps,
-            })),
-        }))
+        });
+        Ok(with_data(found, &self.prepared, self.validation.as_ref()))
     }
 
     /// The models as a file that `sysid compare` takes: transfer functions, and a state space of all of them.
@@ -166,23 +149,15 @@ impl SeveralResult {
 fn output_model(found: &Analysis) -> Result<OutputModel, FitError> {
     let channels = found.channels().map(|(_, input, model)| {
         let reading = model.reading();
-        let of = model.estimate.model(0);
-        let in_s = continuous(&of).ok();
-        let covariance = model.estimate.coefficient_covariance(0);
+        let of = GivenModel::new(&model.estimate, 0);
         Ok(ChannelFile {
             input: input.name.clone(),
-            num: of.numerator(model.delay() == 0),
-            den: std::iter::once(1.0).chain(of.a.iter().copied()).collect(),
-            covariance: (covariance.row_iter())
-                .map(|row| row.iter().copied().collect())
-                .collect(),
+            num: of.num,
+            den: of.den,
+            covariance: of.covariance,
             delay: model.delay(),
             delay_interval: model.lag.map(|it| [it.interval.0, it.interval.1]),
-            continuous: in_s.map(|it| Continuous {
-                num: it.transfer.num.clone(),
-                den: it.transfer.den.clone(),
-                delay: it.delay,
-            }),
+            continuous: in_s(&model.estimate.model(0)),
             poles: reading.poles()?.iter().map(place).collect(),
             continuous_poles: reading.continuous_poles()?.iter().map(place).collect(),
             zeros: reading.zeros()?.iter().map(place).collect(),
@@ -353,18 +328,7 @@ pub fn compare_several(
         ..SignalOptions::default()
     };
     signals.check()?;
-    let grid = options.grid.clone().at_rate(1.0 / first.sample_time);
-    let read = |grid| signals.record(&options.data, grid, Expected::ANY, false, progress);
-    let refused = |source: FitError| FitError::Grid {
-        model: path.clone(),
-        sample_time: first.sample_time,
-        source: Box::new(source),
-    };
-    let mut prepared = read(&grid).map_err(refused)?;
-    // A model of decimated data is of means.
-    if let Some(averaged) = options.grid.averaged_where_decimated(&prepared) {
-        prepared = read(&averaged.at_rate(1.0 / first.sample_time)).map_err(refused)?;
-    }
+    let prepared = options.read(&signals, path, first.sample_time, progress)?;
     let record = &prepared.resampled.record;
     let paths: Vec<PathBuf> = models.iter().map(|it| it.0.clone()).collect();
     let mut compared = Vec::new();

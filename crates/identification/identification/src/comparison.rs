@@ -3,7 +3,7 @@
 //! A model is taken as it stands. Of each segment only the state it begins in is fitted; the offset is the model's own.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::polynomial::product;
+use planesman_linear::{polynomial::product, rows};
 
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate};
@@ -16,7 +16,7 @@ use planesman_record::Record;
 use planesman_record::Run;
 
 /// Sampling intervals that differ by less than this share are the same.
-pub(crate) const SAME_TIME: f64 = 1e-4;
+const SAME_TIME: f64 = 1e-4;
 
 /// A transfer function with its noise, wherever it comes from.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +67,17 @@ pub struct Judgement {
     pub samples: usize,
 }
 
+/// Refuses a record of another sampling interval than a model's.
+pub(crate) fn check_sample_time(sample_time: f64, record: &Record) -> Result<()> {
+    if (sample_time / record.sample_time - 1.0).abs() > SAME_TIME {
+        return Err(IdentificationError::Model(format!(
+            "the model is for a sampling interval of {} s, the data has {} s",
+            sample_time, record.sample_time
+        )));
+    }
+    Ok(())
+}
+
 impl GivenModel {
     /// The model of record `run` of an estimate.
     #[must_use]
@@ -82,9 +93,7 @@ impl GivenModel {
             sample_time: found.sample_time,
             num: model.numerator(structure.delay == 0),
             den: monic(&model.a),
-            covariance: (found.coefficient_covariance(run).row_iter())
-                .map(|row| row.iter().copied().collect())
-                .collect(),
+            covariance: rows(&found.coefficient_covariance(run)),
             offset: found.offset(run),
             input_level: found.level_of_integrator(run),
             error: found.error,
@@ -102,13 +111,7 @@ impl GivenModel {
     /// [`IdentificationError`]: a model without coefficients, a record with another sampling interval, or without input
     /// or output.
     pub fn on(&self, record: &Record, ahead: &[usize]) -> Result<Judgement> {
-        let apart = (self.sample_time / record.sample_time - 1.0).abs();
-        if apart > SAME_TIME {
-            return Err(IdentificationError::Model(format!(
-                "the model is for a sampling interval of {} s, the data has {} s",
-                self.sample_time, record.sample_time
-            )));
-        }
+        check_sample_time(self.sample_time, record)?;
         let record = match &self.curve {
             Some((Side::Input, curve)) => &curve.of_input(record),
             _ => record,

@@ -6,7 +6,7 @@ use planesman_record::{Record, Segment};
 use super::equations::Equations;
 use super::layout::{Channel, Layout};
 use super::scaled::used;
-use crate::comparison::{GivenModel, SAME_TIME};
+use crate::comparison::{GivenModel, check_sample_time};
 use crate::error::{IdentificationError, Result};
 use crate::fit::fit;
 use crate::free_motion::{free_motion, without_free_motion};
@@ -46,12 +46,7 @@ impl Given {
     /// # Errors
     /// [`IdentificationError`]: another sampling interval, a record without the signals, a channel without coefficients.
     pub fn on(&self, record: &Record, output: usize) -> Result<Judged> {
-        if (self.sample_time / record.sample_time - 1.0).abs() > SAME_TIME {
-            return Err(IdentificationError::Model(format!(
-                "the model is for a sampling interval of {} s, the data has {} s",
-                self.sample_time, record.sample_time
-            )));
-        }
+        check_sample_time(self.sample_time, record)?;
         let segments = used(record);
         let inputs = self.channels.iter().map(|it| it.0).max().unwrap_or(0);
         let lacks = |it: &&Segment| it.inputs.len() <= inputs || it.outputs.len() <= output;
