@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use planesman_fuzz::{InMemory, choice};
-use planesman_signals::{CsvSource, Options, Resampler, TableTime, TimeUnit};
+use planesman_signals::{CsvSource, Options, Resampler, Source as _, TableTime, TimeUnit};
 
 fuzz_target!(|data: &[u8]| {
     let Some((unit, text)) = choice(data) else {
@@ -18,7 +18,8 @@ fuzz_target!(|data: &[u8]| {
     let Ok(table) = CsvSource::open(&file.path(), &time) else {
         return;
     };
-    let requests = table.requests();
+    let topics = table.topics().into_iter();
+    let requests: Vec<_> = topics.flat_map(|it| it.requests).collect();
     let mut take = |signal: usize, _: i64, _: Option<f64>| signal < requests.len();
     let _ = table.read(&requests, &mut take, &|_| {});
     if let [input, output, ..] = &requests[..] {

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use planesman_fuzz::{InMemory, choice};
-use planesman_signals::{LogKind, LogSource, Options, Resampler};
+use planesman_signals::{LogKind, LogSource, Options, Resampler, Source as _};
 
 fuzz_target!(|data: &[u8]| {
     let Some((kind, bytes)) = choice(data) else {
@@ -14,11 +14,8 @@ fuzz_target!(|data: &[u8]| {
     let Ok(log) = LogSource::open(&file.path(), kind) else {
         return;
     };
-    let requests: Vec<_> = log
-        .topics()
-        .flat_map(|topic| log.requests(topic))
-        .take(2)
-        .collect();
+    let topics = log.topics().into_iter();
+    let requests: Vec<_> = topics.flat_map(|it| it.requests).take(2).collect();
     if let [input, output] = &requests[..] {
         let names = [input, output].map(|request| vec![request.name.clone()]);
         let mut resampler = Resampler::new(&names[0], &names[1], Options::default());

@@ -3,19 +3,15 @@
 
 use libfuzzer_sys::fuzz_target;
 use planesman_fuzz::InMemory;
-use planesman_signals::{Options, Resampler, UlogSource};
+use planesman_signals::{LogKind, LogSource, Options, Resampler, Source as _};
 
 fuzz_target!(|data: &[u8]| {
     let file = InMemory::file(data);
-    let Ok(log) = UlogSource::open(&file.path()) else {
+    let Ok(log) = LogSource::open(&file.path(), LogKind::Ulog) else {
         return;
     };
-    let requests: Vec<_> = log
-        .topics()
-        .keys()
-        .flat_map(|topic| log.requests(topic))
-        .take(2)
-        .collect();
+    let topics = log.topics().into_iter();
+    let requests: Vec<_> = topics.flat_map(|it| it.requests).take(2).collect();
     if let [input, output] = &requests[..] {
         let names = [input, output].map(|request| vec![request.name.clone()]);
         let mut resampler = Resampler::new(&names[0], &names[1], Options::default());

@@ -14,7 +14,7 @@ use planesman_flight::{Loop, Scenario};
 use planesman_hydraulics::{ActuatorFile, actuator_file};
 use planesman_parameters::Choice;
 use planesman_show::design::circuits::{Outcome, designs, evaluate, ledger_table};
-use planesman_signals::{CsvSource, Request, Role, TableTime};
+use planesman_signals::{CsvSource, Request, Role, Source as _, TableTime};
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, Quantity};
 

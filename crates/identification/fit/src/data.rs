@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use planesman_bag::{is_bag_file, sorted_into_bags};
 use planesman_parallel::{Progress, stop_point};
-use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime, TimeUnit, is_table};
+use planesman_signals::{Clock, ColumnSource, Data, Source, TableTime, TimeUnit, is_table, open};
 use planesman_units::Dimension;
 
 use crate::declaration::{OptionGroup, Range, options};
@@ -94,7 +94,7 @@ impl DataOptions {
     }
 
     /// All of the data as one source.
-    pub(crate) fn open(&self) -> Result<Source, FitError> {
+    pub(crate) fn open(&self) -> Result<Box<dyn Source>, FitError> {
         self.opened(match &self.sources {
             Sources::Files(paths) => paths.clone(),
             Sources::Columns(_) => Vec::new(),
@@ -103,19 +103,18 @@ impl DataOptions {
 
     /// One by one: the parts of a split bag belong together, and tables of which each has some of the signals; every other path is
     /// a source of its own.
-    pub(crate) fn each(&self, signals: &[String]) -> Result<Vec<Source>, FitError> {
-        let Sources::Files(paths) = &self.sources else {
-            return Ok(vec![self.opened(Vec::new())?]);
+    pub(crate) fn each(&self, signals: &[String]) -> Result<Vec<Box<dyn Source>>, FitError> {
+        let paths = match &self.sources {
+            Sources::Files(paths) if !paths.iter().all(|path| is_table(path)) => paths,
+            _ => {
+                let source = self.open()?;
+                let experiments = source.experiments(signals);
+                return Ok(match experiments.is_empty() {
+                    true => vec![source],
+                    false => experiments,
+                });
+            }
         };
-        if let [_, _, ..] = &paths[..]
-            && paths.iter().all(|path| is_table(path))
-            && let Source::Tables(tables) = self.opened(paths.clone())?
-        {
-            return Ok(match tables.are_alike(signals) {
-                true => tables.apart().into_iter().map(Source::Csv).collect(),
-                false => vec![Source::Tables(tables)],
-            });
-        }
         let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
             paths.iter().cloned().partition(|path| is_bag_file(path));
         let mut groups = sorted_into_bags(&parts);
@@ -123,7 +122,7 @@ impl DataOptions {
         groups.into_iter().map(|paths| self.opened(paths)).collect()
     }
 
-    fn opened(&self, paths: Vec<PathBuf>) -> Result<Source, FitError> {
+    fn opened(&self, paths: Vec<PathBuf>) -> Result<Box<dyn Source>, FitError> {
         self.check_values()?;
         let time = TableTime {
             column: self.time.clone(),
@@ -132,12 +131,13 @@ impl DataOptions {
         };
         let opened = match &self.sources {
             Sources::Columns(columns) => {
-                ColumnSource::new(columns.clone(), &time).map(Source::Columns)
+                let source = ColumnSource::new(columns.clone(), &time);
+                source.map(|it| Box::new(it) as Box<dyn Source>)
             }
             Sources::Files(_) if paths.iter().all(|it| it.as_os_str().is_empty()) => {
                 return Err(FitError::NoData);
             }
-            Sources::Files(_) => Source::open(&Data {
+            Sources::Files(_) => open(&Data {
                 paths,
                 stamp: self.stamp,
                 time,

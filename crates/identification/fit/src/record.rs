@@ -114,13 +114,10 @@ impl SignalOptions {
             return Ok(None);
         }
         let signals = [self.input.clone(), self.output.clone()];
-        let of = |source: &Source| match source {
-            Source::Bag(bag) => {
-                let mut topics = bag.bag().topics().iter().map(|it| &it.topic);
-                let found = topics.find(|topic| topic.kind.type_name == MOTION.0)?;
-                Some(format!("{}:{}", found.name.rsplit('/').next()?, MOTION.1))
-            }
-            _ => None,
+        let of = |source: &Box<dyn Source>| {
+            let mut topics = source.bag()?.topics().iter().map(|it| &it.topic);
+            let found = topics.find(|topic| topic.kind.type_name == MOTION.0)?;
+            Some(format!("{}:{}", found.name.rsplit('/').next()?, MOTION.1))
         };
         Ok(self.data.each(&signals)?.iter().find_map(of))
     }
@@ -185,7 +182,7 @@ impl SignalOptions {
     /// As [`SignalOptions::record`], of sources that are open.
     pub(crate) fn record_of(
         &self,
-        sources: &[Source],
+        sources: &[Box<dyn Source>],
         grid: &GridOptions,
         expected: Expected,
         decimate: bool,
@@ -204,7 +201,7 @@ impl SignalOptions {
             let windows = grid.of_windows(rate.or(source.sample_time().map(f64::recip)));
             let read = |inputs: &[String]| {
                 reading(source.bytes(), progress, |told| {
-                    read_record(source, inputs, &outputs, &windows, told)
+                    read_record(&**source, inputs, &outputs, &windows, told)
                 })
             };
             let next = match (&in_words, read(&inputs)) {

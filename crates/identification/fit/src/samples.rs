@@ -1,7 +1,7 @@
 //! Signals as they lie in a bag, table or log: every sample with its stamp, on no grid.
 
 use planesman_parallel::stop_point;
-use planesman_signals::{Reading, Request, Role, Take};
+use planesman_signals::{Reading, Request, Take};
 
 use crate::data::DataOptions;
 use crate::error::FitError;
@@ -23,11 +23,7 @@ pub fn samples(options: &SamplesOptions, take: &mut Take<'_>) -> Result<Reading,
     if options.signals.is_empty() {
         return Err(FitError::NoSignal);
     }
-    let request = |name: &String| Request {
-        name: name.clone(),
-        role: Role::Output,
-    };
-    let requests: Vec<Request> = options.signals.iter().map(request).collect();
+    let requests: Vec<Request> = options.signals.iter().map(Request::output).collect();
     let reading = options
         .data
         .open()?

@@ -130,7 +130,7 @@ impl FitOptions {
         let mut runs = Vec::new();
         for source in data.each(&found.signals)? {
             let read = reading(source.bytes(), progress, |told| {
-                read_samples(&source, &requests, grid.unwrap, told)
+                read_samples(&*source, &requests, grid.unwrap, told)
             });
             let (signals, mut of) = read.map_err(FitError::data)?;
             let slowest = signals[inputs..]

@@ -81,24 +81,13 @@ const WAYS: [(&[Option<usize>], bool); 3] = [
 struct Trial<'d> {
     data: &'d DataOptions,
     /// What has been read of them; `None` where they cannot be read together.
-    kept: Option<Vec<Source>>,
+    kept: Option<Vec<Box<dyn Source>>>,
     /// Where its record begins, s.
     from: Option<f64>,
 }
 
-/// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
-/// in a table, and path. `None` where nothing looks like an input and an output.
-///
-/// # Errors
-/// Why no command is proposed though there are inputs and outputs.
-pub(crate) fn suggestion<'s>(
-    signals: impl Iterator<Item = (&'s str, &'s str)>,
-    data: &DataOptions,
-    has_time: bool,
-) -> Result<Option<String>, String> {
-    let Sources::Files(paths) = &data.sources else {
-        return Ok(None);
-    };
+/// Inputs and outputs by their names, the most likely first.
+fn ranked<'s>(signals: impl Iterator<Item = (&'s str, &'s str)>) -> (Vec<Ranked>, Vec<Ranked>) {
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for (topic, path) in signals.filter(|it| is_of_the_system(it.1)) {
         let rank = |words: &[&str]| {
@@ -119,6 +108,23 @@ pub(crate) fn suggestion<'s>(
     }
     inputs.sort_by_key(|it| it.0);
     outputs.sort_by_key(|it| it.0);
+    (inputs, outputs)
+}
+
+/// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
+/// in a table, and path. `None` where nothing looks like an input and an output.
+///
+/// # Errors
+/// Why no command is proposed though there are inputs and outputs.
+pub(crate) fn suggestion<'s>(
+    signals: impl Iterator<Item = (&'s str, &'s str)>,
+    data: &DataOptions,
+    has_time: bool,
+) -> Result<Option<String>, String> {
+    let Sources::Files(paths) = &data.sources else {
+        return Ok(None);
+    };
+    let (mut inputs, outputs) = ranked(signals);
     let mut tried = data.clone();
     if !has_time {
         // Which model there is does not depend on the unit of time.
@@ -214,7 +220,7 @@ impl<'d> Trial<'d> {
         let keep = |source| KeptSource::new(source, requests.clone(), MOST_KEPT).ok();
         let kept = data.each(&signals).ok().and_then(|sources| {
             let each = sources.into_iter();
-            each.map(|it| Some(Source::Kept(Box::new(keep(it)?))))
+            each.map(|it| Some(Box::new(keep(it)?) as Box<dyn Source>))
                 .collect()
         });
         Self {
@@ -378,8 +384,8 @@ fn is_of_steps(record: &Record) -> bool {
 
 /// The options of the time that the data needs.
 fn time(data: &DataOptions, has_time: bool) -> String {
-    let stamp = data.stamp.map(|it| it.described().0.to_owned());
-    let unit = data.time_unit.map(|it| it.described().0.to_owned());
+    let stamp = data.stamp.map(|it| it.name().to_owned());
+    let unit = data.time_unit.map(|it| it.name().to_owned());
     let step = match (data.sample_time, has_time) {
         (None, false) => Some("SECONDS".to_owned()),
         (step, _) => step.map(|it| format!("{it}s")),

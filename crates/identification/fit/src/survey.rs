@@ -6,13 +6,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use planesman_bag::reader::TopicCount;
-use planesman_bag::{Message, Order, Topic, TopicKind};
+use planesman_bag::{BagReader, Message, Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, CompileError, DecodeError, Decoder, FieldPath, Values};
 use planesman_parallel::Progress;
 use planesman_signals::{
-    self as signals, BagSource, Change, Clock, CsvSource, Mixture, Publishers, Reading, Request,
-    Senders, Source, SourceError, StampFindings, StampInspection, Stamps, Take, Timing,
-    ValueInspection,
+    self as signals, Change, Clock, Mixture, Publishers, Request, Senders, Source, SourceError,
+    StampFindings, StampInspection, Stamps, Timing, ValueInspection,
 };
 use serde::Serialize;
 
@@ -38,12 +37,6 @@ const NAMES: usize = 100;
 
 /// Numbers of a time history at most.
 pub const SPARKS: usize = 24;
-
-/// The interval of progress reports, in messages.
-const PROGRESS_INTERVAL: u64 = 4096;
-
-/// Progress is told of each message of more bytes.
-const LARGE_MESSAGE: usize = 1 << 20;
 
 /// The topics of a bag or table.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -126,38 +119,22 @@ pub fn survey(
     progress: &dyn Progress,
 ) -> Result<Survey, FitError> {
     let source = data.open()?;
-    reading(source.bytes(), progress, |told| match source {
-        Source::Bag(bag) => Ok(of_bag(&bag, topic, told)),
-        Source::Csv(table) => of_csv(table, told),
-        Source::Tables(tables) => {
-            let mut all = Survey::default();
-            for table in tables.apart() {
-                let one = of_csv(table, told)?;
-                all.topics.extend(one.topics);
-                all.notes.extend(one.notes);
-            }
-            Ok(all)
+    reading(source.bytes(), progress, |told| {
+        if let Some(bag) = source.bag() {
+            return Ok(of_bag(bag, data.stamp, topic, told));
         }
-        Source::Ulog(log) => {
-            let topics = log.topics().keys().map(|name| (name, log.requests(name)));
-            of_log("ULog", topics, topic, |requests, take| {
-                log.read(requests, take, told)
-            })
+        let mut parts = source.experiments(&[]);
+        if parts.is_empty() {
+            parts.push(source);
         }
-        Source::Log(log) => {
-            let topics = log.topics().map(|name| (name, log.requests(name)));
-            of_log(log.type_name(), topics, topic, |requests, take| {
-                log.read(requests, take, told)
-            })
+        let mut all = Survey::default();
+        for mut part in parts {
+            part.count_rows();
+            let one = of_fields(&*part, topic, told)?;
+            all.topics.extend(one.topics);
+            all.notes.extend(one.notes);
         }
-        // Others have kept it: all of its topics are not there.
-        Source::Kept(_) => Err(FitError::NoData),
-        Source::Columns(columns) => {
-            let name = "columns".to_owned();
-            of_table(name, false, columns.requests(), |requests, take| {
-                columns.read(requests, take).map_err(FitError::data)
-            })
-        }
+        Ok(all)
     })
 }
 
@@ -316,20 +293,19 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(source: &BagSource, topic: &Topic) -> Result<Self, Unreadable> {
+    fn of(bag: &BagReader, clock: Option<Clock>, topic: &Topic) -> Result<Self, Unreadable> {
         if topic.kind.type_name == "rcl_interfaces/msg/ParameterEvent" {
             return Err(Unreadable::NoSignals("changes of parameters"));
         }
         // Topics of a kind share it, each below its own name.
-        let types = signals::types(source.bag(), topic).map_err(|error| match error {
+        let types = signals::types(bag, topic).map_err(|error| match error {
             SourceError::Topic { reason, .. } => Unreadable::Schema(reason),
             other => Unreadable::Schema(other.to_string()),
         })?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
         let by_index = catalogue.fields.clone();
-        catalogue.fields = signals::by_name(source.bag(), topic, &types, catalogue.fields);
+        catalogue.fields = signals::by_name(bag, topic, &types, catalogue.fields);
         let is_own = topic.kind.message_encoding == "json" || catalogue.fields != by_index;
-        let clock = source.clock();
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is reported as the topic's timing.
         if let Some(stamp) = &stamp {
@@ -535,8 +511,12 @@ fn mixed(content: u64, value: f64) -> u64 {
     (content.rotate_left(5) ^ value.to_bits()).wrapping_mul(ODD)
 }
 
-fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Survey {
-    let bag = source.bag();
+fn of_bag(
+    bag: &BagReader,
+    clock: Option<Clock>,
+    wanted: Option<&str>,
+    progress: &dyn Fn(u64),
+) -> Survey {
     let mut survey = Survey::default();
     let mut scans: Vec<TopicScan> = Vec::new();
     let mut plans: BTreeMap<*const TopicKind, Result<Rc<Plan>, Unreadable>> = BTreeMap::new();
@@ -561,7 +541,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         let plan = match plans.get(&kind) {
             Some(known) => known.clone(),
             None => {
-                let plan = Plan::of(source, topic).map(Rc::new);
+                let plan = Plan::of(bag, clock, topic).map(Rc::new);
                 if !plan.as_ref().is_ok_and(|it| it.is_own) {
                     plans.insert(kind, plan.clone());
                 }
@@ -596,25 +576,14 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         let key = (topic.name.as_str(), topic.kind.type_name.as_str());
         places.get(&key).copied()
     };
-    let mut messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
-    let mut count = 0_u64;
-    while let Some(message) = messages.next() {
-        let message = match message {
-            Ok(message) => message,
-            Err(error) => {
-                survey.notes.push(error.to_string());
-                break;
-            }
-        };
-        count += 1;
-        let is_large = message.payload.len() > LARGE_MESSAGE;
-        if is_large || count.is_multiple_of(PROGRESS_INTERVAL) {
-            progress(messages.bytes_read());
-        }
+    let messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
+    let broken = signals::each_message(messages, progress, |message| {
         if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {
-            scan.take(&message);
+            scan.take(message);
         }
-    }
+        Ok(true)
+    });
+    survey.notes.extend(broken.unwrap_or_default());
     if !bag.completeness().is_whole() {
         survey
             .notes
@@ -623,45 +592,6 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     survey.topics = scans.into_iter().map(TopicScan::survey).collect();
     survey.topics.sort_by(|a, b| a.name.cmp(&b.name));
     survey
-}
-
-fn of_log<'a>(
-    type_name: &str,
-    topics: impl Iterator<Item = (&'a String, Vec<Request>)>,
-    wanted: Option<&str>,
-    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, SourceError>,
-) -> Result<Survey, FitError> {
-    let is_wanted = |it: &(&String, _)| wanted.is_none_or(|text| it.0.contains(text));
-    let topics: Vec<(&String, Vec<Request>)> = topics.filter(is_wanted).collect();
-    let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
-    let each = topics.iter().enumerate();
-    let topic_of: Vec<usize> = each
-        .flat_map(|(at, (_, requests))| std::iter::repeat_n(at, requests.len()))
-        .collect();
-    let (fields, stamps, reading) = read_fields(&requests, &topic_of, |requests, take| {
-        read(requests, take).map_err(FitError::data)
-    })?;
-    let mut survey = Survey {
-        topics: Vec::new(),
-        notes: reading.notes,
-        suggestion: None,
-    };
-    let (mut fields, mut stamps) = (fields.into_iter(), stamps.into_iter());
-    for (name, requests) in topics {
-        let path = |request: &Request| request.name[name.len() + 1..].to_owned();
-        let mut topic = TopicSurvey {
-            name: name.clone(),
-            type_name: type_name.to_owned(),
-            stamps: "log".to_owned(),
-            fields: (requests.iter().zip(fields.by_ref()))
-                .map(|(request, field)| field.survey(path(request)))
-                .collect(),
-            ..TopicSurvey::default()
-        };
-        topic.found(stamps.next().unwrap_or_default());
-        survey.topics.push(topic);
-    }
-    Ok(survey)
 }
 
 /// A row, or a message of a log, of which the values come one by one.
@@ -692,15 +622,21 @@ impl Row {
     }
 }
 
-/// The fields of the requests, and the stamps of each topic; `topic_of` says which a request is of.
-fn read_fields(
-    requests: &[Request],
-    topic_of: &[usize],
-    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
-) -> Result<(Vec<Field>, Vec<StampFindings>, Reading), FitError> {
+/// The fields of a table or log, in one pass.
+fn of_fields(
+    source: &dyn Source,
+    wanted: Option<&str>,
+    told: &dyn Fn(u64),
+) -> Result<Survey, FitError> {
+    let mut topics = source.topics();
+    topics.retain(|it| it.type_name.is_empty() || wanted.is_none_or(|text| it.name.contains(text)));
+    let requests: Vec<Request> = topics.iter().flat_map(|it| it.requests.clone()).collect();
+    let each = topics.iter().enumerate();
+    let topic_of: Vec<usize> = each
+        .flat_map(|(at, it)| std::iter::repeat_n(at, it.requests.len()))
+        .collect();
     let mut fields: Vec<Field> = (0..requests.len()).map(Field::inspected).collect();
-    let topics = topic_of.last().map_or(1, |last| last + 1);
-    let mut rows = vec![Row::default(); topics];
+    let mut rows = vec![Row::default(); topics.len()];
     let mut take = |signal: usize, stamp, value| {
         if let Some(row) = topic_of.get(signal).and_then(|it| rows.get_mut(*it)) {
             row.take(signal, stamp, value);
@@ -710,61 +646,36 @@ fn read_fields(
         }
         true
     };
-    let reading = read(requests, &mut take)?;
-    let ended = rows.into_iter().map(|mut row| {
+    let reading = source.read(&requests, &mut take, told);
+    let mut reading = reading.map_err(FitError::data)?;
+    let mut survey = Survey::default();
+    let mut fields = fields.into_iter();
+    for (topic, mut row) in topics.into_iter().zip(rows) {
         row.end();
-        row.inspection.finish()
-    });
-    Ok((fields, ended.collect(), reading))
-}
-
-fn of_csv(table: CsvSource, told: &dyn Fn(u64)) -> Result<Survey, FitError> {
-    let table = table.counted();
-    let name = table.path().display().to_string();
-    let is_long = table.is_long();
-    of_table(name, is_long, table.requests(), |requests, take| {
-        let reading = table.read(requests, take, told);
-        reading.map_err(FitError::data)
-    })
-}
-
-/// A table; the signals of a long one have each their own times.
-fn of_table(
-    name: String,
-    is_long: bool,
-    requests: Vec<Request>,
-    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading, FitError>,
-) -> Result<Survey, FitError> {
-    let topic_of: Vec<usize> = match is_long {
-        true => (0..requests.len()).collect(),
-        false => vec![0; requests.len()],
-    };
-    let (fields, stamps, mut reading) = read_fields(&requests, &topic_of, read)?;
-    let mut fields = fields
-        .into_iter()
-        .zip(requests)
-        .map(|(field, request)| field.survey(request.name));
-    let together = if is_long { 1 } else { usize::MAX };
-    let mut topics = Vec::new();
-    for found in stamps {
-        let mut table = TopicSurvey {
-            name: name.clone(),
-            stamps: reading.stamps.clone(),
-            fields: fields.by_ref().take(together).collect(),
+        let is_table = topic.type_name.is_empty();
+        let name = if is_table { 0 } else { topic.name.len() + 1 };
+        let each = topic.requests.iter().zip(fields.by_ref());
+        let mut found = TopicSurvey {
+            fields: each
+                .map(|(request, field)| field.survey(request.name[name..].to_owned()))
+                .collect(),
+            name: topic.name,
+            type_name: topic.type_name.to_owned(),
+            stamps: match is_table {
+                true => reading.stamps.clone(),
+                false => "log".to_owned(),
+            },
             ..TopicSurvey::default()
         };
-        table.found(found);
-        if table.rate > 0.0 && topics.is_empty() {
-            reading.question_unit(table.rate);
+        found.found(row.inspection.finish());
+        if found.rate > 0.0 && survey.topics.is_empty() {
+            reading.question_unit(found.rate);
         }
-        table.clock.append(&mut reading.clock);
-        topics.push(table);
+        found.clock.append(&mut reading.clock);
+        survey.topics.push(found);
     }
-    Ok(Survey {
-        topics,
-        notes: reading.notes,
-        suggestion: None,
-    })
+    survey.notes = reading.notes;
+    Ok(survey)
 }
 
 /// Whether messages are what is sent to a service and answered, `PACKAGE/srv/NAME_Event`.

@@ -10,7 +10,7 @@ use planesman_identification::{
     analysis::{self, analyse},
     filter, noise, with_noise,
 };
-use planesman_signals::{CsvSource, Options, Source, TableTime, read_record};
+use planesman_signals::{CsvSource, Options, TableTime, read_record};
 
 /// Time between two rows, s.
 const SAMPLE_TIME: f64 = 0.05;
@@ -37,7 +37,7 @@ fn table() -> String {
 }
 
 fn fit(path: &Path) -> Result<String, Box<dyn std::error::Error>> {
-    let source = Source::Csv(CsvSource::open(path, &TableTime::default())?);
+    let source = CsvSource::open(path, &TableTime::default())?;
     let names = |name: &str| [name.to_owned()];
     let prepared = read_record(
         &source,

@@ -8,14 +8,11 @@ use std::io::{self, BufRead as _, BufReader, Read as _};
 use std::rc::Rc;
 
 use crate::csv_cell::{decimal, number};
-use crate::log_message::{LogMessage, LogReader, VALUE};
+use crate::log_message::{FIELDS, LogMessage, LogReader, VALUE};
 use crate::time_unit::TimeUnit;
 
 /// The longest line, bytes; what is behind is a line of its own.
 const LONGEST: u64 = 1 << 20;
-
-/// Fields of a value at most.
-const FIELDS: usize = 1000;
 
 /// The messages of a log.
 pub(crate) struct Alog {

@@ -15,12 +15,10 @@ use crate::bag_types::types;
 use crate::error::{Result, SourceError, listed};
 use crate::identity::Identity;
 use crate::publishers::{Publishers, Senders};
-use crate::request::{Clock, Reading, Request, Role, Take, distinct};
+use crate::request::{Clock, PROGRESS_INTERVAL, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
+use crate::source::Source;
 use crate::stamps::{self, Stamps};
-
-/// The interval of progress reports, in messages.
-const PROGRESS_INTERVAL: u64 = 4096;
 
 /// Progress is told of each message of more bytes.
 const LARGE_MESSAGE: usize = 1 << 20;
@@ -40,7 +38,7 @@ const MOST_ELEMENTS: usize = 16;
 
 /// An open bag, and whose stamps are wanted.
 #[derive(Debug)]
-pub struct BagSource {
+pub(crate) struct BagSource {
     bag: BagReader,
     clock: Option<Clock>,
 }
@@ -50,7 +48,7 @@ impl BagSource {
     ///
     /// # Errors
     /// As [`BagReader::open`].
-    pub fn open(
+    pub(crate) fn open(
         paths: &[PathBuf],
         clock: Option<Clock>,
         most_unpacked: Option<u64>,
@@ -61,120 +59,6 @@ impl BagSource {
             paths => BagReader::open_all(paths, limits)?,
         };
         Ok(Self { bag, clock })
-    }
-
-    /// The bag.
-    #[must_use]
-    pub fn bag(&self) -> &BagReader {
-        &self.bag
-    }
-
-    /// The requested source of stamps.
-    #[must_use]
-    pub fn clock(&self) -> Option<Clock> {
-        self.clock
-    }
-
-    /// The bytes of its files.
-    #[must_use]
-    pub fn bytes(&self) -> u64 {
-        self.bag.files().map(|(_, bytes)| bytes).sum()
-    }
-
-    /// Hands every sample of the signals to `take`, file by file as they lie.
-    ///
-    /// # Errors
-    /// A signal that no topic has, or messages of which none can be read.
-    pub fn read(
-        &self,
-        requests: &[Request],
-        take: &mut Take<'_>,
-        progress: &dyn Fn(u64),
-    ) -> Result<Reading> {
-        let wanted = requests
-            .iter()
-            .map(|request| Wanted::find(&self.bag, request))
-            .collect::<Result<Vec<_>>>()?;
-        let places = wanted.iter();
-        let places: Vec<_> = places
-            .map(|it| (&it.topic, &it.path, it.publisher))
-            .collect();
-        distinct(requests, &places)?;
-        let (clock, reason, seen) = self.chosen(&wanted)?;
-        let mut reading = Reading {
-            stamps: match clock {
-                Clock::Header => "of the messages' headers",
-                Clock::Log => "of the recorder",
-            }
-            .to_owned(),
-            ..Reading::default()
-        };
-        let mut messages = self.messages(&wanted);
-        let mut plans = Plans::new(&self.bag, &wanted, clock);
-        for (stamps, seen) in plans.stamps.iter_mut().zip(&seen) {
-            *stamps = seen.anew();
-        }
-        let mut count = 0_u64;
-        while let Some(message) = messages.next() {
-            let message = match message {
-                Ok(message) => message,
-                Err(error) => {
-                    reading.notes.push(error.to_string());
-                    break;
-                }
-            };
-            count += 1;
-            let is_large = message.payload.len() > LARGE_MESSAGE;
-            if is_large || count.is_multiple_of(PROGRESS_INTERVAL) {
-                progress(messages.bytes_read());
-            }
-            if !plans.read(&message, take)? {
-                break;
-            }
-        }
-        for plan in &plans.list {
-            plan.judge(&mut reading)?;
-        }
-        let found = plans.identities.iter().zip(&plans.senders);
-        for (wanted, (identity, senders)) in wanted.iter().zip(found) {
-            reading.notes.extend(identity.judge(&wanted.signal)?);
-            senders.judge(&wanted.signal, wanted.publisher)?;
-        }
-        let unfit = match self.clock {
-            None => stamps::unfit(&mut plans.stamps),
-            Some(_) => stamps::standing(&plans.stamps),
-        };
-        match (unfit, reason) {
-            (_, Some(reason)) => reading
-                .notes
-                .push(format!("{reason}; so the recorder's time is taken for all")),
-            (Some(reason), None) if clock == Clock::Header => {
-                return Err(SourceError::Data(format!(
-                    "{reason}; {} takes the recorder's time for all",
-                    setting("stamp", "log")
-                )));
-            }
-            (_, None) => {
-                let latencies = stamps::latencies(&mut plans.stamps);
-                reading.notes.extend(stamps::lag(&latencies, clock));
-                reading.latencies.extend(latencies);
-            }
-        }
-        let notes = (plans.stamps.iter())
-            .filter_map(|it| Some(format!("{}: {}", it.topic, it.note(clock)?)));
-        reading.notes.extend(notes);
-        if count == 0
-            && let [note] = &reading.notes[..]
-        {
-            return Err(SourceError::Data(note.clone()));
-        }
-        (reading.notes).extend(self.bag.renamed().map(str::to_owned));
-        if !self.bag.completeness().is_whole() {
-            reading
-                .notes
-                .push(format!("the bag is {}", self.bag.completeness()));
-        }
-        Ok(reading)
     }
 
     /// The messages of the wanted topics, of those types in which the signals were found.
@@ -224,6 +108,126 @@ impl BagSource {
             }
         }
         Ok(plans.stamps)
+    }
+}
+
+/// Hands the messages to `take` until it returns false; returns why no more of them can be read.
+///
+/// # Errors
+/// Those of `take`.
+pub fn each_message(
+    mut messages: Messages<'_>,
+    progress: &dyn Fn(u64),
+    mut take: impl FnMut(&Message) -> Result<bool>,
+) -> Result<Option<String>> {
+    let mut count = 0_u64;
+    while let Some(message) = messages.next() {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => return Ok(Some(error.to_string())),
+        };
+        count += 1;
+        let is_large = message.payload.len() > LARGE_MESSAGE;
+        if is_large || count.is_multiple_of(PROGRESS_INTERVAL) {
+            progress(messages.bytes_read());
+        }
+        if !take(&message)? {
+            break;
+        }
+    }
+    Ok(None)
+}
+
+impl Source for BagSource {
+    fn name(&self) -> String {
+        self.bag.path().display().to_string()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.bag.files().map(|(_, bytes)| bytes).sum()
+    }
+
+    fn bag(&self) -> Option<&BagReader> {
+        Some(&self.bag)
+    }
+
+    /// File by file as they lie.
+    fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let wanted = requests
+            .iter()
+            .map(|request| Wanted::find(&self.bag, request))
+            .collect::<Result<Vec<_>>>()?;
+        let places = wanted.iter();
+        let places: Vec<_> = places
+            .map(|it| (&it.topic, &it.path, it.publisher))
+            .collect();
+        distinct(requests, &places)?;
+        let (clock, reason, seen) = self.chosen(&wanted)?;
+        let mut reading = Reading {
+            stamps: match clock {
+                Clock::Header => "of the messages' headers",
+                Clock::Log => "of the recorder",
+            }
+            .to_owned(),
+            ..Reading::default()
+        };
+        let messages = self.messages(&wanted);
+        let mut plans = Plans::new(&self.bag, &wanted, clock);
+        for (stamps, seen) in plans.stamps.iter_mut().zip(&seen) {
+            *stamps = seen.anew();
+        }
+        let mut is_empty = true;
+        let broken = each_message(messages, progress, |message| {
+            is_empty = false;
+            plans.read(message, take)
+        })?;
+        reading.notes.extend(broken);
+        for plan in &plans.list {
+            plan.judge(&mut reading)?;
+        }
+        let found = plans.identities.iter().zip(&plans.senders);
+        for (wanted, (identity, senders)) in wanted.iter().zip(found) {
+            reading.notes.extend(identity.judge(&wanted.signal)?);
+            senders.judge(&wanted.signal, wanted.publisher)?;
+        }
+        let unfit = match self.clock {
+            None => stamps::unfit(&mut plans.stamps),
+            Some(_) => stamps::standing(&plans.stamps),
+        };
+        match (unfit, reason) {
+            (_, Some(reason)) => reading
+                .notes
+                .push(format!("{reason}; so the recorder's time is taken for all")),
+            (Some(reason), None) if clock == Clock::Header => {
+                return Err(SourceError::Data(format!(
+                    "{reason}; {} takes the recorder's time for all",
+                    setting("stamp", "log")
+                )));
+            }
+            (_, None) => {
+                let latencies = stamps::latencies(&mut plans.stamps);
+                reading.notes.extend(stamps::lag(&latencies, clock));
+                reading.latencies.extend(latencies);
+            }
+        }
+        let notes = (plans.stamps.iter())
+            .filter_map(|it| Some(format!("{}: {}", it.topic, it.note(clock)?)));
+        reading.notes.extend(notes);
+        if is_empty && let [note] = &reading.notes[..] {
+            return Err(SourceError::Data(note.clone()));
+        }
+        (reading.notes).extend(self.bag.renamed().map(str::to_owned));
+        if !self.bag.completeness().is_whole() {
+            reading
+                .notes
+                .push(format!("the bag is {}", self.bag.completeness()));
+        }
+        Ok(reading)
     }
 }
 

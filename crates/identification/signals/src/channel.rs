@@ -112,57 +112,17 @@ impl fmt::Display for Change {
     }
 }
 
-/// How samples between the grid's instants become one number for each instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// The mean over the interval that begins at the instant, each sample held until the next: for commands.
-    #[default]
-    Mean,
-    /// The mean over the interval that begins at the instant, straight lines between the samples (first-order hold): for a
-    /// measured motion.
-    Foh,
-    /// On the straight line between the samples before and after the instant: for measurements.
-    Linear,
-    /// The latest sample at or before the instant.
-    Hold,
-    /// The mean of the samples nearer to this instant than to any other: for measurements much faster than the grid.
-    Centred,
-}
-
-impl Method {
-    /// Every method.
-    pub const ALL: [Self; 5] = [
-        Self::Mean,
-        Self::Foh,
-        Self::Linear,
-        Self::Hold,
-        Self::Centred,
-    ];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Mean => (
-                "mean",
-                "Mean over the interval that starts at the grid point, each sample held until the next; for commands",
-            ),
-            Self::Foh => (
-                "foh",
-                "Mean over the interval that starts at the grid point, straight lines between the samples (first-order hold); for \
-                 a measured motion",
-            ),
-            Self::Linear => (
-                "linear",
-                "Linear interpolation between the samples before and after the grid point; for measurements",
-            ),
-            Self::Hold => ("hold", "Latest sample at or before the grid point"),
-            Self::Centred => (
-                "centred",
-                "Mean of the samples nearest to the grid point; for measurements much faster than the grid",
-            ),
-        }
+planesman_text::choices! {
+    /// How samples between the grid's instants become one number for each instant.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Method {
+        #[default]
+        Mean = "mean": "Mean over the interval that starts at the grid point, each sample held until the next; for commands",
+        Foh = "foh": "Mean over the interval that starts at the grid point, straight lines between the samples (first-order hold); for a measured motion",
+        Linear = "linear": "Linear interpolation between the samples before and after the grid point; for measurements",
+        Hold = "hold": "Latest sample at or before the grid point",
+        Centred = "centred": "Mean of the samples nearest to the grid point; for measurements much faster than the grid",
     }
 }
 

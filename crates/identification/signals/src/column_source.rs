@@ -4,7 +4,8 @@ use planesman_text::did_you_mean;
 
 use crate::csv_source::TableTime;
 use crate::error::{Result, SourceError};
-use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::request::{Reading, Request, Take, places};
+use crate::source::{Source, SourceTopic};
 use crate::time_unit::{self, JudgedUnit, TimeUnit};
 use crate::unit_name::with_unit;
 
@@ -81,39 +82,39 @@ impl ColumnSource {
             ))
         })
     }
+}
 
-    /// Seconds from row to row, where there is no time and they were given.
-    #[must_use]
-    pub fn sample_time(&self) -> Option<f64> {
+impl Source for ColumnSource {
+    fn name(&self) -> String {
+        "columns in memory".to_owned()
+    }
+
+    fn sample_time(&self) -> Option<f64> {
         match self.time {
             Time::Rows(step) => Some(step * 1e-9),
             Time::Column(..) => None,
         }
     }
 
-    /// Requests for all columns beside the time.
-    #[must_use]
-    pub fn requests(&self) -> Vec<Request> {
+    /// All columns beside the time.
+    fn topics(&self) -> Vec<SourceTopic> {
         let names = self.columns.iter().enumerate();
         let others =
             names.filter(|(place, _)| !matches!(self.time, Time::Column(it, _) if it == *place));
-        let request = |(_, (name, _)): (usize, &(String, Vec<f64>))| Request {
-            name: name.clone(),
-            role: Role::Output,
-        };
-        others.map(request).collect()
+        vec![SourceTopic {
+            name: "columns".to_owned(),
+            type_name: "",
+            requests: others.map(|(_, (name, _))| Request::output(name)).collect(),
+        }]
     }
 
-    /// Hands every number of the columns to `take`, row by row.
-    ///
-    /// # Errors
-    /// A column that is not there, or one that is an input and an output.
-    pub fn read(&self, requests: &[Request], take: &mut Take<'_>) -> Result<Reading> {
-        let places = requests
-            .iter()
-            .map(|request| self.place(&request.name))
-            .collect::<Result<Vec<_>>>()?;
-        distinct(requests, &places)?;
+    fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        _progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let places = places(requests, |it| self.place(&it.name))?;
         let rows = self.columns.first().map_or(0, |(_, numbers)| numbers.len());
         let mut reading = Reading {
             stamps: match self.time {
@@ -167,16 +168,13 @@ mod tests {
     }
 
     fn read(source: &ColumnSource, name: &str) -> Vec<(i64, Option<f64>)> {
-        let request = Request {
-            name: name.to_owned(),
-            role: Role::Output,
-        };
         let mut samples = Vec::new();
         let mut take = |_, stamp, value| {
             samples.push((stamp, value));
             true
         };
-        source.read(&[request], &mut take).expect("read");
+        let request = [Request::output(name)];
+        source.read(&request, &mut take, &|_| ()).expect("read");
         samples
     }
 

@@ -20,15 +20,13 @@ use crate::csv_form::{Form, Lines};
 use crate::csv_long::LongForm;
 use crate::csv_time::{FORMS, Written};
 use crate::error::{Result, SourceError, listed, size};
-use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::request::{PROGRESS_INTERVAL, Reading, Request, Take, places};
+use crate::source::{Source, SourceTopic};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
 
 /// Rows in which a time is looked for that no name tells of.
 const LOOKED_AT: usize = 100;
-
-/// The interval of progress reports, in rows.
-const PROGRESS_INTERVAL: u64 = 4096;
 
 /// The characters of a cell that a note quotes at most.
 const QUOTED: usize = 40;
@@ -136,36 +134,6 @@ impl CsvSource {
         &self.path
     }
 
-    /// Its size.
-    #[must_use]
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
-    /// Seconds from row to row, where the table has no time and they were given.
-    #[must_use]
-    pub fn sample_time(&self) -> Option<f64> {
-        match self.time {
-            Time::Rows(step) => Some(step * 1e-9),
-            _ => None,
-        }
-    }
-
-    /// Whether the time of its rows is known.
-    #[must_use]
-    pub fn has_time(&self) -> bool {
-        !matches!(self.time, Time::Unknown | Time::Counted)
-    }
-
-    /// The same table; its rows are a second apart if nothing is known of their time.
-    #[must_use]
-    pub fn counted(mut self) -> Self {
-        if !self.has_time() {
-            self.time = Time::Rows(1e9);
-        }
-        self
-    }
-
     fn time_column(&self) -> Option<usize> {
         match self.time {
             Time::Named(column) | Time::Parts(column, ..) | Time::Dated(column, _) => Some(column),
@@ -195,14 +163,8 @@ impl CsvSource {
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    /// Whether each row says which signals it is of.
-    #[must_use]
-    pub fn is_long(&self) -> bool {
-        self.long.is_some()
-    }
-
     /// The name of a column, or of a signal of a long table, which stand behind the columns.
-    fn name(&self, place: usize) -> &str {
+    fn name_of(&self, place: usize) -> &str {
         let columns = &self.form.columns;
         match (columns.get(place), &self.long) {
             (Some(name), _) => name,
@@ -278,37 +240,6 @@ impl CsvSource {
         Ok(self.form.rows(text_at(&self.path)?))
     }
 
-    /// Hands every cell of the columns to `take`, row by row.
-    ///
-    /// # Errors
-    /// A column that is not there, a table whose time is not known, or without a row that has one.
-    pub fn read(
-        &self,
-        requests: &[Request],
-        take: &mut Take<'_>,
-        progress: &dyn Fn(u64),
-    ) -> Result<Reading> {
-        let places = self.places();
-        let columns = requests
-            .iter()
-            .map(|request| self.place(&places, &request.name))
-            .collect::<Result<Vec<_>>>()?;
-        distinct(requests, &columns)?;
-        let mut reading = Reading::default();
-        let signals = columns.into_iter().enumerate().collect();
-        let mut rows = self.rows(signals, requests, &mut reading)?;
-        while let Some(stamp) = rows.next() {
-            if rows.count.is_multiple_of(PROGRESS_INTERVAL) {
-                progress(rows.bytes());
-            }
-            if !rows.hand(stamp, take) {
-                break;
-            }
-        }
-        rows.end(&mut reading)?;
-        Ok(reading)
-    }
-
     /// The rows, of which each signal (its number in the requests) is in the column beside it.
     ///
     /// # Errors
@@ -364,7 +295,7 @@ impl CsvSource {
             .notes
             .extend(notes.map(|note| format!("{path}: {note}")));
         for (signal, column) in &signals {
-            let (asked, name) = (&requests[*signal].name, self.name(*column));
+            let (asked, name) = (&requests[*signal].name, self.name_of(*column));
             if name != asked && !asked.ends_with(&format!(":{name}")) {
                 reading
                     .notes
@@ -420,20 +351,99 @@ impl CsvSource {
             text += ", the first, which rises from row to row";
         }
         if let Time::Parts(_, _, unit) = self.time {
-            text += &format!(", in s and {}", unit.described().0);
+            text += &format!(", in s and {}", unit.name());
         }
         text + &self.written_told
     }
+}
 
-    /// Requests for all columns beside the time.
-    #[must_use]
-    pub fn requests(&self) -> Vec<Request> {
-        let request = |name: &str| Request {
-            name: name.to_owned(),
-            role: Role::Output,
-        };
-        self.signals().into_iter().map(request).collect()
+impl Source for CsvSource {
+    fn name(&self) -> String {
+        self.path.display().to_string()
     }
+
+    fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    fn sample_time(&self) -> Option<f64> {
+        match self.time {
+            Time::Rows(step) => Some(step * 1e-9),
+            _ => None,
+        }
+    }
+
+    fn has_time(&self) -> bool {
+        !matches!(self.time, Time::Unknown | Time::Counted)
+    }
+
+    fn count_rows(&mut self) {
+        if !self.has_time() {
+            self.time = Time::Rows(1e9);
+        }
+    }
+
+    /// All columns beside the time. The signals of a long table have each their own times.
+    fn topics(&self) -> Vec<SourceTopic> {
+        let requests = self.signals().into_iter().map(Request::output);
+        let topic = |requests| SourceTopic {
+            name: self.name(),
+            type_name: "",
+            requests,
+        };
+        match self.long {
+            Some(_) => requests.map(|it| topic(vec![it])).collect(),
+            None => vec![topic(requests.collect())],
+        }
+    }
+
+    fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let known = self.places();
+        let columns = places(requests, |it| self.place(&known, &it.name))?;
+        let mut reading = Reading::default();
+        let signals = columns.into_iter().enumerate().collect();
+        let rows = self.rows(signals, requests, &mut reading)?;
+        read_rows(vec![rows], &mut reading, take, progress)?;
+        Ok(reading)
+    }
+}
+
+/// Hands every cell of the tables' columns to `take`, row by row, in the order of their times.
+///
+/// # Errors
+/// As [`Rows::end`].
+pub(crate) fn read_rows(
+    tables: Vec<Rows<'_>>,
+    reading: &mut Reading,
+    take: &mut Take<'_>,
+    progress: &dyn Fn(u64),
+) -> Result<()> {
+    let each = tables.into_iter().map(|mut rows| (rows.next(), rows));
+    let mut tables: Vec<_> = each.collect();
+    let mut count = 0_u64;
+    loop {
+        let waiting = tables.iter_mut().filter(|it| it.0.is_some());
+        let Some((next @ Some(_), rows)) = waiting.min_by_key(|it| it.0) else {
+            break;
+        };
+        if !next.is_some_and(|stamp| rows.hand(stamp, take)) {
+            break;
+        }
+        *next = rows.next();
+        count += 1;
+        if count.is_multiple_of(PROGRESS_INTERVAL) {
+            progress(tables.iter().map(|it| it.1.bytes()).sum());
+        }
+    }
+    for (_, rows) in tables {
+        rows.end(reading)?;
+    }
+    Ok(())
 }
 
 /// The rows of a table, as they are read.
@@ -568,10 +578,10 @@ impl Rows<'_> {
                     "{path}: '{}' in line {line} of '{}' may be a fraction or group thousands: all numbers of the column have three digits \
                      behind a sign, or no sign; write them without grouping",
                     shown(text),
-                    self.table.name(*column)
+                    self.table.name_of(*column)
                 )));
             }
-            let note = faults.note(self.table.name(*column), self.count - timeless);
+            let note = faults.note(self.table.name_of(*column), self.count - timeless);
             reading.notes.extend(note);
         }
         Ok(())
@@ -687,6 +697,7 @@ fn text_at(path: &Path) -> Result<File> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::request::Role;
 
     #[test]
     fn a_column_is_found_by_its_name_without_the_unit() {
@@ -743,7 +754,12 @@ mod tests {
             let Ok(table) = CsvSource::open(&path, &TableTime::default()) else {
                 continue;
             };
-            let requests: Vec<Request> = table.requests().into_iter().take(2).collect();
+            let requests: Vec<Request> = table
+                .signals()
+                .into_iter()
+                .take(2)
+                .map(Request::output)
+                .collect();
             let mut count = [0_u64; 2];
             let mut take = |signal: usize, _, _| {
                 count[signal] += 1;

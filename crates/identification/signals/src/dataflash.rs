@@ -9,6 +9,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::ahead::Ahead;
+use crate::binary;
 use crate::log_message::{LogMessage, LogReader};
 
 const HEAD: [u8; 2] = [0xa3, 0x95];
@@ -160,7 +161,13 @@ impl Format {
     fn read(&self, body: &[u8], message: &mut LogMessage) -> Option<()> {
         let (time, unit) = self.time?;
         let (_, letter, at) = self.fields[time];
-        let stamp = integer(letter, body.get(at..)?)?.checked_mul(unit)?;
+        let bytes = body.get(at..)?;
+        let stamp = match letter {
+            b'Q' => u64::from_le_bytes(*bytes.first_chunk()?).try_into().ok()?,
+            b'I' => i64::from(u32::from_le_bytes(*bytes.first_chunk()?)),
+            _ => return None,
+        };
+        let stamp = i64::checked_mul(stamp, unit)?;
         message.begin(&self.name, stamp, &self.numbers);
         let instance = self.instance.and_then(|it| self.fields.get(it));
         if let Some((_, letter, at)) = instance {
@@ -179,40 +186,27 @@ impl Format {
 /// The bytes of a field.
 fn size(letter: u8) -> Option<usize> {
     Some(match letter {
-        b'b' | b'B' | b'M' => 1,
-        b'h' | b'H' | b'c' | b'C' | b'g' => 2,
-        b'i' | b'I' | b'e' | b'E' | b'L' | b'f' | b'n' => 4,
-        b'q' | b'Q' | b'd' => 8,
+        b'M' => 1,
+        b'c' | b'C' | b'g' => 2,
+        b'e' | b'E' | b'L' | b'n' => 4,
         b'N' => 16,
         b'Z' | b'a' => 64,
-        _ => return None,
-    })
-}
-
-fn integer(letter: u8, bytes: &[u8]) -> Option<i64> {
-    Some(match letter {
-        b'b' => i64::from(*bytes.first()? as i8),
-        b'B' | b'M' => i64::from(*bytes.first()?),
-        b'h' | b'c' => i64::from(i16::from_le_bytes(*bytes.first_chunk()?)),
-        b'H' | b'C' => i64::from(u16::from_le_bytes(*bytes.first_chunk()?)),
-        b'i' | b'e' | b'L' => i64::from(i32::from_le_bytes(*bytes.first_chunk()?)),
-        b'I' | b'E' => i64::from(u32::from_le_bytes(*bytes.first_chunk()?)),
-        b'q' => i64::from_le_bytes(*bytes.first_chunk()?),
-        b'Q' => i64::try_from(u64::from_le_bytes(*bytes.first_chunk()?)).ok()?,
-        _ => return None,
+        _ => return binary::size(letter),
     })
 }
 
 fn number(letter: u8, bytes: &[u8]) -> Option<f64> {
-    Some(match letter {
-        b'f' => f64::from(f32::from_le_bytes(*bytes.first_chunk()?)),
-        b'd' => f64::from_le_bytes(*bytes.first_chunk()?),
-        b'g' => half(u16::from_le_bytes(*bytes.first_chunk()?)),
-        b'c' | b'C' | b'e' | b'E' => integer(letter, bytes)? as f64 / 100.0,
-        b'L' => integer(letter, bytes)? as f64 / 1e7,
-        b'Q' => u64::from_le_bytes(*bytes.first_chunk()?) as f64,
-        _ => integer(letter, bytes)? as f64,
-    })
+    let scaled = |letter, by| Some(binary::number(letter, bytes)? / by);
+    match letter {
+        b'c' => scaled(b'h', 100.0),
+        b'C' => scaled(b'H', 100.0),
+        b'e' => scaled(b'i', 100.0),
+        b'E' => scaled(b'I', 100.0),
+        b'L' => scaled(b'i', 1e7),
+        b'M' => binary::number(b'B', bytes),
+        b'g' => Some(half(u16::from_le_bytes(*bytes.first_chunk()?))),
+        _ => binary::number(letter, bytes),
+    }
 }
 
 /// A number of 16 bits (IEEE 754, binary16).

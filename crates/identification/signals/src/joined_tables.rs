@@ -6,19 +6,17 @@ use std::path::Path;
 
 use planesman_text::did_you_mean;
 
-use crate::csv_source::{CsvSource, TableTime};
+use crate::csv_source::{CsvSource, TableTime, read_rows};
 use crate::error::{Result, SourceError};
-use crate::request::{Reading, Request, Take, distinct};
-
-/// The interval of progress reports, in rows.
-const PROGRESS_INTERVAL: u64 = 4096;
+use crate::request::{Reading, Request, Take, places};
+use crate::source::Source;
 
 /// Names of columns that are listed in an error at most.
 const LISTED: usize = 40;
 
 /// Tables that are joined by time.
 #[derive(Clone, Debug)]
-pub struct JoinedTables {
+pub(crate) struct JoinedTables {
     tables: Vec<CsvSource>,
 }
 
@@ -27,7 +25,7 @@ impl JoinedTables {
     ///
     /// # Errors
     /// As [`CsvSource::open`]; a column that no table has.
-    pub fn open<P: AsRef<Path>>(paths: &[P], time: &TableTime) -> Result<Self> {
+    pub(crate) fn open<P: AsRef<Path>>(paths: &[P], time: &TableTime) -> Result<Self> {
         let by_itself = TableTime {
             column: None,
             ..time.clone()
@@ -47,24 +45,6 @@ impl JoinedTables {
             Some(error) if refused.len() + 1 == tables.len() => Err(error),
             _ => Ok(Self { tables }),
         }
-    }
-
-    /// The tables, each for itself.
-    #[must_use]
-    pub fn apart(self) -> Vec<CsvSource> {
-        self.tables
-    }
-
-    /// The tables.
-    #[must_use]
-    pub fn tables(&self) -> &[CsvSource] {
-        &self.tables
-    }
-
-    /// Bytes to be read.
-    #[must_use]
-    pub fn bytes(&self) -> u64 {
-        self.tables.iter().map(CsvSource::bytes).sum()
     }
 
     /// The table and the column of a signal: `COLUMN`, or `FILE:COLUMN` where several tables have it.
@@ -113,32 +93,48 @@ impl JoinedTables {
             did_you_mean(name, columns())
         )))
     }
+}
 
-    /// Whether every table has all of these columns: then each is an experiment of its own.
-    #[must_use]
-    pub fn are_alike(&self, names: &[String]) -> bool {
-        let has_all = |table: &CsvSource| {
-            let places = table.places();
-            names.iter().all(|name| places.contains_key(name.as_str()))
-        };
-        self.tables.iter().all(has_all)
+impl Source for JoinedTables {
+    fn name(&self) -> String {
+        let paths = self.tables.iter().map(Source::name);
+        paths.collect::<Vec<_>>().join(", ")
     }
 
-    /// Hands every cell of the columns to `take`, row by row, in the order of their times.
-    ///
-    /// # Errors
-    /// A column that is not there, or is in several tables; as [`CsvSource::read`].
-    pub fn read(
+    fn bytes(&self) -> u64 {
+        self.tables.iter().map(Source::bytes).sum()
+    }
+
+    fn sample_time(&self) -> Option<f64> {
+        self.tables.iter().find_map(Source::sample_time)
+    }
+
+    fn has_time(&self) -> bool {
+        self.tables.iter().all(Source::has_time)
+    }
+
+    fn experiments(&self, signals: &[String]) -> Vec<Box<dyn Source>> {
+        let has_all = |table: &CsvSource| {
+            let places = table.places();
+            signals
+                .iter()
+                .all(|name| places.contains_key(name.as_str()))
+        };
+        if !self.tables.iter().all(has_all) {
+            return Vec::new();
+        }
+        let each = self.tables.iter().cloned();
+        each.map(|it| Box::new(it) as Box<dyn Source>).collect()
+    }
+
+    /// In the order of the rows' times.
+    fn read(
         &self,
         requests: &[Request],
         take: &mut Take<'_>,
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
-        let places = requests
-            .iter()
-            .map(|request| self.find(&request.name))
-            .collect::<Result<Vec<_>>>()?;
-        distinct(requests, &places)?;
+        let places = places(requests, |it| self.find(&it.name))?;
         let mut reading = Reading::default();
         let (mut sources, mut stamps) = (Vec::new(), Vec::new());
         for (at, table) in self.tables.iter().enumerate() {
@@ -151,34 +147,12 @@ impl JoinedTables {
                     .push(format!("{}: no signal is of it", table.path().display()));
                 continue;
             }
-            let mut rows = table.rows(signals, requests, &mut reading)?;
+            let rows = table.rows(signals, requests, &mut reading)?;
             stamps.push(format!("{}: {}", table.path().display(), reading.stamps));
-            let next = rows.next();
-            sources.push((next, rows));
+            sources.push(rows);
         }
         reading.stamps = stamps.join("; ");
-        let mut count = 0_u64;
-        loop {
-            let first = sources
-                .iter_mut()
-                .filter(|it| it.0.is_some())
-                .min_by_key(|it| it.0);
-            let Some((Some(stamp), rows)) = first.map(|(next, rows)| (*next, (next, rows))) else {
-                break;
-            };
-            let (next, rows) = rows;
-            if !rows.hand(stamp, take) {
-                break;
-            }
-            *next = rows.next();
-            count += 1;
-            if count.is_multiple_of(PROGRESS_INTERVAL) {
-                progress(sources.iter().map(|it| it.1.bytes()).sum());
-            }
-        }
-        for (_, rows) in sources {
-            rows.end(&mut reading)?;
-        }
+        read_rows(sources, &mut reading, take, progress)?;
         Ok(reading)
     }
 }

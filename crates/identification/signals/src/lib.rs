@@ -4,7 +4,7 @@
 //! Source (bag, CSV table, log, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`], [`JoinedTables`], [`UlogSource`], [`LogSource`], [`ColumnSource`]: samples of any signals, streamed.
+//! - [`Source`]: samples of any signals, streamed; [`open`] makes one of files, [`ColumnSource`] of columns in memory.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`read_record`]: samples on a grid, as a record of `planesman_record`.
 //! - [`read_samples`]: samples at their own stamps, on no grid.
@@ -18,6 +18,7 @@ mod align;
 mod alog;
 mod bag_source;
 mod bag_types;
+mod binary;
 mod channel;
 mod clock;
 mod column_source;
@@ -38,6 +39,7 @@ mod log_message;
 mod log_source;
 mod mavlink;
 mod mixture;
+mod open;
 mod prefilter;
 mod preparation;
 mod prepared_record;
@@ -55,22 +57,21 @@ mod stamps;
 mod time_unit;
 mod timing;
 mod ulog;
-mod ulog_source;
 mod unit_name;
 mod unwrap;
 
 pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
-pub use bag_source::{BagSource, by_name, topics};
+pub use bag_source::{by_name, each_message, topics};
 pub use bag_types::types;
 pub use channel::{Change, Channel, Method, Timing, hertz};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
 pub use inspection::{StampFindings, StampInspection, ValueInspection};
-pub use joined_tables::JoinedTables;
 pub use live_grid::{Given, LiveGrid};
 pub use log_source::{LogKind, LogSource};
 pub use mixture::Mixture;
+pub use open::{Data, is_table, open};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,
@@ -81,9 +82,8 @@ pub use request::{Clock, Reading, Request, Role, Take};
 pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use samples::{Stretches, read_samples};
 pub use signal::{LARGEST, Signal, SignalError};
-pub use source::{Data, KeptSource, Source, is_table};
+pub use source::{KeptSource, Source, SourceTopic};
 pub use stamps::Stamps;
 pub use time_unit::TimeUnit;
 pub use timing::Meter;
-pub use ulog_source::UlogSource;
 pub use unwrap::Unwrap;

@@ -6,6 +6,9 @@ use std::rc::Rc;
 /// The field of a variable that is one number; a signal may leave it out.
 pub(crate) const VALUE: &str = "value";
 
+/// Fields of a message at most.
+pub(crate) const FIELDS: usize = 1000;
+
 /// A message of a log.
 #[derive(Debug, Default)]
 pub(crate) struct LogMessage {

@@ -1,4 +1,4 @@
-//! Samples from logs of vehicles: ArduPilot's DataFlash (`.bin`), telemetry of MAVLink (`.tlog`), MOOS (`.alog`).
+//! Samples from logs of vehicles: PX4's ULog (`.ulg`), ArduPilot's DataFlash (`.bin`), telemetry of MAVLink (`.tlog`), MOOS (`.alog`).
 //!
 //! A topic is what the log calls a message or variable. Where several senders or instances have one, it is told which: `IMU[0]`, or
 //! `ATTITUDE[1.1]` of the system and the component. Each format has a [`LogReader`]; what is damaged is passed over and noted.
@@ -13,20 +13,20 @@ use planesman_text::did_you_mean;
 use crate::alog::Alog;
 use crate::dataflash::DataFlash;
 use crate::error::{Result, SourceError, listed, size};
-use crate::log_message::{LogMessage, LogReader, VALUE};
+use crate::log_message::{FIELDS, LogMessage, LogReader, VALUE};
 use crate::mavlink::Telemetry;
-use crate::request::{Reading, Request, Role, Take, distinct};
+use crate::request::{PROGRESS_INTERVAL, Reading, Request, Take, places};
+use crate::source::{Source, SourceTopic};
+use crate::ulog::Ulog;
 
-/// Topics, and fields of one, at most.
+/// Topics at most.
 const TOPICS: usize = 1000;
-const FIELDS: usize = 1000;
-
-/// The interval of progress reports, in messages.
-const PROGRESS_INTERVAL: u64 = 4096;
 
 /// The kind of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogKind {
+    /// PX4's `.ulg`.
+    Ulog,
     /// ArduPilot's `.bin`.
     DataFlash,
     /// MAVLink's `.tlog`.
@@ -41,6 +41,7 @@ impl LogKind {
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         Some(match ending.as_str() {
+            "ulg" | "ulog" => Self::Ulog,
             "bin" => Self::DataFlash,
             "tlog" => Self::Telemetry,
             "alog" => Self::Moos,
@@ -143,44 +144,6 @@ impl LogSource {
         }
     }
 
-    /// Its name.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Its size.
-    #[must_use]
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
-    /// What the log is.
-    #[must_use]
-    pub fn type_name(&self) -> &'static str {
-        match self.kind {
-            LogKind::DataFlash => "DataFlash",
-            LogKind::Telemetry => "MAVLink",
-            LogKind::Moos => "MOOS",
-        }
-    }
-
-    /// The names of its topics.
-    pub fn topics(&self) -> impl Iterator<Item = &String> {
-        self.topics.keys()
-    }
-
-    /// Requests for every field of a topic.
-    #[must_use]
-    pub fn requests(&self, topic: &str) -> Vec<Request> {
-        let fields = self.topics.get(topic).into_iter().flat_map(|it| &it.1);
-        let request = |field: &String| Request {
-            name: format!("{topic}:{field}"),
-            role: Role::Output,
-        };
-        fields.map(request).collect()
-    }
-
     /// Calls `take` with all messages, and where they end, until it returns false; returns what could not be read.
     fn each(&self, take: &mut dyn FnMut(&LogMessage, u64) -> bool) -> Result<Vec<String>> {
         let unreadable = SourceError::unreadable(&self.path);
@@ -193,6 +156,13 @@ impl LogSource {
                     return Err(SourceError::Data(format!(
                         "{name} is no DataFlash log of ArduPilot: it does not begin with A3 95 80"
                     )));
+                }
+            },
+            LogKind::Ulog => match Ulog::of(file).map_err(unreadable)? {
+                Some(log) => Box::new(log),
+                None => {
+                    let name = self.path.display();
+                    return Err(SourceError::Data(format!("{name} is no ULog")));
                 }
             },
             LogKind::Telemetry => Box::new(Telemetry::of(file)),
@@ -245,22 +215,42 @@ impl LogSource {
         }
         Ok((key, field.to_owned()))
     }
+}
 
-    /// Hands every sample of the signals to `take`.
-    ///
-    /// # Errors
-    /// A signal that is not there, or a log that cannot be read.
-    pub fn read(
+impl Source for LogSource {
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    fn topics(&self) -> Vec<SourceTopic> {
+        let type_name = match self.kind {
+            LogKind::Ulog => "ULog",
+            LogKind::DataFlash => "DataFlash",
+            LogKind::Telemetry => "MAVLink",
+            LogKind::Moos => "MOOS",
+        };
+        let topic = |(name, (_, fields)): (&String, &(Key, Vec<String>))| {
+            let request = |field: &String| Request::output(format!("{name}:{field}"));
+            SourceTopic {
+                name: name.clone(),
+                type_name,
+                requests: fields.iter().map(request).collect(),
+            }
+        };
+        self.topics.iter().map(topic).collect()
+    }
+
+    fn read(
         &self,
         requests: &[Request],
         take: &mut Take<'_>,
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
-        let places = requests
-            .iter()
-            .map(|request| self.find(request))
-            .collect::<Result<Vec<_>>>()?;
-        distinct(requests, &places)?;
+        let places = places(requests, |it| self.find(it))?;
         let mut plans: BTreeMap<&str, Vec<Wanted<'_>>> = BTreeMap::new();
         for (signal, ((topic, labels), field)) in places.iter().enumerate() {
             let plan = plans.entry(topic).or_default();
@@ -291,7 +281,7 @@ impl LogSource {
             more
         })?;
         let stamps = match self.kind {
-            LogKind::DataFlash => "of the messages, since the vehicle's start",
+            LogKind::Ulog | LogKind::DataFlash => "of the messages, since the vehicle's start",
             LogKind::Telemetry => "of the reception of the messages",
             LogKind::Moos => "of the log, since its start",
         };
@@ -341,9 +331,8 @@ mod tests {
                 let Ok(log) = LogSource::open(&path, kind) else {
                     continue;
                 };
-                let topics: Vec<String> = log.topics().cloned().collect();
-                let requests: Vec<Request> =
-                    topics.iter().flat_map(|it| log.requests(it)).collect();
+                let topics = log.topics().into_iter();
+                let requests: Vec<Request> = topics.flat_map(|it| it.requests).collect();
                 let mut count = 0_u64;
                 let mut take = |signal: usize, _, _| {
                     assert!(signal < requests.len());
@@ -393,7 +382,8 @@ mod tests {
             values[signal] = value;
             true
         };
-        log.read(&log.requests("ALL"), &mut take, &|_| {}).unwrap();
+        let requests = log.topics().remove(0).requests;
+        log.read(&requests, &mut take, &|_| {}).unwrap();
         let expected = [
             -1.0,
             255.0,

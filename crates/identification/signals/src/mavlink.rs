@@ -11,6 +11,7 @@ use std::io;
 use std::rc::Rc;
 
 use crate::ahead::Ahead;
+use crate::binary::{number, size};
 use crate::log_message::{LogMessage, LogReader};
 
 const MESSAGES: &str = include_str!("mavlink.txt");
@@ -127,7 +128,7 @@ fn definition(id: u32) -> Option<Definition> {
             at,
             is_instance,
         });
-        at += size(letter) * count.unwrap_or(1);
+        at += size(letter)? * count.unwrap_or(1);
     }
     Some(Definition {
         seed,
@@ -222,7 +223,7 @@ impl Definition {
                 }
                 continue;
             }
-            let size = size(field.letter);
+            let size = size(field.letter).unwrap_or_default();
             for element in 0..field.count.unwrap_or(1) {
                 let bytes = bytes.get(element * size..).unwrap_or_default();
                 message.values.push(number(field.letter, bytes));
@@ -233,30 +234,6 @@ impl Definition {
             }
         }
     }
-}
-
-fn size(letter: u8) -> usize {
-    match letter {
-        b'b' | b'B' | b'c' => 1,
-        b'h' | b'H' => 2,
-        b'i' | b'I' | b'f' => 4,
-        _ => 8,
-    }
-}
-
-fn number(letter: u8, bytes: &[u8]) -> Option<f64> {
-    Some(match letter {
-        b'b' => f64::from(*bytes.first()? as i8),
-        b'B' => f64::from(*bytes.first()?),
-        b'h' => f64::from(i16::from_le_bytes(*bytes.first_chunk()?)),
-        b'H' => f64::from(u16::from_le_bytes(*bytes.first_chunk()?)),
-        b'i' => f64::from(i32::from_le_bytes(*bytes.first_chunk()?)),
-        b'I' => f64::from(u32::from_le_bytes(*bytes.first_chunk()?)),
-        b'f' => f64::from(f32::from_le_bytes(*bytes.first_chunk()?)),
-        b'q' => i64::from_le_bytes(*bytes.first_chunk()?) as f64,
-        b'Q' => u64::from_le_bytes(*bytes.first_chunk()?) as f64,
-        _ => f64::from_le_bytes(*bytes.first_chunk()?),
-    })
 }
 
 #[cfg(test)]
@@ -271,7 +248,7 @@ mod tests {
             let words = line.split(' ').count();
             assert_eq!(definition.fields.len() * 2 + 3, words, "{line}");
             let last = definition.fields.last().unwrap();
-            let end = last.at + size(last.letter) * last.count.unwrap_or(1);
+            let end = last.at + size(last.letter).unwrap() * last.count.unwrap_or(1);
             assert!(end <= 255, "{line}");
         }
         // The check value of CRC-16/MCRF4XX, and seeds as mavlink.io gives them.

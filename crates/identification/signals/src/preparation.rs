@@ -54,91 +54,36 @@ const MIN_PAUSE_FACTOR: usize = 2;
 /// The share of a signal's standard deviation that rounding may make.
 const ROUNDING_SHARE: f64 = 1e-9;
 
-/// What becomes of outliers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outliers {
-    /// Those of outputs are replaced by the straight line between their neighbours, those of inputs are reported: they
-    /// may be pulses.
-    #[default]
-    Outputs,
-    /// They are reported and kept.
-    Report,
-    /// They are replaced by the straight line between their neighbours.
-    Drop,
-    /// They are not looked for.
-    Keep,
-}
-
-impl Outliers {
-    /// Every choice.
-    pub const ALL: [Self; 4] = [Self::Outputs, Self::Report, Self::Drop, Self::Keep];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Outputs => (
-                "outputs",
-                "Replace those of outputs by the straight line between their neighbours",
-            ),
-            Self::Report => ("report", "Name them and use them"),
-            Self::Drop => ("drop", "Replace those of inputs too"),
-            Self::Keep => ("keep", "Do not look for them"),
-        }
+planesman_text::choices! {
+    /// What becomes of outliers.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Outliers {
+        #[default]
+        Outputs = "outputs": "Replace those of outputs by the straight line between their neighbours",
+        Report = "report": "Name them and use them",
+        Drop = "drop": "Replace those of inputs too",
+        Keep = "keep": "Do not look for them",
     }
 }
 
-/// Which part of each segment is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SegmentChoice {
-    /// All of it.
-    #[default]
-    All,
-    /// The longest part in which the input moves.
-    Auto,
-}
-
-impl SegmentChoice {
-    /// Every choice.
-    pub const ALL: [Self; 2] = [Self::All, Self::Auto];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::All => ("all", "All data"),
-            Self::Auto => ("auto", "The longest part in which the input moves"),
-        }
+planesman_text::choices! {
+    /// Which part of each segment is used.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum SegmentChoice {
+        #[default]
+        All = "all": "All data",
+        Auto = "auto": "The longest part in which the input moves",
     }
 }
 
-/// What is subtracted from each signal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Trend {
-    /// Nothing.
-    #[default]
-    None,
-    /// Its mean.
-    Mean,
-    /// The straight line that is nearest to it.
-    Line,
-}
-
-impl Trend {
-    /// Every choice.
-    pub const ALL: [Self; 3] = [Self::None, Self::Mean, Self::Line];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::None => ("none", "Nothing"),
-            Self::Mean => ("mean", "The mean of each segment"),
-            Self::Line => (
-                "line",
-                "The straight line nearest to each segment: for sensors that drift",
-            ),
-        }
+planesman_text::choices! {
+    /// What is subtracted from each signal.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Trend {
+        #[default]
+        None = "none": "Nothing",
+        Mean = "mean": "The mean of each segment",
+        Line = "line": "The straight line nearest to each segment: for sensors that drift",
     }
 }
 
@@ -159,36 +104,23 @@ pub struct Preparation {
     pub prewindow: usize,
 }
 
-/// What a step does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StepName {
-    /// Takes a coarser grid.
-    Decimation,
-    /// Finds or replaces outliers.
-    Outliers,
-    /// Passes a band of frequencies.
-    Prefilter,
-    /// Chooses a part.
-    Segment,
-    /// Subtracts a trend.
-    Detrend,
-    /// Puts zeros in front.
-    Prewindow,
-}
-
-impl StepName {
-    /// As it is printed.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Decimation => "decimation",
-            Self::Outliers => "outliers",
-            Self::Prefilter => "prefilter",
-            Self::Segment => "segment",
-            Self::Detrend => "detrend",
-            Self::Prewindow => "prewindow",
-        }
+planesman_text::choices! {
+    /// What a step does.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum StepName {
+        /// Takes a coarser grid.
+        Decimation = "decimation",
+        /// Finds or replaces outliers.
+        Outliers = "outliers",
+        /// Passes a band of frequencies.
+        Prefilter = "prefilter",
+        /// Chooses a part.
+        Segment = "segment",
+        /// Subtracts a trend.
+        Detrend = "detrend",
+        /// Puts zeros in front.
+        Prewindow = "prewindow",
     }
 }
 

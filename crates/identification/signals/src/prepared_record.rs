@@ -105,7 +105,7 @@ impl PreparedRecord {
             text += &format!("note    {note}\n");
         }
         for step in &self.steps {
-            text += &format!("{:<7} {}\n", step.name.as_str(), step.text);
+            text += &format!("{:<7} {}\n", step.name.name(), step.text);
         }
         text
     }
@@ -117,7 +117,7 @@ impl PreparedRecord {
 /// # Errors
 /// One line: a signal that is not there, data of which nothing can be read, signals without an instant in common.
 pub fn read_record(
-    source: &Source,
+    source: &dyn Source,
     inputs: &[String],
     outputs: &[String],
     windows: &[Options],

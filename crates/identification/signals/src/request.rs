@@ -12,27 +12,13 @@ use serde::Serialize;
 const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
 const SLOW: f64 = 0.1;
 
-/// The clock whose stamps are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Clock {
-    /// That of the message, in its header.
-    Header,
-    /// When the recorder received it.
-    Log,
-}
-
-impl Clock {
-    /// Both clocks.
-    pub const ALL: [Self; 2] = [Self::Header, Self::Log];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Header => ("header", "Stamp in the header of the message"),
-            Self::Log => ("log", "Time when the recorder received the message"),
-        }
+planesman_text::choices! {
+    /// The clock whose stamps are taken.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Clock {
+        Header = "header": "Stamp in the header of the message",
+        Log = "log": "Time when the recorder received the message",
     }
 }
 
@@ -52,6 +38,15 @@ pub struct Request {
     pub name: String,
     /// Its role.
     pub role: Role,
+}
+
+impl Request {
+    /// An output of that name.
+    #[must_use]
+    pub fn output(name: impl Into<String>) -> Self {
+        let (name, role) = (name.into(), Role::Output);
+        Self { name, role }
+    }
 }
 
 /// Checks that no signal is an input and an output: the model would be 1. `found` has what each request has led to.
@@ -111,7 +106,7 @@ impl Reading {
         };
         let told = format!(
             "nobody names the unit of the times: in {}{how} the rate is {} Hz ({} names it)",
-            self.unit.unit.described().0,
+            self.unit.unit.name(),
             number(rate),
             option("time_unit")
         );
@@ -127,6 +122,22 @@ impl Reading {
     pub fn column<'a>(&'a self, signal: &'a str) -> &'a str {
         self.columns.get(signal).map_or(signal, String::as_str)
     }
+}
+
+/// The interval of progress reports, in rows or messages.
+pub(crate) const PROGRESS_INTERVAL: u64 = 4096;
+
+/// Where each request leads to; that of an input and an output must differ, or the model would be 1.
+///
+/// # Errors
+/// As `find`; a sentence with the signal's name.
+pub(crate) fn places<T: PartialEq>(
+    requests: &[Request],
+    find: impl Fn(&Request) -> Result<T>,
+) -> Result<Vec<T>> {
+    let found = requests.iter().map(find).collect::<Result<Vec<_>>>()?;
+    distinct(requests, &found)?;
+    Ok(found)
 }
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.

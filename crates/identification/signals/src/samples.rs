@@ -27,7 +27,7 @@ pub struct Stretches {
 /// # Errors
 /// One line: a signal that is not there or has no sample, data of which nothing can be read.
 pub fn read_samples(
-    source: &Source,
+    source: &dyn Source,
     requests: &[Request],
     unwrap: Unwrap,
     progress: &dyn Fn(u64),

@@ -10,52 +10,22 @@ const DAYS: [(Range<f64>, f64); 2] = [
     (700_000.0..800_000.0, 719_529.0),
 ];
 
-/// The unit of a CSV file's time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Seconds.
-    #[default]
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Microseconds.
-    Us,
-    /// Nanoseconds.
-    Ns,
-    /// Minutes.
-    Min,
-    /// Hours.
-    H,
-    /// Days.
-    D,
+planesman_text::choices! {
+    /// The unit of a CSV file's time.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum TimeUnit {
+        #[default]
+        S = "s": "Seconds",
+        Ms = "ms": "Milliseconds",
+        Us = "us": "Microseconds",
+        Ns = "ns": "Nanoseconds",
+        Min = "min": "Minutes",
+        H = "h": "Hours",
+        D = "d": "Days",
+    }
 }
 
 impl TimeUnit {
-    /// Every unit.
-    pub const ALL: [Self; 7] = [
-        Self::S,
-        Self::Ms,
-        Self::Us,
-        Self::Ns,
-        Self::Min,
-        Self::H,
-        Self::D,
-    ];
-
-    /// Its name on the command line and its help line.
-    #[must_use]
-    pub fn described(self) -> (&'static str, &'static str) {
-        match self {
-            Self::S => ("s", "Seconds"),
-            Self::Ms => ("ms", "Milliseconds"),
-            Self::Us => ("us", "Microseconds"),
-            Self::Ns => ("ns", "Nanoseconds"),
-            Self::Min => ("min", "Minutes"),
-            Self::H => ("h", "Hours"),
-            Self::D => ("d", "Days"),
-        }
-    }
-
     /// The unit of that name, as the end of a column's name has it.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
@@ -171,7 +141,7 @@ impl From<TimeUnit> for JudgedUnit {
 impl JudgedUnit {
     /// The unit, and how it is known, behind the column's name; nothing where it is seconds.
     pub(crate) fn told(&self) -> String {
-        let unit = self.unit.described().0;
+        let unit = self.unit.name();
         match self.known {
             _ if self.unit == TimeUnit::S => String::new(),
             Known::Named | Known::Assumed => format!(", in {unit}"),

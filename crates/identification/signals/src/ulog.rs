@@ -1,5 +1,8 @@
 //! PX4's log format ULog, as far as signals need it: formats, subscriptions, data, dropouts (PX4 user guide, "ULog File Format").
 //!
+//! A topic is what PX4 calls a message; its second instance is `NAME_1`, and so on. A log that is cut off, as one is after a crash, is
+//! read up to the cut; where one is damaged, it is read on behind.
+//!
 //! It is read here rather than by PX4's own parser (crate `px4-ulog` 0.6), which panics on short messages and lays out every field
 //! of every format, 65 535 of them for a line of text. Here a length costs no more than the bytes that are there, and
 //! only the fields asked for are laid out.
@@ -7,8 +10,14 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
+use std::rc::Rc;
 
 use crate::ahead::Ahead;
+use crate::binary::{number, size};
+use crate::log_message::{FIELDS, LogMessage, LogReader};
+
+/// The field with the time, microseconds.
+const STAMP: &str = "timestamp";
 
 /// The first bytes of a log; a version and a time follow.
 const MAGIC: &[u8] = b"ULog\x01\x12\x35";
@@ -23,7 +32,7 @@ const LONGEST: usize = u16::MAX as usize;
 
 /// A message of a log.
 #[derive(Debug)]
-pub(crate) enum Message<'a> {
+enum Message<'a> {
     /// `NAME:TYPE FIELD;...`
     Format(&'a [u8]),
     /// Data of this number are of that format, and of that instance of it.
@@ -40,6 +49,140 @@ pub(crate) enum Message<'a> {
     Other,
 }
 
+/// The data of a log, from the first.
+pub(crate) struct Ulog {
+    messages: Messages,
+    formats: Formats,
+    /// By number.
+    subscriptions: BTreeMap<u16, Subscription>,
+    is_cut: bool,
+    dropouts: u64,
+    /// For how long in all, ms.
+    lost: u64,
+}
+
+struct Subscription {
+    topic: String,
+    format: String,
+    /// Known once its data has come.
+    plan: Option<Plan>,
+}
+
+/// How data is read.
+struct Plan {
+    stamp: Option<Place>,
+    names: Rc<[String]>,
+    places: Vec<Place>,
+}
+
+impl Ulog {
+    /// The data of a log; `None` if the file is none.
+    pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
+        Ok(Messages::of(file)?.map(|messages| Self {
+            messages,
+            formats: Formats::default(),
+            subscriptions: BTreeMap::new(),
+            is_cut: false,
+            dropouts: 0,
+            lost: 0,
+        }))
+    }
+}
+
+impl LogReader for Ulog {
+    fn next(&mut self, message: &mut LogMessage) -> io::Result<bool> {
+        loop {
+            match self.messages.next() {
+                Ok(Some(Message::Format(text))) => self.formats.take(text),
+                Ok(Some(Message::Subscription {
+                    id,
+                    instance,
+                    format,
+                })) => {
+                    let format = String::from_utf8_lossy(format).into_owned();
+                    let topic = match instance {
+                        0 => format.clone(),
+                        instance => format!("{format}_{instance}"),
+                    };
+                    let plan = None;
+                    let of = Subscription {
+                        topic,
+                        format,
+                        plan,
+                    };
+                    self.subscriptions.insert(id, of);
+                }
+                Ok(Some(Message::Data { id, body })) => {
+                    if let Some(of) = self.subscriptions.get_mut(&id)
+                        && of.read(&self.formats, body, message).is_some()
+                    {
+                        return Ok(true);
+                    }
+                }
+                Ok(Some(Message::Dropout(milliseconds))) => {
+                    self.dropouts += 1;
+                    self.lost += u64::from(milliseconds);
+                }
+                Ok(Some(Message::Other)) => {}
+                Ok(None) => return Ok(false),
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                    self.is_cut = true;
+                    return Ok(false);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn position(&self) -> u64 {
+        self.messages.file.position()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.is_cut {
+            notes.push("the log is cut off".to_owned());
+        }
+        if self.messages.damaged > 0 {
+            notes.push(format!(
+                "the log is damaged: {} bytes are of no message and are passed over",
+                self.messages.damaged
+            ));
+        }
+        if self.dropouts > 0 {
+            notes.push(format!(
+                "the logger dropped messages {} times, for {:.3} s in all",
+                self.dropouts,
+                self.lost as f64 * 1e-3
+            ));
+        }
+        notes
+    }
+}
+
+impl Subscription {
+    /// Reads data as a message; `None` if it has no time.
+    fn read(&mut self, formats: &Formats, body: &[u8], message: &mut LogMessage) -> Option<()> {
+        let plan = self.plan.get_or_insert_with(|| {
+            let mut numbers = formats.numbers(&self.format, FIELDS);
+            let stamp = numbers.iter().position(|it| it.0 == STAMP);
+            let stamp = stamp.map(|it| numbers.remove(it).1);
+            let (names, places): (Vec<String>, Vec<Place>) = numbers.into_iter().unzip();
+            Plan {
+                stamp,
+                names: names.into(),
+                places,
+            }
+        });
+        let microseconds = plan.stamp?.microseconds(body)?;
+        let stamp = i64::try_from(microseconds).ok()?.checked_mul(1000)?;
+        message.begin(&self.topic, stamp, &plan.names);
+        let values = plan.places.iter().map(|it| it.read(body));
+        message.values.extend(values);
+        Some(())
+    }
+}
+
 /// The kinds of messages that the format has.
 const KINDS: &[u8] = b"BFIMPQARDLCSO";
 
@@ -47,18 +190,17 @@ const KINDS: &[u8] = b"BFIMPQARDLCSO";
 const FOLLOWING: usize = 3;
 
 /// The messages of a log, from the first.
-pub(crate) struct Messages {
+struct Messages {
     file: Ahead,
     /// Where data was appended after a crash; the message before may be cut off.
     appended: Vec<u64>,
     buffer: Vec<u8>,
     /// Bytes that are of no message.
-    pub(crate) damaged: u64,
+    damaged: u64,
 }
 
 impl Messages {
-    /// The messages of a log; `None` if the file is none.
-    pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
+    fn of(file: File) -> io::Result<Option<Self>> {
         let mut file = Ahead::of(file);
         let head = file.bytes(HEADER)?;
         let is_log = head.len() >= HEADER && head.starts_with(MAGIC);
@@ -71,13 +213,8 @@ impl Messages {
         }))
     }
 
-    /// The bytes that have been read.
-    pub(crate) fn position(&self) -> u64 {
-        self.file.position()
-    }
-
     /// The next message; `None` at the end. An error of the kind `UnexpectedEof` says that the log is cut off.
-    pub(crate) fn next(&mut self) -> io::Result<Option<Message<'_>>> {
+    fn next(&mut self) -> io::Result<Option<Message<'_>>> {
         let kind = loop {
             let start = self.file.position();
             let bytes = self.file.bytes(2 * 3 + LONGEST)?;
@@ -179,87 +316,42 @@ fn message(kind: u8, body: &[u8]) -> Option<Message<'_>> {
     })
 }
 
-/// The type of a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Number {
-    Int8,
-    Uint8,
-    Int16,
-    Uint16,
-    Int32,
-    Uint32,
-    Int64,
-    Uint64,
-    Float,
-    Double,
-    Bool,
-    Char,
-}
-
-impl Number {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "int8_t" => Self::Int8,
-            "uint8_t" => Self::Uint8,
-            "int16_t" => Self::Int16,
-            "uint16_t" => Self::Uint16,
-            "int32_t" => Self::Int32,
-            "uint32_t" => Self::Uint32,
-            "int64_t" => Self::Int64,
-            "uint64_t" => Self::Uint64,
-            "float" => Self::Float,
-            "double" => Self::Double,
-            "bool" => Self::Bool,
-            "char" => Self::Char,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::Int8 | Self::Uint8 | Self::Bool | Self::Char => 1,
-            Self::Int16 | Self::Uint16 => 2,
-            Self::Int32 | Self::Uint32 | Self::Float => 4,
-            Self::Int64 | Self::Uint64 | Self::Double => 8,
-        }
-    }
+/// The letter of a type of numbers.
+fn letter(name: &str) -> Option<u8> {
+    Some(match name {
+        "int8_t" => b'b',
+        "uint8_t" => b'B',
+        "int16_t" => b'h',
+        "uint16_t" => b'H',
+        "int32_t" => b'i',
+        "uint32_t" => b'I',
+        "int64_t" => b'q',
+        "uint64_t" => b'Q',
+        "float" => b'f',
+        "double" => b'd',
+        "bool" => b'?',
+        "char" => b'c',
+        _ => return None,
+    })
 }
 
 /// Where a number is in the data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+struct Place {
     offset: usize,
-    number: Number,
+    letter: u8,
 }
 
 impl Place {
     /// The number; `None` if the data ends before it.
-    pub(crate) fn read(self, data: &[u8]) -> Option<f64> {
-        let bytes = data.get(self.offset..)?;
-        macro_rules! of {
-            ($number:ty) => {
-                <$number>::from_le_bytes(*bytes.first_chunk()?)
-            };
-        }
-        Some(match self.number {
-            Number::Int8 => f64::from(of!(i8)),
-            Number::Uint8 | Number::Char => f64::from(of!(u8)),
-            Number::Bool => f64::from(u8::from(of!(u8) != 0)),
-            Number::Int16 => f64::from(of!(i16)),
-            Number::Uint16 => f64::from(of!(u16)),
-            Number::Int32 => f64::from(of!(i32)),
-            Number::Uint32 => f64::from(of!(u32)),
-            Number::Int64 => of!(i64) as f64,
-            Number::Uint64 => of!(u64) as f64,
-            Number::Float => f64::from(of!(f32)),
-            Number::Double => of!(f64),
-        })
+    fn read(self, data: &[u8]) -> Option<f64> {
+        number(self.letter, data.get(self.offset..)?)
     }
 
     /// The time there, in microseconds.
-    pub(crate) fn microseconds(self, data: &[u8]) -> Option<u64> {
+    fn microseconds(self, data: &[u8]) -> Option<u64> {
         let bytes = data.get(self.offset..)?.first_chunk()?;
-        (self.number == Number::Uint64).then(|| u64::from_le_bytes(*bytes))
+        (self.letter == b'Q').then(|| u64::from_le_bytes(*bytes))
     }
 }
 
@@ -273,14 +365,14 @@ struct Field {
 
 /// The formats of a log.
 #[derive(Debug, Default)]
-pub(crate) struct Formats {
+struct Formats {
     by_name: BTreeMap<String, Vec<Field>>,
     texts: usize,
 }
 
 impl Formats {
     /// Takes a format; one that is not written as it should be, or for which there is no room, is passed over.
-    pub(crate) fn take(&mut self, text: &[u8]) {
+    fn take(&mut self, text: &[u8]) {
         self.texts += text.len();
         if self.by_name.len() < FORMATS
             && self.texts <= TEXTS
@@ -291,7 +383,7 @@ impl Formats {
     }
 
     /// The numbers of a format, at most so many: each with its path. Padding and texts are none.
-    pub(crate) fn numbers(&self, format: &str, most: usize) -> Vec<(String, Place)> {
+    fn numbers(&self, format: &str, most: usize) -> Vec<(String, Place)> {
         let mut numbers = Vec::new();
         let mut sizes = BTreeMap::new();
         if self.size(format, &mut sizes).is_some() {
@@ -306,8 +398,8 @@ impl Formats {
         name: &'f str,
         known: &mut BTreeMap<&'f str, Option<usize>>,
     ) -> Option<usize> {
-        if let Some(number) = Number::named(name) {
-            return Some(number.size());
+        if let Some(letter) = letter(name) {
+            return size(letter);
         }
         if let Some(size) = known.get(name) {
             return *size;
@@ -336,10 +428,10 @@ impl Formats {
         numbers: &mut Vec<(String, Place)>,
     ) {
         for field in self.by_name.get(format).into_iter().flatten() {
-            let number = Number::named(&field.type_name);
+            let letter = letter(&field.type_name);
             let nested = || sizes.get(field.type_name.as_str()).copied().flatten();
-            let size = number.map(Number::size).or_else(nested).unwrap_or(0);
-            let is_none = field.name.starts_with("_padding") || number == Some(Number::Char);
+            let size = letter.and_then(size).or_else(nested).unwrap_or(0);
+            let is_none = field.name.starts_with("_padding") || letter == Some(b'c');
             let count = field.count.unwrap_or(1);
             // What has no size has no numbers.
             let elements = if is_none || size == 0 { 0 } else { count };
@@ -352,8 +444,8 @@ impl Formats {
                     Some(_) => format!("{prefix}{}[{element}]", field.name),
                 };
                 let offset = offset + element * size;
-                match number {
-                    Some(number) => numbers.push((path, Place { offset, number })),
+                match letter {
+                    Some(letter) => numbers.push((path, Place { offset, letter })),
                     None => {
                         let prefix = path + ".";
                         self.lay_out(&field.type_name, &prefix, offset, sizes, most, numbers);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use planesman_bag::{BagReader, Limits, Message, Order, Topic};
 use planesman_decode::{Decoder, FieldPath, StampDecoder, Types, Values, schema};
-use planesman_signals::{CsvSource, Request, SourceError, TableTime, is_table, types};
+use planesman_signals::{CsvSource, Request, Source as _, SourceError, TableTime, is_table, types};
 
 use crate::diff::options::{DiffError, Options};
 
@@ -135,8 +135,10 @@ fn columns<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<TopicOf>,
 }
 
 fn table(path: &Path) -> Result<Recording, DiffError> {
-    let source = CsvSource::open(path, &TableTime::default())?.counted();
-    let requests = source.requests();
+    let mut source = CsvSource::open(path, &TableTime::default())?;
+    source.count_rows();
+    let topics = source.topics().into_iter();
+    let requests: Vec<Request> = topics.flat_map(|it| it.requests).collect();
     Ok(Recording {
         name: path.display().to_string(),
         topics: columns(requests.iter().map(|it| it.name.as_str()))?,

@@ -1,0 +1,35 @@
+//! Numbers in the binary messages of logs, by letters as Python's `struct` has them, little-endian.
+
+/// The bytes of a number.
+pub(crate) fn size(letter: u8) -> Option<usize> {
+    Some(match letter {
+        b'b' | b'B' | b'c' | b'?' => 1,
+        b'h' | b'H' => 2,
+        b'i' | b'I' | b'f' => 4,
+        b'q' | b'Q' | b'd' => 8,
+        _ => return None,
+    })
+}
+
+/// The number that the bytes begin with; `None` if they end before it.
+pub(crate) fn number(letter: u8, bytes: &[u8]) -> Option<f64> {
+    macro_rules! of {
+        ($number:ty) => {
+            <$number>::from_le_bytes(*bytes.first_chunk()?)
+        };
+    }
+    Some(match letter {
+        b'b' => f64::from(of!(i8)),
+        b'B' => f64::from(of!(u8)),
+        b'?' => f64::from(u8::from(of!(u8) != 0)),
+        b'h' => f64::from(of!(i16)),
+        b'H' => f64::from(of!(u16)),
+        b'i' => f64::from(of!(i32)),
+        b'I' => f64::from(of!(u32)),
+        b'q' => of!(i64) as f64,
+        b'Q' => of!(u64) as f64,
+        b'f' => f64::from(of!(f32)),
+        b'd' => of!(f64),
+        _ => return None,
+    })
+}
