@@ -333,7 +333,7 @@ fn preparation_is_named_and_kept_in_the_model_file() {
         .prepared
         .steps
         .iter()
-        .map(|it| it.name.as_str())
+        .map(|it| it.name.name())
         .collect();
     assert_eq!(steps, ["decimation", "detrend", "detrend"]);
     assert!(
@@ -374,7 +374,7 @@ fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
         .prepared
         .steps
         .iter()
-        .map(|it| it.name.as_str())
+        .map(|it| it.name.name())
         .collect();
     assert_eq!(steps, ["prefilter"]);
     let poles = found.analysis.model().poles().unwrap();
