@@ -251,10 +251,11 @@ impl Source for LogSource {
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
         let places = places(requests, |it| self.find(it))?;
-        let mut plans: BTreeMap<&str, Vec<Wanted<'_>>> = BTreeMap::new();
+        // By topic, with the names of the last message.
+        let mut plans: BTreeMap<&str, (Rc<[String]>, Vec<Wanted<'_>>)> = BTreeMap::new();
         for (signal, ((topic, labels), field)) in places.iter().enumerate() {
-            let plan = plans.entry(topic).or_default();
-            plan.push((labels, signal, field, 0));
+            let (_, wanted) = plans.entry(topic).or_default();
+            wanted.push((labels, signal, field, usize::MAX));
         }
         let mut count = 0_u64;
         let notes = self.each(&mut |message, position| {
@@ -263,20 +264,20 @@ impl Source for LogSource {
                 progress(position);
             }
             let mut more = true;
-            for (labels, signal, field, at) in
-                plans.get_mut(message.topic.as_str()).into_iter().flatten()
-            {
-                if **labels != message.labels {
-                    continue;
+            let Some((names, wanted)) = plans.get_mut(message.topic.as_str()) else {
+                return more;
+            };
+            let is_known = Rc::ptr_eq(names, &message.names);
+            *names = Rc::clone(&message.names);
+            for (labels, signal, field, at) in wanted {
+                if !is_known && names.get(*at) != Some(*field) {
+                    let place = names.iter().position(|it| it == *field);
+                    *at = place.unwrap_or(usize::MAX);
                 }
-                if message.names.get(*at) != Some(*field) {
-                    match message.names.iter().position(|it| it == *field) {
-                        Some(place) => *at = place,
-                        None => continue,
-                    }
+                if **labels == message.labels && *at != usize::MAX {
+                    let value = message.values.get(*at).copied().flatten();
+                    more &= take(*signal, message.stamp, value);
                 }
-                let value = message.values.get(*at).copied().flatten();
-                more &= take(*signal, message.stamp, value);
             }
             more
         })?;
