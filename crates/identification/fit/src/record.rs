@@ -114,12 +114,12 @@ impl SignalOptions {
             return Ok(None);
         }
         let signals = [self.input.clone(), self.output.clone()];
-        let of = |source: &Box<dyn Source>| {
+        let sources = self.data.each(&signals)?;
+        Ok(sources.iter().find_map(|source| {
             let mut topics = source.bag()?.topics().iter().map(|it| &it.topic);
             let found = topics.find(|topic| topic.kind.type_name == MOTION.0)?;
             Some(format!("{}:{}", found.name.rsplit('/').next()?, MOTION.1))
-        };
-        Ok(self.data.each(&signals)?.iter().find_map(of))
+        }))
     }
 
     /// The validation data on the grid of the data that was fitted, decimated as that was.
