@@ -29,8 +29,10 @@ const OUTPUTS: [&str; 30] = [
     "att", "gyr", "baro",
 ];
 
-/// Parts of messages that are no signal of the system.
-const NOT_SIGNALS: [&str; 10] = [
+/// Parts of messages that are no signal of the system. A controller computes its error from an output, so it is no input.
+const NOT_SIGNALS: [&str; 12] = [
+    "error",
+    "err",
     "norm",
     "covariance",
     "header",
@@ -43,8 +45,8 @@ const NOT_SIGNALS: [&str; 10] = [
     "orientation.w",
 ];
 
-/// How the names of fields end that say how a node is.
-const STATES: [&str; 3] = ["_limited", "_source", "_valid"];
+/// How the names of fields end that say how a node is, and what a controller has computed from an output.
+const STATES: [&str; 4] = ["_error", "_limited", "_source", "_valid"];
 
 /// So many inputs are tried, and so many outputs of each, by their names.
 const TRIED: (usize, usize) = (3, 12);
@@ -84,6 +86,10 @@ struct Trial<'d> {
     kept: Option<Vec<Box<dyn Source>>>,
     /// Where its record begins, s.
     from: Option<f64>,
+    /// Pairs that may still be fitted as the command would fit them.
+    left: usize,
+    /// The first pair that is not proposed, and why.
+    refusal: Option<String>,
 }
 
 /// Inputs and outputs by their names, the most likely first.
@@ -135,8 +141,6 @@ pub(crate) fn suggestion<'s>(
     }
     let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
     let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
-    let mut refusal = None;
-    let mut left = OBEYED;
     let found = WAYS.iter().find_map(|(orders, in_second_half)| {
         trial.from = match in_second_half {
             true => Some(trial.half(&inputs[0].1, &outputs)?),
@@ -145,37 +149,15 @@ pub(crate) fn suggestion<'s>(
         (0..inputs.len()).take(TRIED.0).find_map(|at| {
             let input = &inputs[at].1;
             let mut going = trial.going_with(input, &outputs);
-            let first = going.iter().take(MODELLED).enumerate();
-            let models = first.filter_map(|(at, (_, output))| {
-                match trial.integrates(input, output, orders)? {
-                    Ok((integrates, order)) => Some((integrates, at, order)),
-                    Err(verdict) => {
-                        refusal.get_or_insert(format!("{input} -> {output}: {verdict}"));
-                        None
-                    }
-                }
-            });
-            let mut models: Vec<_> = models.collect();
-            models.sort_unstable();
-            let (_, place, order) = models.into_iter().find(|(_, place, order)| {
-                // The quick fit of a process model is the command's own.
-                if order.is_none() || left == 0 {
-                    return order.is_none();
-                }
-                left -= 1;
-                let output = &going[*place].1;
-                let obeyed = trial.obeyed(input, output);
-                if let Err(reason) = &obeyed {
-                    refusal.get_or_insert(format!("{input} -> {output}: {reason}"));
-                }
-                obeyed.is_ok()
-            })?;
+            let (place, order) = trial.first_usable(input, &going, orders)?;
             going[..=place].rotate_right(1);
             Some((at, going, order))
         })
     });
     let Some((chosen, outputs, order)) = found else {
-        let nearest = refusal.map_or_else(String::new, |it| format!(" ({it})"));
+        let nearest = trial
+            .refusal
+            .map_or_else(String::new, |it| format!(" ({it})"));
         return Err(format!(
             "no command is proposed: of the signals that names suggest, no input alone moves an output so that a quick fit finds a usable model{nearest}. \
              Choose signals, several inputs, or a {} of an experiment",
@@ -227,7 +209,49 @@ impl<'d> Trial<'d> {
             data,
             kept,
             from: None,
+            left: OBEYED,
+            refusal: None,
         }
+    }
+
+    /// The place of the first output with a usable model, and the order that a quick fit found; those whose model may integrate come last.
+    fn first_usable(
+        &mut self,
+        input: &str,
+        outputs: &[Ranked],
+        orders: &[Option<usize>],
+    ) -> Option<(usize, Option<usize>)> {
+        let mut integrating = Vec::new();
+        for (place, (_, output)) in outputs.iter().take(MODELLED).enumerate() {
+            match self.integrates(input, output, orders) {
+                Some(Ok((true, order))) => integrating.push((place, order)),
+                Some(Ok((false, order))) if self.is_usable(input, output, order) => {
+                    return Some((place, order));
+                }
+                Some(Err(verdict)) => self.refuse(input, output, &verdict),
+                Some(Ok(_)) | None => {}
+            }
+        }
+        let mut integrating = integrating.into_iter();
+        integrating.find(|(place, order)| self.is_usable(input, &outputs[*place].1, *order))
+    }
+
+    /// Whether the proposed command would find a usable model, of which a quick fit with this order found one.
+    fn is_usable(&mut self, input: &str, output: &str, order: Option<usize>) -> bool {
+        // The quick fit of a process model is the command's own.
+        if order.is_none() || self.left == 0 {
+            return order.is_none();
+        }
+        self.left -= 1;
+        let obeyed = self.obeyed(input, output);
+        obeyed
+            .map_err(|reason| self.refuse(input, output, &reason))
+            .is_ok()
+    }
+
+    fn refuse(&mut self, input: &str, output: &str, reason: &str) {
+        let refusal = || format!("{input} -> {output}: {reason}");
+        self.refusal.get_or_insert_with(refusal);
     }
 
     /// The outputs that go with an input, those first of which it accounts for most, to a tenth; places in space last, since they integrate
