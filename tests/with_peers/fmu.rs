@@ -550,9 +550,9 @@ fn a_number_of_the_file_set_as_a_parameter_is_the_file_edited() {
     let none = &answers[4]["constants"]["geometry.hull.length"];
     assert_eq!(*none, Value::Null, "nothing reads it");
     let said = [
-        "load.mass: '-3.0 kg' refused",
-        "edges.P-A.count: '9' refused: it must be from 1 to 8",
-        "oil.return: '2000000.0 Pa' refused: it must be below oil.supply",
+        "load.mass: -3.0 kg refused",
+        "edges.P-A.count: 9 refused: it must be from 1 to 8",
+        "oil.return: 2000000.0 Pa refused: it must be below oil.supply",
         "coefficients.z_w: 1 refused",
         "inertia.xx: -1.0 kg m^2 refused",
     ];

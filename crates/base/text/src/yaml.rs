@@ -51,9 +51,6 @@ pub enum Error {
     /// No YAML, or not of the form that is wanted.
     #[error("{0}")]
     Parse(String),
-    /// A value breaks the rule of its field.
-    #[error("{0}")]
-    Refused(Refusal),
 }
 
 /// A value that breaks the rule of its field.
@@ -78,23 +75,7 @@ impl Refusal {
             rule: rule.to_owned(),
         }
     }
-
-    /// What a field's reader says (`planesman_units::read`), as the parser repeats it: the field before it, the place in the text behind it.
-    fn of(error: &serde_yaml_ng::Error) -> Option<Self> {
-        let reason = error.to_string();
-        let (field, rest) = reason.split_once(": ")?;
-        let (value, rule) = rest.split_once(REFUSED)?;
-        let at = rule.rfind(" at line ").unwrap_or(rule.len());
-        Some(Self {
-            field: field.to_owned(),
-            value: value.to_owned(),
-            rule: rule[..at].to_owned(),
-        })
-    }
 }
-
-/// Between the value and the rule of a [`Refusal`].
-const REFUSED: &str = " refused: ";
 
 /// The value at a path, as `oil.return` or `fins[0].area`; `None` if the path leads nowhere or the value is not a `T`.
 fn value_at<T: DeserializeOwned>(text: &str, path: &str) -> Option<T> {
@@ -120,16 +101,13 @@ impl From<serde_yaml_ng::Error> for Error {
 /// [`Error`]: a text beyond the bounds, no YAML, or one that is no `T`.
 pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     check(text)?;
-    serde_yaml_ng::from_str(text).map_err(|error| match Refusal::of(&error) {
-        Some(refusal) => Error::Refused(refusal),
-        None => Error::Parse(explained(error.to_string(), text)),
-    })
+    serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
 }
 
-/// Where a scalar stands in a text: the keys that lead to it, places in lists among them as `[0]`, and its bytes.
+/// Where a scalar or alias stands in a text: the keys that lead to it, places in lists among them as `[0]`, and its bytes.
 pub type Place = (Vec<String>, Range<usize>);
 
-/// Every scalar that is a value, in the order of the text.
+/// Every scalar or alias that is a value, in the order of the text.
 ///
 /// # Errors
 /// [`Error`]: a text beyond the bounds, or no YAML.
@@ -158,7 +136,7 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
                 levels.push(Level::Mapping(Some(key.into_owned())));
                 continue;
             }
-            Event::Scalar(..) => {
+            Event::Scalar(..) | Event::Alias(..) => {
                 let path = levels.iter().map(|it| match it {
                     Level::List(place) => format!("[{place}]"),
                     Level::Mapping(key) => key.clone().unwrap_or_default(),
@@ -180,7 +158,6 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
                 continue;
             }
             Event::SequenceEnd | Event::MappingEnd => drop(levels.pop()),
-            Event::Alias(..) => {}
             _ => continue,
         }
         // A value is complete.
@@ -335,7 +312,8 @@ mod tests {
 
     #[test]
     fn each_scalar_is_found_where_it_stands() {
-        let text = "a: {b: [1.5, 2 m], \"c\": -3}  # é\nd:\n  - [4, 5]\n  - e: 6   # six\n";
+        let text =
+            "a: {b: [1.5, 2 m], \"c\": -3}  # é\nd:\n  - [4, 5]\n  - e: &x 6   # six\n  - *x\n";
         let found = scalars(text).expect("YAML");
         let found: Vec<(String, &str)> = found
             .iter()
@@ -347,7 +325,8 @@ mod tests {
             ("a.c", "-3"),
             ("d.[0].[0]", "4"),
             ("d.[0].[1]", "5"),
-            ("d.[1].e", "6"),
+            ("d.[1].e", "&x 6"),
+            ("d.[2]", "*x"),
         ];
         let expected = expected.map(|(path, value)| (path.to_owned(), value));
         assert_eq!(found, expected);

@@ -70,7 +70,7 @@ pub enum ActuatorFileError {
     )]
     Circuit(String),
     /// A value breaks a rule.
-    #[error("actuator file '{file}': {}: '{}' refused: {}", .refusal.field, .refusal.value, .refusal.rule)]
+    #[error("actuator file '{file}': {refusal}")]
     Refused {
         /// The path or built-in name.
         file: String,
@@ -145,19 +145,15 @@ pub fn of_text(file: &str, text: &str) -> Result<ActuatorFile, ActuatorFileError
 /// # Errors
 /// [`ActuatorFileError`], naming file, field, value and rule.
 pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
-    let refused = |refusal| ActuatorFileError::Refused {
+    let written: File = yaml::from_str(text).map_err(|error| ActuatorFileError::Malformed {
         file: file.to_owned(),
-        refusal,
-    };
-    let written: File = yaml::from_str(text).map_err(|error| match error {
-        yaml::Error::Refused(refusal) => refused(refusal),
-        other => ActuatorFileError::Malformed {
-            file: file.to_owned(),
-            reason: other.to_string(),
-        },
+        reason: error.to_string(),
     })?;
     let set = written.set();
-    set.map_err(|(field, rule)| refused(Refusal::at::<Quantity>(text, field, &rule)))
+    set.map_err(|(field, rule)| ActuatorFileError::Refused {
+        file: file.to_owned(),
+        refusal: Refusal::at::<Quantity>(text, field, &rule),
+    })
 }
 
 /// A field, and the rule that its value breaks.

@@ -211,10 +211,6 @@ fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
     let file = || file.to_owned();
     yaml::from_str(text).map_err(|error| match error {
         _ if six_dof::is_of_six_degrees(text) => VehicleError::OfSixDegrees(file()),
-        yaml::Error::Refused(refusal) => VehicleError::Refused {
-            file: file(),
-            refusal,
-        },
         other => VehicleError::Malformed {
             file: file(),
             reason: other.to_string(),
@@ -400,7 +396,7 @@ mod tests {
     fn a_value_against_its_rule_is_refused_by_file_field_value_and_rule() {
         assert_eq!(
             refusal("0.609444 slug", "-2 kg"),
-            "vehicle file 'mine.yaml': particulars.mass: -2 kg refused: it must be above zero"
+            "vehicle file 'mine.yaml': particulars.mass: -2 kg refused: it must be above zero at line 20 column 9"
         );
         for (from, to, parts) in [
             ("0.1 in", "-0.1 in", ["restoring_arm", "turn over"]),

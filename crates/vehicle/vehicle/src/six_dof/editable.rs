@@ -76,12 +76,21 @@ impl EditableFile {
         schema
             .vehicle()
             .map_err(|reason| file::refused(name_or_path, reason))?;
-        let scalars = yaml::scalars(&text).map_err(|error| FileError::Malformed {
+        let malformed = |reason| FileError::Malformed {
             file: name_or_path.to_owned(),
-            reason: error.to_string(),
-        })?;
+            reason,
+        };
+        let scalars = yaml::scalars(&text).map_err(|error| malformed(error.to_string()))?;
         let mut numbers: Vec<Number> = Vec::new();
         for (path, at) in scalars {
+            // What is changed at its anchor would change here too.
+            if text[at.clone()].starts_with('*') {
+                return Err(malformed(format!(
+                    "{}: the alias {} refused: a fit changes each number where it is written; write the value here",
+                    path.join(".").replace(".[", "["),
+                    text[at].trim_end()
+                )));
+            }
             let Some((name, group, _)) = entry(&mut schema, &path) else {
                 continue;
             };

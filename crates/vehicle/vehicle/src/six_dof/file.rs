@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use planesman_text::yaml::{self, Refusal};
+use planesman_text::yaml;
 use planesman_units::{Dimension, Quantity, Rule, readers, within};
 use serde::Deserialize;
 
@@ -126,15 +126,9 @@ pub fn parse(file: &str, text: &str) -> Result<Vehicle, FileError> {
 
 /// The file in `text` as it is written.
 pub(super) fn schema(file: &str, text: &str) -> Result<FileSchema, FileError> {
-    yaml::from_str(text).map_err(|error| match error {
-        yaml::Error::Refused(Refusal { field, value, rule }) => {
-            let reason = format!("{value} refused: {rule}");
-            refused(file, Unphysical::new(field, reason))
-        }
-        other => FileError::Malformed {
-            file: file.to_owned(),
-            reason: other.to_string(),
-        },
+    yaml::from_str(text).map_err(|error| FileError::Malformed {
+        file: file.to_owned(),
+        reason: error.to_string(),
     })
 }
 

@@ -81,3 +81,22 @@ fn thrust_is_one_factor_of_all_propulsors_and_groups_have_their_numbers() {
     let printed = EditableFile::load("remus_100_printed").unwrap();
     assert!(printed.named("Y_vdot").is_some() && printed.named("Y_rdot").is_none());
 }
+
+#[test]
+fn an_alias_is_refused_since_its_number_would_change_with_its_anchor() {
+    let text = include_str!("../../../vehicles/six_dof/bluerov2_heavy.yaml");
+    let curve = "curve: [8.9, 176.0, -404.1, 389.9, -140.3]";
+    let (first, others) = text.split_once(curve).unwrap();
+    let anchor = curve.replace("curve:", "curve: &t200");
+    let aliased = first.to_owned() + &anchor + &others.replace(curve, "curve: *t200");
+    assert_eq!(
+        parse("mine", &aliased).unwrap(),
+        load("bluerov2_heavy").unwrap()
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.yaml");
+    std::fs::write(&path, aliased).unwrap();
+    let refusal = EditableFile::load(path.to_str().unwrap()).unwrap_err();
+    let said = "propulsion[1].curve: the alias *t200 refused";
+    assert!(refusal.to_string().contains(said), "{refusal}");
+}
