@@ -109,9 +109,8 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     taking.mut_subcommands(with_negative_numbers)
 }
 
-/// A command-line error as one line: the error and the suggestion, without the usage.
-#[must_use]
-pub fn one_line(error: &clap::Error) -> String {
+/// A command-line error as one line, without the usage, and clap's suggestion.
+fn error_and_tip(error: &clap::Error) -> (String, Option<String>) {
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim);
     let wrong: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
@@ -135,15 +134,13 @@ pub fn one_line(error: &clap::Error) -> String {
         "number too large to fit in target type",
         "the number is too large",
     );
-    match lines.find_map(|line| line.strip_prefix("tip: ")) {
-        Some(tip) => format!("{wrong}; {tip}"),
-        None => wrong,
-    }
+    let tip = lines.find_map(|line| line.strip_prefix("tip: "));
+    (wrong, tip.map(str::to_owned))
 }
 
 /// Why the command line is wrong: with the command or option that was probably meant, where clap knows none.
 fn refusal(error: &clap::Error, command: &clap::Command) -> String {
-    let reason = one_line(error);
+    let (wrong, tip) = error_and_tip(error);
     if let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) {
         let known = command.get_subcommands().map(clap::Command::get_name);
         return format!(
@@ -151,18 +148,17 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
             did_you_mean(unknown, known)
         );
     }
+    let is_like_one = error.get(ContextKind::SuggestedArg).is_some();
     let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
-        (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown,
-        _ => return reason,
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) if !is_like_one => {
+            unknown
+        }
+        _ => return tip.map_or(wrong.clone(), |tip| format!("{wrong}; {tip}")),
     };
-    if error.get(ContextKind::SuggestedArg).is_some() {
-        return reason;
-    }
     let options = command.get_arguments().filter_map(|it| it.get_long());
     let options: Vec<String> = options.map(|it| format!("--{it}")).collect();
     let meant = did_you_mean(unknown, options.iter().map(String::as_str));
     // clap's own tip is how to pass it as a value, which nobody meant.
-    let wrong = reason.split_once("; ").map_or(&*reason, |(wrong, _)| wrong);
     format!("{wrong}{meant}")
 }
 

@@ -9,7 +9,7 @@ use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use planesman::arguments::{command_of, ended, is_help, parsed, refused};
+use planesman::arguments::{command_of, ended, is_help, parsed, refused, within};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -310,18 +310,10 @@ struct NodeArgs {
 
 /// A real-time factor within the range of the parameter.
 fn factor(text: &str) -> Result<f64, String> {
-    let factor: f64 = text.parse().map_err(|_| "a number is expected")?;
-    let taken = PlantParameters::default().with(&[("factor", factor.into())]);
-    // The option's name and value are named already.
-    let rule = |reason: &str| {
-        reason
-            .split(" refused: ")
-            .last()
-            .unwrap_or_default()
-            .to_owned()
-    };
-    taken.map_err(|refusal| rule(&refusal.reason))?;
-    Ok(factor)
+    let declared = PlantParameters::declarations();
+    let range = declared.iter().find(|it| it.name == "factor");
+    let (least, most) = range.and_then(|it| it.range).unwrap_or_default();
+    within(least, most)(text)
 }
 
 /// The first word, where the command line is wrong for it: it is neither a command nor a scenario.

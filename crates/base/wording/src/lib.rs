@@ -72,7 +72,7 @@ macro_rules! choices {
     (
         $(#[$meta:meta])*
         $vis:vis enum $enum:ident {
-            $($(#[$of:meta])* $value:ident = $name:literal: $about:literal,)+
+            $($(#[$of:meta])* $value:ident = $name:literal: $about:expr,)+
         }
     ) => {
         $crate::choices! {

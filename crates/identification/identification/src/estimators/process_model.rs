@@ -5,24 +5,48 @@ use planesman_linear::polynomial::product;
 
 use crate::structure::{Structure, monic};
 
+/// The transfer function of a form.
+macro_rules! equation {
+    (First) => {
+        "K e^(-theta s) / (T1 s + 1)"
+    };
+    (Second) => {
+        "K e^(-theta s) / ((T1 s + 1) (T2 s + 1))"
+    };
+    (Underdamped) => {
+        "K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)"
+    };
+    (Integrator) => {
+        "K e^(-theta s) / s"
+    };
+    (IntegratorWithLag) => {
+        "K e^(-theta s) / (s (T1 s + 1))"
+    };
+}
+
 planesman_wording::choices! {
     /// The form of a process model.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Form {
-        First = "1": "One time constant: K e^(-theta s) / (T1 s + 1)",
-        Second = "2": "Two time constants: K e^(-theta s) / ((T1 s + 1) (T2 s + 1))",
-        Underdamped = "2u": "Underdamped: K e^(-theta s) / ((s/wn)^2 + 2 zeta s/wn + 1)",
-        Integrator = "i": "Integrator: K e^(-theta s) / s",
-        IntegratorWithLag = "1i": "Integrator with a time constant: K e^(-theta s) / (s (T1 s + 1))",
+        First = "1": concat!("One time constant: ", equation!(First)),
+        Second = "2": concat!("Two time constants: ", equation!(Second)),
+        Underdamped = "2u": concat!("Underdamped: ", equation!(Underdamped)),
+        Integrator = "i": concat!("Integrator: ", equation!(Integrator)),
+        IntegratorWithLag = "1i": concat!("Integrator with a time constant: ", equation!(IntegratorWithLag)),
     }
 }
 
 impl Form {
     /// Its transfer function in words.
     #[must_use]
-    pub fn equation(self) -> &'static str {
-        let (_, help) = self.described();
-        help.split_once(": ").map_or(help, |it| it.1)
+    pub const fn equation(self) -> &'static str {
+        match self {
+            Self::First => equation!(First),
+            Self::Second => equation!(Second),
+            Self::Underdamped => equation!(Underdamped),
+            Self::Integrator => equation!(Integrator),
+            Self::IntegratorWithLag => equation!(IntegratorWithLag),
+        }
     }
 
     /// Its parameters, each with its unit; the gain is in the output's unit per the input's, of an integrator per s.
