@@ -1,6 +1,7 @@
 """What a fit's JSON says of a record whose truth is known: verdict, error of the step response, intervals, causes."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -16,6 +17,13 @@ IN_BAND = 0.9
 """The share of the step response's points that the printed 95 % band must hold."""
 POINTS = 40
 SIGMAS = 1.96
+
+SHIFTED = {"held": (0, 2), "jitter": (-1, 1), "digits lost": (-1, 1)}
+"""Samples by which a logger moves the output's times, or each row's, from one to another."""
+STATIC = r"y is u times (\S+) plus"
+"""How a fit is refused that would be a static gain."""
+LEAST_SAMPLES = 100
+"""Of a record with noise that should be called good."""
 
 NAMED = {
     "closed loop": r"^residuals correlate with later inputs|seems closed-loop",
@@ -104,13 +112,13 @@ def share_in_band(model, plant, interval, model_interval, u):
     slopes = np.zeros((len(middle), len(parameters)))
     for i in np.flatnonzero(np.diag(covariance) > 0):
         moved = parameters.copy()
-        moved[i] += 1e-4 * np.sqrt(covariance[i, i])
+        moved[i] += max(1e-4 * np.sqrt(covariance[i, i]), 1e-9 * abs(moved[i]))
         slopes[:, i] = (of(moved)[0] - middle) / (moved[i] - parameters[i])
     deviation = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, covariance, slopes), 0))
     return float(np.mean(np.abs(middle - truth) <= SIGMAS * deviation + 1e-9 * np.max(np.abs(truth))))
 
 
-def intervals_hold(model, gain, delay, plant, interval, model_interval):
+def intervals_hold(model, gain, delay, plant, interval, model_interval, shifted):
     """Whether the printed intervals of gain, poles and delay hold the truth; what is not printed is missing. `gain` is that of an integrator."""
     num, den, held = np.array(plant.num), np.array(plant.den), {}
     if den[-1] != 0:
@@ -129,7 +137,8 @@ def intervals_hold(model, gain, delay, plant, interval, model_interval):
         # The first sample that answers: one behind the dead time, or without dynamics that itself.
         low, high = delay
         lag, first = plant.delay * interval, int(len(den) > 1)
-        held["delay"] = (low - first) * model_interval - 1e-9 <= lag <= (high - first + 1) * model_interval - interval + 1e-9
+        least, most = (lag + by * interval for by in shifted)
+        held["delay"] = (low - first) * model_interval - 1e-9 <= most and least <= (high - first + 1) * model_interval - interval + 1e-9
     return held
 
 
@@ -143,9 +152,17 @@ def channels(found):
     return [(of.get(name), (of.get(name) or {}).get("delay_interval"), None) for name in model["inputs"]], output
 
 
-def judged(situation, rec, found, solved):
-    """What is so of a fit's JSON; `solved` is the oracle's plant."""
-    plant = PLANTS[situation.plant]
+def plant_as_logged(situation, rec):
+    """The plant, with the limits of a sensor that clips behind it."""
+    plant, y = PLANTS[situation.plant], rec.columns["y"]
+    if situation.log != "clipped":
+        return plant
+    return replace(plant, curve=("output", "saturation", {"lower": np.min(y), "upper": np.max(y)}))
+
+
+def judged(situation, rec, found, oracle):
+    """What is so of a fit's JSON; `oracle` is the error of least squares."""
+    plant = plant_as_logged(situation, rec)
     parts, output = channels(found)
     model_interval = found["record"]["sample_time"]
     truths = [plant] + ([records.Plant(*plant.other, plant.interval)] if plant.other else [])
@@ -157,7 +174,7 @@ def judged(situation, rec, found, solved):
             continue
         errors.append(error_of(*compared(of_model(model), model_interval, truth, rec.interval, u)))
         bands.append(share_in_band(model, truth, rec.interval, model_interval, u))
-        for key, value in intervals_hold(model, gain, delay, truth, rec.interval, model_interval).items():
+        for key, value in intervals_hold(model, gain, delay, truth, rec.interval, model_interval, SHIFTED.get(situation.log, (0, 0))).items():
             held[key] = held.get(key, True) and bool(value)
     named_here = named(output["verdict"])
     row = {
@@ -170,14 +187,24 @@ def judged(situation, rec, found, solved):
         "named": ", ".join(sorted(named_here)),
         "false": ", ".join(sorted(named_here - causes(situation))),
     }
-    return row | conclusions(situation, row, solved_error(situation, rec, solved))
+    return row | conclusions(situation, row, oracle)
+
+
+def refused(situation, sentence, oracle):
+    """The same of a fit that is refused: a gain that is named instead counts as a model that is called good."""
+    plant, gain = PLANTS[situation.plant], re.search(STATIC, sentence)
+    row = {"standing": "refused", "error": np.inf, "in_band": 0.0, "delay_held": None, "findings": sentence}
+    if gain:
+        truth = plant.num[0] if len(plant.den) == 1 and not plant.delay else 0.0
+        row |= {"standing": "good", "code": "static_gain", "error": abs(float(gain[1]) - truth) / (truth or abs(float(gain[1])))}
+    return row | conclusions(situation, row, oracle)
 
 
 def solved_error(situation, rec, solved):
     """The oracle's error; `None` where there is none."""
     if solved is None:
         return None
-    plant, interval, u = PLANTS[situation.plant], rec.interval, rec.columns["u"]
+    plant, interval, u = plant_as_logged(situation, rec), rec.interval, rec.columns["u"]
     pairs = [(solved, plant)]
     if plant.other:
         pairs.append((records.Plant(*solved.other, interval), records.Plant(*plant.other, interval)))
@@ -189,6 +216,6 @@ def conclusions(situation, row, oracle):
     good = row["standing"] == "good"
     right = (row["error"] <= NEAR or row["in_band"] >= IN_BAND) and row["delay_held"] is not False
     clean = situation.noise == "none" and situation.log == "plain"
-    excited = situation.noise == "white" and situation.log == "plain" and situation.input in WELL_EXCITED
+    excited = situation.samples >= LEAST_SAMPLES and situation.noise == "white" and situation.log == "plain" and situation.input in WELL_EXCITED
     solvable = oracle is not None and oracle <= SOLVED
     return {"oracle": oracle, "good": good, "wrong": good and not right, "should": solvable and (clean or excited)}

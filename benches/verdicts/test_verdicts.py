@@ -32,7 +32,7 @@ def found_of(plant, interval, delay, gain=1.0, deviation=0.0, sentences=()):
 def judged(situation, **changes):
     rec = records.record(situation, 0)
     plant = PLANTS[situation.plant]
-    return judge.judged(situation, rec, found_of(plant, rec.interval, **{"delay": [plant.delay + 1] * 2} | changes), plant)
+    return judge.judged(situation, rec, found_of(plant, rec.interval, **{"delay": [plant.delay + 1] * 2} | changes), 0.0)
 
 
 class Generator(unittest.TestCase):
@@ -131,8 +131,23 @@ class Judge(unittest.TestCase):
         model = found_of(plant, rec.interval, [1, 1])["model"]
         output = {"channels": [model | {"input": "u", "delay_interval": [1, 1]}], "judgement": model["judgement"], "verdict": []}
         found = {"model": {"inputs": ["u", "v"], "outputs": [output]}, "record": {"sample_time": rec.interval}}
-        row = judge.judged(situation, rec, found, plant)
+        row = judge.judged(situation, rec, found, 0.0)
         self.assertEqual((row["error"], row["wrong"]), (1.0, True))
+
+    def test_limits_of_a_sensor_are_part_of_the_plant(self):
+        situation = Situation("first order", "many steps", "none", "clipped", 500)
+        rec, plant = records.record(situation, 0), PLANTS["first order"]
+        found = found_of(plant, rec.interval, [1, 1])
+        self.assertGreater(judge.judged(situation, rec, found, None)["error"], 0.05)
+        side, kind, parameters = judge.plant_as_logged(situation, rec).curve
+        found["model"]["static_curve"] = {"side": side, "kind": kind, "parameters": [{"name": name, "value": it} for name, it in parameters.items()]}
+        self.assertLess(judge.judged(situation, rec, found, None)["error"], 1e-9)
+
+    def test_a_refusal_that_names_the_gain_is_a_model(self):
+        sentence = "planesman: y is u times 2.000000 plus 0.000000 in every sample: there are no dynamics"
+        static, integrator = (Situation(plant, "impulse in row 1", "none", "plain", 500) for plant in ("static gain", "integrator"))
+        self.assertEqual([judge.refused(it, sentence, 0.0)["wrong"] for it in (static, integrator)], [False, True])
+        self.assertFalse(judge.refused(static, "planesman: no such file", 0.0)["good"])
 
     def test_a_model_that_grows_without_bound_has_no_error_but_infinity(self):
         self.assertEqual(judge.error_of(np.array([np.inf, np.nan]), np.ones(2)), math.inf)
