@@ -115,6 +115,13 @@ pub(super) fn level_before_step(record: &Record) -> Option<f64> {
     let run = record.segments[number].run()?;
     let step = process::first_step(run.inputs)?;
     let level = run.inputs[..step].iter().sum::<f64>() / step as f64;
+    let after = &run.inputs[step..];
+    let outputs = (run.outputs.first()?, run.outputs.last()?);
+    let returns = (outputs.0 - outputs.1).abs() <= STANDS_STILL * range(run.outputs);
+    if step == 1 && run.past.is_empty() && range(after) == 0.0 && returns {
+        // An impulse in the first row: the input was before where it is from the second on.
+        return after.first().copied();
+    }
     let stood = run.past.iter().all(|u| u == run.past.last().unwrap_or(u));
     let before = &run.outputs[..=step];
     let stands = range(before) <= STANDS_STILL * range(run.outputs);

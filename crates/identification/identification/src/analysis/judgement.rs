@@ -38,6 +38,10 @@ const MATTERS: f64 = 0.05;
 const MATTERS_IN_OUTPUT: f64 = 1e-3;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
+/// The F statistic of the output's past in the input below which there is no feedback, whatever the residuals of a model that may be wrong
+/// say; and that above which there is: in open loop none of the records of `benches/verdicts` exceeds 4.
+const CONTRADICTED: f64 = 2.0;
+const HEEDED: f64 = 6.0;
 /// Samples for each parameter, below which a fit is partly memory.
 pub const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
@@ -327,6 +331,7 @@ impl Analysis {
     pub fn next(&self) -> String {
         let is_chosen = self.options.method == Method::Automatic;
         let is_cancelled = |it: &Reason| matches!(it, Reason::CancelledPole(_));
+        let is_feedback = |it: &Reason| matches!(it, Reason::Doubt(Doubt::FeedbackAlone(..)));
         let integrates = may_integrate(&self.estimate) && !self.reasons.iter().any(is_cancelled);
         match self.verdict {
             Verdict::Drift { .. } if integrates => format!(
@@ -340,6 +345,9 @@ impl Analysis {
                 option("order"),
                 option("curve")
             ),
+            Verdict::Undetermined if self.reasons.iter().any(is_feedback) => {
+                "record again while the setpoint of the loop moves: steps or a PRBS".to_owned()
+            }
             verdict => verdict.next(),
         }
     }
@@ -360,8 +368,9 @@ impl Analysis {
     /// Whether what one half of the record says does not hold in the other.
     fn is_unsteady(&self) -> bool {
         let chosen = self.search.selected.first();
-        // Half of a step test may hold no step.
-        let may_tell = !self.is_unstable() && !self.is_step_test;
+        // Half of a step test may hold no step; and half of a record without noise may not determine what all of it does.
+        let is_exact = self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING);
+        let may_tell = !self.is_unstable() && !self.is_step_test && !is_exact;
         may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
     }
 
@@ -382,7 +391,12 @@ impl Analysis {
         let is_more = || tests.of_later_inputs().largest() > tests.of_earlier_inputs().largest();
         may_tell
             && may_bias
-            && feeds_back(tests)
+            && match self.heed_of_output {
+                Some(f) => {
+                    f > HEEDED && !self.is_unstable() || f > CONTRADICTED && feeds_back(tests)
+                }
+                None => feeds_back(tests),
+            }
             && (self.estimate.frequency.is_none() || is_more())
     }
 

@@ -111,6 +111,8 @@ pub struct Analysis {
     pub is_step_test: bool,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
     pub drift: f64,
+    /// The F statistic of the output's past in the longest run's input, where it can tell feedback.
+    pub heed_of_output: Option<f64>,
     /// What the longest run says of the delay, for a model of the output error.
     pub lag: Option<Lag>,
     /// Intervals by a bootstrap, where one was asked for.
@@ -294,6 +296,7 @@ fn fitted(
         input_part: checks::part_of_input(&estimate, longest, run),
         is_step_test: process::is_step_test(&second),
         drift: StraightLine::nearest_to(run.outputs).share,
+        heed_of_output: identifiability::heed_of_output(run.inputs, run.outputs),
         lag: chosen.lag.or_else(lag),
         bootstrap: options.bootstrap.map(refits).transpose()?,
         validation: None,
@@ -333,7 +336,7 @@ impl Analysis {
         let mut doubts = match self.options.method.is_of_the_vehicle() {
             // One step determines the one, the coherence tells where the other is: as their intervals say.
             _ if self.estimate.process.is_some() || self.estimate.frequency.is_some() => Vec::new(),
-            true => identifiability::of_inputs(problem, vehicle.unknowns()),
+            true => identifiability::of_inputs(problem, vehicle.unknowns(), false),
             false => identifiability::doubts(problem),
         };
         // An input that hardly excites some direction determines it where there is little noise.

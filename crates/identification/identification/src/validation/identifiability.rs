@@ -5,18 +5,33 @@
 //! else (`u = -K y` makes rows of the regression depend on each other); rows that depend on each
 //! other for whatever reason, as those of too high an order on a clean record.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::batch::Triangle;
 use crate::estimators::regression;
-use crate::structure::{InitialState, Problem};
+use crate::structure::{InitialState, Problem, variance};
 use planesman_record::Run;
 
 /// An input counts as exciting a direction when its singular value is above this share of the
 /// largest; noise of a thousandth of the input's size excites nothing.
 const EXCITED: f64 = 1e-3;
-/// The share of the input that feedback leaves unexplained when it is feedback alone.
+/// The share of the input's power that a controller leaves unexplained where neither plant nor loop is disturbed.
 const UNEXPLAINED: f64 = 1e-6;
+/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone, its quantisation
+/// and the output's included; and the share of the output that disturbances must renew from sample to sample, for which the input answers.
+const FED: f64 = 0.05;
+const RENEWED: f64 = 0.05;
+/// Lags of both signals that tell disturbances from what was known, those of a controller that may be all there is, and those of the output
+/// in an input that has a reference too; samples for each of the first, and samples looked at.
+const LAGS: usize = 20;
+const CONTROLLER_LAGS: usize = 3;
+const HEEDED_LAGS: usize = 8;
+/// The share of an input's power that its own past leaves where it is a sum of sines or a smooth curve.
+const DETERMINED: f64 = 1e-9;
+const SAMPLES_PER_LAG: usize = 12;
+const SAMPLES: usize = 4000;
 /// A regression whose singular values, columns scaled alike, spread wider than this leaves directions
 /// to rounding and the smallest noise.
 const SPREAD: f64 = 1e-8;
@@ -38,8 +53,9 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<Doubt> {
     let structure = &problem.structure;
     let needed = structure.poles + structure.numerator;
     let of = |problem: &Problem<'_>| {
-        let mut doubts = of_inputs(problem, needed);
-        doubts.extend(of_rows(problem));
+        let deficient = of_rows(problem);
+        let mut doubts = of_inputs(problem, needed, deficient.is_some());
+        doubts.extend(deficient);
         doubts
     };
     let doubts = of(problem);
@@ -70,10 +86,9 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<Doubt> {
     })
 }
 
-/// Those that the inputs give, when so many parameters are sought.
+/// Those that the inputs give, when so many parameters are sought from rows that may be deficient in rank.
 #[must_use]
-pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<Doubt> {
-    let history = problem.structure.history();
+pub fn of_inputs(problem: &Problem<'_>, needed: usize, is_deficient: bool) -> Vec<Doubt> {
     let is_one = problem.runs.len() == 1;
     let mut doubts = Vec::new();
     for (r, run) in problem.runs.iter().enumerate() {
@@ -81,10 +96,10 @@ pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<Doubt> {
         if order < needed && is_one {
             doubts.push(Doubt::Excitation(order, needed));
         }
-        let unexplained = feedback_leaves(run.inputs, run.outputs, history);
-        if let Some(unexplained) = unexplained.filter(|share| *share < UNEXPLAINED) {
+        let feedback = Pasts::of(run.inputs, run.outputs).and_then(|it| it.feedback());
+        if let Some(feedback) = feedback.filter(|it| it.is_alone(is_deficient)) {
             let record = (!is_one).then_some(r + 1);
-            doubts.push(Doubt::FeedbackAlone(record, unexplained));
+            doubts.push(Doubt::FeedbackAlone(record, feedback.unexplained));
         }
     }
     doubts
@@ -134,34 +149,106 @@ pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
     singular.iter().filter(|s| **s > EXCITED * largest).count()
 }
 
-/// The share of the input's sum of squares that a linear feedback from `history` past outputs, itself
-/// and inputs leaves unexplained; `None` when the record is too short or the input stands still.
-fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f64> {
-    // An input between two levels changes to the other one: a clean output knows which it was.
-    let (least, largest) = (inputs.iter()).fold((f64::MAX, f64::MIN), |(least, largest), u| {
-        (u.min(least), u.max(largest))
-    });
-    if inputs.iter().all(|u| *u == least || *u == largest) {
-        return None;
+/// Regressions of either signal on the past of both.
+struct Pasts<'a> {
+    inputs: &'a [f64],
+    outputs: &'a [f64],
+    /// Lags that the record has samples for.
+    lags: usize,
+}
+
+impl<'a> Pasts<'a> {
+    /// `None` of a record that is too short, of an input of two levels, and of one that is held, which a controller of a disturbed output is
+    /// not: a clean output knows how long it has been so.
+    fn of(inputs: &'a [f64], outputs: &'a [f64]) -> Option<Self> {
+        let from = inputs.len().saturating_sub(SAMPLES);
+        let (inputs, outputs) = (&inputs[from..], &outputs[from..]);
+        let (least, largest) = (inputs.iter()).fold((f64::MAX, f64::MIN), |(least, largest), u| {
+            (u.min(least), u.max(largest))
+        });
+        let has_two_levels = inputs.iter().all(|u| *u == least || *u == largest);
+        let moves = inputs.windows(2).filter(|u| u[0] != u[1]).count();
+        let is_held = 2 * moves < inputs.len();
+        let lags = LAGS.min(inputs.len() / SAMPLES_PER_LAG);
+        (lags >= CONTROLLER_LAGS && !has_two_levels && !is_held).then_some(Self {
+            inputs,
+            outputs,
+            lags,
+        })
     }
-    let n = history.max(1);
-    let rows = inputs.len().checked_sub(n)?;
-    if rows < 4 * (2 * n + 1) {
-        return None;
+
+    /// The share of a signal's power, at the samples from the first that has all lags on, that a constant and both signals at these lags
+    /// leave; of samples at which the input `moves` alone, where that is asked for.
+    fn left(
+        &self,
+        of: &[f64],
+        of_inputs: Range<usize>,
+        of_outputs: Range<usize>,
+        moves: bool,
+    ) -> Option<f64> {
+        let rows: Vec<usize> = (self.lags..of.len())
+            .filter(|k| !moves || self.inputs[*k] != self.inputs[k - 1])
+            .collect();
+        let phi = DMatrix::from_fn(
+            rows.len(),
+            1 + of_inputs.len() + of_outputs.len(),
+            |i, j| match j.checked_sub(1 + of_inputs.len()) {
+                _ if j == 0 => 1.0,
+                None => self.inputs[rows[i] + 1 - j - of_inputs.start],
+                Some(j) => self.outputs[rows[i] - j - of_outputs.start],
+            },
+        );
+        let of = DVector::from_iterator(rows.len(), rows.iter().map(|k| of[*k]));
+        let power = variance(of.as_slice()) * of.len() as f64;
+        let left = Triangle::new(&phi, &of).ok()?.cost.max(0.0);
+        (power > 0.0).then_some(left / power)
     }
-    // u_k from y_k ... y_(k-n) and u_(k-1) ... u_(k-n): a controller's difference equation. Only
-    // samples at which the input changes count; a held one is explained by itself.
-    let kept: Vec<usize> = (n..inputs.len())
-        .filter(|k| inputs[*k] != inputs[k - 1])
-        .collect();
-    if kept.len() < 2 * n + 4 {
-        return None;
+
+    /// What a linear controller, `u_k` of `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`, leaves of the input.
+    fn feedback(&self) -> Option<Feedback> {
+        let (inputs, lags) = (self.inputs, CONTROLLER_LAGS);
+        let own = self.left(inputs, 1..lags + 1, 0..0, true)?;
+        let unexplained = self.left(inputs, 1..lags + 1, 0..lags + 1, true)?;
+        Some(Feedback {
+            unexplained,
+            of_innovations: unexplained / own.max(f64::MIN_POSITIVE),
+            renewed: self.left(self.outputs, 1..self.lags + 1, 1..self.lags + 1, true)?,
+        })
     }
-    let phi = DMatrix::from_fn(kept.len(), n + 1, |i, j| outputs[kept[i] - j]);
-    let u = DVector::from_fn(kept.len(), |i, _| inputs[kept[i]]);
-    let total = u.norm_squared();
-    let left = Triangle::new(&phi, &u).ok()?.cost;
-    (total > 0.0).then_some(left / total)
+}
+
+/// What a controller leaves of an input.
+struct Feedback {
+    /// The share of the input's power that it leaves unexplained.
+    unexplained: f64,
+    /// The same of what the input's own past leaves.
+    of_innovations: f64,
+    /// The share of the output's power that the past of both signals leaves.
+    renewed: f64,
+}
+
+impl Feedback {
+    /// Whether nothing but the output moves the input. A smooth input without noise is made up by its output as well, but then
+    /// disturbances move neither; where nothing does, the rows tell.
+    fn is_alone(&self, is_deficient: bool) -> bool {
+        let is_disturbed = self.renewed > RENEWED && self.of_innovations < FED;
+        is_disturbed || (is_deficient && self.unexplained < UNEXPLAINED)
+    }
+}
+
+/// The F statistic of the output's past in the input, beside the input's own past (Caines and Chan, *IEEE Trans. Autom. Control* 20, 1975):
+/// that of a plant in open loop tells nothing of inputs to come. 0 of an input that its own past determines; `None` where it cannot tell.
+#[must_use]
+pub fn heed_of_output(inputs: &[f64], outputs: &[f64]) -> Option<f64> {
+    let pasts = Pasts::of(inputs, outputs)?;
+    let lags = HEEDED_LAGS.min(pasts.lags);
+    let own = pasts.left(pasts.inputs, 1..pasts.lags + 1, 0..0, false)?;
+    let both = pasts.left(pasts.inputs, 1..pasts.lags + 1, 1..lags + 1, false)?;
+    let freedom = (pasts.inputs.len() - pasts.lags).saturating_sub(pasts.lags + lags + 1);
+    match own < DETERMINED {
+        true => Some(0.0),
+        false => Some((own - both) / lags as f64 / both * freedom as f64).filter(|f| f.is_finite()),
+    }
 }
 
 #[cfg(test)]
@@ -171,7 +258,7 @@ mod tests {
     use super::*;
     use crate::common::{clean, measured, next, pulses};
     use crate::structure::Structure;
-    use planesman_record::with_noise;
+    use planesman_record::{filter, noise, with_noise};
 
     fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<Doubt> {
         doubts(
@@ -224,6 +311,76 @@ mod tests {
         let outputs = with_noise(&outputs, 3, 0.005);
         let found = doubts_of(Structure::of_order(2), &inputs, &outputs);
         assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn feedback_of_a_disturbed_output_is_named_as_it_is_and_rounded() {
+        // PI on 2/(3 s + 1) in steps of 0.05 s, AR(0.97) on the output, the setpoint at 0.
+        let disturbance = filter(&[0.02], &[1.0, -0.97], &noise(4, 1500));
+        let (mut inputs, mut outputs): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+        let (mut state, mut integral) = (0.0, 0.0);
+        for d in disturbance {
+            outputs.push(state + d);
+            integral -= 1.2 * 0.05 * (state + d);
+            inputs.push(integral - 2.0 * (state + d));
+            state = 0.983_471 * state + 0.033_058 * inputs[inputs.len() - 1];
+        }
+        let rounded =
+            |of: &[f64]| -> Vec<f64> { of.iter().map(|v| (v * 1e3).round() / 1e3).collect() };
+        for (inputs, outputs) in [(rounded(&inputs), rounded(&outputs)), (inputs, outputs)] {
+            let found = doubts_of(Structure::of_order(1), &inputs, &outputs);
+            let is_feedback = |doubt: &Doubt| matches!(doubt, Doubt::FeedbackAlone(None, _));
+            assert!(found.iter().any(is_feedback), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_loop_of_a_noisy_output_heeds_it_and_an_input_in_open_loop_does_not() {
+        let (e, moves) = (noise(7, 600), noise(8, 600));
+        let reference: Vec<f64> = (0..600).map(|k| moves[k / 40]).collect();
+        let (mut inputs, mut outputs, mut state, mut integral) = (vec![], vec![], 0.0, 0.0);
+        for (r, e) in reference.iter().zip(&e) {
+            outputs.push(state + 0.15 * e);
+            integral += 0.12 * (r - outputs[outputs.len() - 1]);
+            inputs.push(integral + 2.0 * (r - outputs[outputs.len() - 1]));
+            state = 0.967_216 * state + 0.065_568 * inputs[inputs.len() - 1];
+        }
+        let in_loop = heed_of_output(&inputs, &outputs).unwrap();
+        let open = with_noise(&filter(&[0.0, 0.07], &[1.0, -0.97], &moves), 9, 0.05);
+        let open = heed_of_output(&moves, &open).unwrap();
+        assert!(in_loop > 9.0 && open < 2.0, "{in_loop} {open}");
+        // A sum of sines, and levels that are held.
+        let sines: Vec<f64> = (0..600).map(|k| libm::sin(0.1 * f64::from(k))).collect();
+        assert_eq!(heed_of_output(&sines, &e), Some(0.0));
+        assert_eq!(heed_of_output(&reference, &e), None);
+    }
+
+    #[test]
+    fn a_smooth_input_in_open_loop_is_no_feedback_though_a_clean_output_makes_it_up() {
+        let smooth = |k: i32| {
+            let x = (f64::from(k) / 200.0 - 0.2).clamp(0.0, 1.0);
+            (3.0 - 2.0 * x) * x * x
+        };
+        let sines = |k: i32| {
+            [0.03, 0.11, 0.23, 0.41]
+                .map(|rate| libm::sin(rate * f64::from(k)))
+                .iter()
+                .sum()
+        };
+        for inputs in [
+            (0..300).map(smooth).collect::<Vec<f64>>(),
+            (0..300).map(sines).collect(),
+        ] {
+            for (b, a) in [(vec![0.0, 0.03], vec![1.0, -0.97]), (vec![2.0], vec![1.0])] {
+                let outputs = filter(&b, &a, &inputs);
+                assert!(
+                    !Pasts::of(&inputs, &outputs)
+                        .and_then(|it| it.feedback())
+                        .is_some_and(|it| it.is_alone(false)),
+                    "{b:?}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -145,3 +145,34 @@ fn the_coefficients_covariance_knows_what_was_known_beforehand() {
     assert!((p[(2, 2)] + p[(2, 3)]).abs() < 1e-12 * p[(2, 2)]);
     assert!((p[(3, 3)] - p[(2, 2)]).abs() < 1e-12 * p[(2, 2)]);
 }
+
+/// 3/(s^2 + 1.2 s + 4), held in steps of 0.1 s (scipy: `cont2discrete(([3], [1, 1.2, 4]), 0.1)`): gain 0.75.
+fn oscillating(inputs: &[f64]) -> Vec<f64> {
+    let b = [0.0, 0.014_369_969_403, 0.013_805_836_567_7];
+    filter(&b, &[1.0, -1.849_352_695_422_9, 0.886_920_436_717_16], inputs)
+}
+
+#[test]
+fn an_impulse_in_the_first_row_is_one_from_rest() {
+    let mut inputs = vec![0.0; 200];
+    inputs[0] = 10.0;
+    let outputs = oscillating(&inputs);
+    let analysis = found(inputs, outputs, &Options::default());
+    let gain = analysis.reading().steady_state_gain().unwrap().value.re;
+    assert!((gain - 0.75).abs() < 1e-6, "{}", analysis.text());
+    assert!(says(&analysis, "verdict: good"), "{}", analysis.text());
+}
+
+#[test]
+fn a_smooth_input_without_noise_gives_a_model_that_is_good_and_no_cause() {
+    let smooth = |k: i32| {
+        let x = (f64::from(k) / 80.0 - 0.5).clamp(0.0, 1.0);
+        (3.0 - 2.0 * x) * x * x
+    };
+    let inputs: Vec<f64> = (0..400).map(smooth).collect();
+    let outputs = oscillating(&inputs);
+    let analysis = found(inputs, outputs, &Options::default());
+    let gain = analysis.reading().steady_state_gain().unwrap().value.re;
+    assert!((gain - 0.75).abs() < 1e-6, "{}", analysis.text());
+    assert!(says(&analysis, "verdict: good"), "{}", analysis.text());
+}
