@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from judge import IN_BAND, NEAR, SIGMAS, SOLVED
+from judge import IN_BAND, LEAST_SAMPLES, NEAR, SIGMAS, SOLVED
 
 GROUPS = ["plant", "input", "noise", "log", "samples"]
 TARGETS = {"precision": 98.0, "recall": 97.0, "causes": 95.0}
@@ -65,6 +65,9 @@ def markdown(rows, about):
     lines += ["  the true one.", "- *recall*: of records without noise, or with 5 % white noise and a rich input, that least squares of the true"]
     lines += [f"  structure solves within {100 * SOLVED:.0f} %, those called good.", "- *causes*: of causes named (closed loop, backlash, dead zone, saturation, square law,"]
     lines += ["  friction, drag, changing gain, drift, disturbance, quantised, clock), those that are in the record.", ""]
+    lines += ["A sensor that clips is part of the plant, with its limits. Where the logger moves the times (held, jitter, digits lost) the delay may"]
+    lines += ["be off by one or two samples. A fit that is refused with the gain of a static plant named counts as a model called good. Of records with"]
+    lines += [f"noise those of fewer than {LEAST_SAMPLES} samples do not count for recall.", ""]
     lines += heading("", "measured, %", "target, %")
     lines += [line([name, share(total[name]), target]) for name, target in TARGETS.items()]
     lines += ["", f"Printed 95 % intervals (±{SIGMAS} standard deviations) that hold the truth, of records called good: "]
