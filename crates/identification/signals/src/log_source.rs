@@ -297,7 +297,7 @@ impl Source for LogSource {
 #[cfg(test)]
 mod tests {
     use planesman_testing::telemetry::Version;
-    use planesman_testing::{dataflash, hostile, telemetry};
+    use planesman_testing::{dataflash, hostile, telemetry, ulog};
     use rand::SeedableRng as _;
     use rand_pcg::Pcg64Mcg;
 
@@ -320,6 +320,7 @@ mod tests {
                 telemetry::log(&response, Version::Two, 2),
             ),
             (LogKind::Moos, moos.into_bytes()),
+            (LogKind::Ulog, ulog::log(&response)),
         ] {
             let path = folder.path().join("log");
             for number in 0..300 {

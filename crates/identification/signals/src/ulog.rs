@@ -5,7 +5,7 @@
 //!
 //! It is read here rather than by PX4's own parser (crate `px4-ulog` 0.6), which panics on short messages and lays out every field
 //! of every format, 65 535 of them for a line of text. Here a length costs no more than the bytes that are there, and
-//! only the fields asked for are laid out.
+//! the fields of a format are laid out once, up to a limit in all.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -26,6 +26,9 @@ const HEADER: usize = 16;
 /// Formats, and bytes of their texts, at most; PX4 has 300 with 60 000.
 const FORMATS: usize = 10_000;
 const TEXTS: usize = 4 << 20;
+
+/// Fields that are laid out at most, of all formats; PX4 has some 5 000.
+const NAMES: usize = 100_000;
 
 /// The longest message, bytes: its length has 16 bits.
 const LONGEST: usize = u16::MAX as usize;
@@ -55,6 +58,7 @@ pub(crate) struct Ulog {
     formats: Formats,
     /// By number.
     subscriptions: BTreeMap<u16, Subscription>,
+    plans: Plans,
     is_cut: bool,
     dropouts: u64,
     /// For how long in all, ms.
@@ -65,7 +69,7 @@ struct Subscription {
     topic: String,
     format: String,
     /// Known once its data has come.
-    plan: Option<Plan>,
+    plan: Option<Rc<Plan>>,
 }
 
 /// How data is read.
@@ -75,6 +79,34 @@ struct Plan {
     places: Vec<Place>,
 }
 
+/// The plans of formats whose data has come.
+#[derive(Default)]
+struct Plans {
+    known: BTreeMap<String, Rc<Plan>>,
+    /// Fields of them all.
+    fields: usize,
+}
+
+impl Plans {
+    fn of(&mut self, formats: &Formats, format: &str) -> Rc<Plan> {
+        if let Some(known) = self.known.get(format) {
+            return Rc::clone(known);
+        }
+        let mut numbers = formats.numbers(format, FIELDS.min(NAMES - self.fields));
+        self.fields += numbers.len();
+        let stamp = numbers.iter().position(|it| it.0 == STAMP);
+        let stamp = stamp.map(|it| numbers.remove(it).1);
+        let (names, places): (Vec<String>, Vec<Place>) = numbers.into_iter().unzip();
+        let plan = Rc::new(Plan {
+            stamp,
+            names: names.into(),
+            places,
+        });
+        self.known.insert(format.to_owned(), Rc::clone(&plan));
+        plan
+    }
+}
+
 impl Ulog {
     /// The data of a log; `None` if the file is none.
     pub(crate) fn of(file: File) -> io::Result<Option<Self>> {
@@ -82,6 +114,7 @@ impl Ulog {
             messages,
             formats: Formats::default(),
             subscriptions: BTreeMap::new(),
+            plans: Plans::default(),
             is_cut: false,
             dropouts: 0,
             lost: 0,
@@ -113,9 +146,12 @@ impl LogReader for Ulog {
                     self.subscriptions.insert(id, of);
                 }
                 Ok(Some(Message::Data { id, body })) => {
-                    if let Some(of) = self.subscriptions.get_mut(&id)
-                        && of.read(&self.formats, body, message).is_some()
-                    {
+                    let Some(of) = self.subscriptions.get_mut(&id) else {
+                        continue;
+                    };
+                    let plan =
+                        (of.plan).get_or_insert_with(|| self.plans.of(&self.formats, &of.format));
+                    if plan.read(&of.topic, body, message).is_some() {
                         return Ok(true);
                     }
                 }
@@ -160,24 +196,13 @@ impl LogReader for Ulog {
     }
 }
 
-impl Subscription {
+impl Plan {
     /// Reads data as a message; `None` if it has no time.
-    fn read(&mut self, formats: &Formats, body: &[u8], message: &mut LogMessage) -> Option<()> {
-        let plan = self.plan.get_or_insert_with(|| {
-            let mut numbers = formats.numbers(&self.format, FIELDS);
-            let stamp = numbers.iter().position(|it| it.0 == STAMP);
-            let stamp = stamp.map(|it| numbers.remove(it).1);
-            let (names, places): (Vec<String>, Vec<Place>) = numbers.into_iter().unzip();
-            Plan {
-                stamp,
-                names: names.into(),
-                places,
-            }
-        });
-        let microseconds = plan.stamp?.microseconds(body)?;
+    fn read(&self, topic: &str, body: &[u8], message: &mut LogMessage) -> Option<()> {
+        let microseconds = self.stamp?.microseconds(body)?;
         let stamp = i64::try_from(microseconds).ok()?.checked_mul(1000)?;
-        message.begin(&self.topic, stamp, &plan.names);
-        let values = plan.places.iter().map(|it| it.read(body));
+        message.begin(topic, stamp, &self.names);
+        let values = self.places.iter().map(|it| it.read(body));
         message.values.extend(values);
         Some(())
     }
@@ -518,6 +543,23 @@ mod tests {
         assert_eq!(found[0].1.microseconds(&data), Some(7));
         assert_eq!(found[7].1.read(&data[..27]), None);
         assert_eq!(formats.numbers("arm", 3).len(), 3);
+    }
+
+    #[test]
+    fn a_format_is_laid_out_once_and_all_formats_up_to_a_limit() {
+        let texts: Vec<String> = (0..200)
+            .map(|it| format!("f{it}:uint64_t timestamp;float[1000] x;"))
+            .collect();
+        let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+        let (formats, mut plans) = (formats(&texts), Plans::default());
+        let first = plans.of(&formats, "f0");
+        assert!(Rc::ptr_eq(&first, &plans.of(&formats, "f0")));
+        let made: Vec<_> = (0..200)
+            .map(|it| plans.of(&formats, &format!("f{it}")))
+            .collect();
+        let names: usize = made.iter().map(|it| it.names.len()).sum();
+        assert!(names <= NAMES && plans.fields == NAMES, "{names}");
+        assert!(made[199].stamp.is_none());
     }
 
     #[test]

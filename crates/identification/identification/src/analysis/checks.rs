@@ -118,9 +118,10 @@ pub(super) fn level_before_step(record: &Record) -> Option<f64> {
     let after = &run.inputs[step..];
     let outputs = (run.outputs.first()?, run.outputs.last()?);
     let returns = (outputs.0 - outputs.1).abs() <= STANDS_STILL * range(run.outputs);
-    if step == 1 && run.past.is_empty() && range(after) == 0.0 && returns {
-        // An impulse in the first row: the input was before where it is from the second on.
-        return after.first().copied();
+    let is_at_rest = after.iter().all(|u| *u == 0.0);
+    if step == 1 && run.past.is_empty() && is_at_rest && returns {
+        // An impulse in the first row: before it the input was 0 too. A step in the second row is none.
+        return Some(0.0);
     }
     let stood = run.past.iter().all(|u| u == run.past.last().unwrap_or(u));
     let before = &run.outputs[..=step];

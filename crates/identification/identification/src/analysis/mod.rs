@@ -336,12 +336,16 @@ impl Analysis {
         let mut doubts = match self.options.method.is_of_the_vehicle() {
             // One step determines the one, the coherence tells where the other is: as their intervals say.
             _ if self.estimate.process.is_some() || self.estimate.frequency.is_some() => Vec::new(),
-            true => identifiability::of_inputs(problem, vehicle.unknowns(), false),
+            true => identifiability::of_inputs(problem, vehicle.unknowns(), true),
             false => identifiability::doubts(problem),
         };
         // An input that hardly excites some direction determines it where there is little noise.
         if self.response_is_determined() {
             doubts.retain(|it| !matches!(it, Doubt::Excitation(..)));
+        }
+        // The user knows that the plant answers at once.
+        if self.options.delay == Some(0) {
+            doubts.retain(|it| !matches!(it, Doubt::FeedbackAlone(..)));
         }
         doubts
     }

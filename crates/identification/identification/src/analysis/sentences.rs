@@ -326,8 +326,8 @@ impl fmt::Display for Doubt {
                 }
                 write!(
                     f,
-                    "is feedback of the output alone ({share:.1e} of its power is not): a controller without a setpoint that moves, \
-                     whose inverse the model is, or a plant that answers at once; the record cannot tell"
+                    "is feedback of the output alone ({share:.1e} of its power is not): either a controller makes it, and the model is \
+                     the controller's inverse, or the plant answers at once. The record cannot tell"
                 )
             }
             Self::Rank(known, parameters, ratio) => write!(

@@ -19,17 +19,19 @@ use planesman_record::Run;
 const EXCITED: f64 = 1e-3;
 /// The share of the input's power that a controller leaves unexplained where neither plant nor loop is disturbed.
 const UNEXPLAINED: f64 = 1e-6;
-/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone, its quantisation
-/// and the output's included; and the share of the output that disturbances must renew from sample to sample, for which the input answers.
+/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised.
 const FED: f64 = 0.05;
+/// The share of the output's power that its past must leave unexplained for disturbances to have moved it.
 const RENEWED: f64 = 0.05;
-/// Lags of both signals that tell disturbances from what was known, those of a controller that may be all there is, and those of the output
-/// in an input that has a reference too; samples for each of the first, and samples looked at.
-const LAGS: usize = 20;
-const CONTROLLER_LAGS: usize = 3;
-const HEEDED_LAGS: usize = 8;
 /// The share of an input's power that its own past leaves where it is a sum of sines or a smooth curve.
 const DETERMINED: f64 = 1e-9;
+/// Lags of both signals from which disturbances are told.
+const LAGS: usize = 20;
+/// Lags of a controller.
+const CONTROLLER_LAGS: usize = 3;
+/// Lags of the output that are sought in an input.
+const HEEDED_LAGS: usize = 8;
+/// Samples for each lag, and samples looked at.
 const SAMPLES_PER_LAG: usize = 12;
 const SAMPLES: usize = 4000;
 /// A regression whose singular values, columns scaled alike, spread wider than this leaves directions
@@ -367,10 +369,14 @@ mod tests {
                 .iter()
                 .sum()
         };
+        let is_feedback = |doubt: &Doubt| matches!(doubt, Doubt::FeedbackAlone(..));
         for inputs in [
             (0..300).map(smooth).collect::<Vec<f64>>(),
             (0..300).map(sines).collect(),
         ] {
+            let outputs = filter(&[0.0, 0.03], &[1.0, -0.97], &inputs);
+            let found = doubts_of(Structure::of_order(1), &inputs, &outputs);
+            assert!(!found.iter().any(is_feedback), "{found:?}");
             for (b, a) in [(vec![0.0, 0.03], vec![1.0, -0.97]), (vec![2.0], vec![1.0])] {
                 let outputs = filter(&b, &a, &inputs);
                 assert!(

@@ -149,7 +149,11 @@ fn the_coefficients_covariance_knows_what_was_known_beforehand() {
 /// 3/(s^2 + 1.2 s + 4), held in steps of 0.1 s (scipy: `cont2discrete(([3], [1, 1.2, 4]), 0.1)`): gain 0.75.
 fn oscillating(inputs: &[f64]) -> Vec<f64> {
     let b = [0.0, 0.014_369_969_403, 0.013_805_836_567_7];
-    filter(&b, &[1.0, -1.849_352_695_422_9, 0.886_920_436_717_16], inputs)
+    filter(
+        &b,
+        &[1.0, -1.849_352_695_422_9, 0.886_920_436_717_16],
+        inputs,
+    )
 }
 
 #[test]
@@ -161,6 +165,31 @@ fn an_impulse_in_the_first_row_is_one_from_rest() {
     let gain = analysis.reading().steady_state_gain().unwrap().value.re;
     assert!((gain - 0.75).abs() < 1e-6, "{}", analysis.text());
     assert!(says(&analysis, "verdict: good"), "{}", analysis.text());
+}
+
+#[test]
+fn a_step_in_the_second_row_is_no_impulse_though_the_output_comes_back() {
+    // 2 s/(s^2 + 1.2 s + 4), held in steps of 0.1 s (scipy as above): gain 0.
+    let b = [0.0, 0.187_212_310_281_86, -0.187_212_310_281_86];
+    let mut inputs = vec![1.0; 200];
+    inputs[0] = 0.0;
+    let outputs = filter(
+        &b,
+        &[1.0, -1.849_352_695_422_9, 0.886_920_436_717_16],
+        &inputs,
+    );
+    let analysis = found(inputs, outputs, &Options::default());
+    let gain = analysis.reading().steady_state_gain().map(|it| it.value.re);
+    assert!(gain.is_none_or(|it| it.abs() < 1e-6), "{}", analysis.text());
+}
+
+#[test]
+fn a_triangle_in_open_loop_is_not_called_closed_loop() {
+    let triangle = |k: i32| f64::from((k % 80 - 40).abs()) / 20.0 - 1.0;
+    let inputs: Vec<f64> = (0..2000).map(triangle).collect();
+    let outputs = with_noise(&oscillating(&inputs), 5, 0.05);
+    let analysis = found(inputs, outputs, &Options::default());
+    assert!(!says(&analysis, "closed-loop"), "{}", analysis.text());
 }
 
 #[test]
