@@ -42,6 +42,7 @@ pub(crate) fn declaration(name: &str) -> Option<Declaration> {
         },
         description: "Quality of service of a topic",
         unit: "",
+        positive: "",
         range: choices.is_empty().then_some((1.0, 10_000.0)),
         choices,
         read_only: true,

@@ -13,6 +13,8 @@ pub struct Declaration {
     pub description: &'static str,
     /// The unit, `""` for text, booleans and pure numbers.
     pub unit: &'static str,
+    /// The direction in which its numbers are positive, as `down`; `""` where none is given.
+    pub positive: &'static str,
     /// The closed interval that every number in the value must lie in.
     pub range: Option<(f64, f64)>,
     /// The only texts accepted, empty when any is.
@@ -30,6 +32,7 @@ impl Declaration {
             default: default.to_value(),
             description,
             unit: "",
+            positive: "",
             range: None,
             choices: T::CHOICES,
             read_only: false,
@@ -40,6 +43,13 @@ impl Declaration {
     #[must_use]
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
+        self
+    }
+
+    /// The direction in which its numbers are positive, as `down`.
+    #[must_use]
+    pub fn positive(mut self, direction: &'static str) -> Self {
+        self.positive = direction;
         self
     }
 
@@ -55,16 +65,6 @@ impl Declaration {
     pub fn read_only(mut self) -> Self {
         self.read_only = true;
         self
-    }
-
-    /// Which way its numbers are positive, where the description says it: `, positive down`.
-    fn sign(&self) -> &'static str {
-        let clause = self.description.find(", positive ");
-        clause.map_or("", |at| {
-            let rest = &self.description[at..];
-            let end = rest[1..].find([',', ';', '.', ':']);
-            &rest[..end.map_or(rest.len(), |end| end + 1)]
-        })
     }
 
     /// The value, in this parameter's type, if it obeys the declaration.
@@ -96,8 +96,12 @@ impl Declaration {
             if let Some((low, high)) = self.range
                 && !(low..=high).contains(&number)
             {
-                let unit = if self.unit.is_empty() { "" } else { " " };
-                let (unit, sign) = (format!("{unit}{}", self.unit), self.sign());
+                let behind = |separator: &str, text: &str| match text {
+                    "" => String::new(),
+                    text => format!("{separator}{text}"),
+                };
+                let unit = behind(" ", self.unit);
+                let sign = behind(", positive ", self.positive);
                 return refuse(format!("it must lie in [{low}, {high}]{unit}{sign}"));
             }
         }

@@ -37,8 +37,9 @@ use crate::{Declaration, Refusal, Value, Values};
 /// ```
 ///
 /// The doc comment of a field is the parameter's description. Its attribute `#[parameter(...)]` gives the
-/// `default`, the `unit`, the closed interval `range` of its numbers, and `read_only` for a parameter that is set
-/// at start-up only. A field without the attribute is a group: its parameters are named `field.parameter`.
+/// `default`, the `unit`, the direction in which its numbers are `positive` (as `"down"`), their closed interval
+/// `range`, and `read_only` for a parameter that is set at start-up only. A field without the attribute is a
+/// group: its parameters are named `field.parameter`.
 pub trait Parameters: Default {
     /// Appends the declarations of all fields, in their order, with the present values as defaults; `under` is
     /// the name of the group, `""` at the top.

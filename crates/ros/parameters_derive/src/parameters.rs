@@ -21,6 +21,7 @@ enum Kind {
     Leaf {
         default: Box<Expr>,
         unit: Option<LitStr>,
+        positive: Option<LitStr>,
         range: Option<Box<(Expr, Expr)>>,
         read_only: bool,
     },
@@ -107,11 +108,13 @@ fn declared(entry: &Entry<'_>) -> TokenStream {
     match kind {
         Kind::Leaf {
             unit,
+            positive,
             range,
             read_only,
             ..
         } => {
             let unit = unit.iter().map(|unit| quote! { .unit(#unit) });
+            let positive = positive.iter().map(|it| quote! { .positive(#it) });
             let range = range.iter().map(|range| {
                 let (low, high) = range.as_ref();
                 quote! { .range(#low, #high) }
@@ -125,6 +128,7 @@ fn declared(entry: &Entry<'_>) -> TokenStream {
                         #description,
                     )
                         #(#unit)*
+                        #(#positive)*
                         #(#range)*
                         #read_only,
                 );
@@ -144,7 +148,8 @@ fn entry(field: &Field) -> Result<Entry<'_>> {
     let Some(ident) = &field.ident else {
         return Err(Error::new_spanned(field, "each parameter needs a name"));
     };
-    let (mut default, mut unit, mut range, mut read_only) = (None, None, None, false);
+    let (mut default, mut unit, mut positive, mut range) = (None, None, None, None);
+    let mut read_only = false;
     for attribute in &field.attrs {
         if !attribute.path().is_ident("parameter") {
             continue;
@@ -154,12 +159,15 @@ fn entry(field: &Field) -> Result<Entry<'_>> {
                 default = Some(Box::new(meta.value()?.parse::<Expr>()?));
             } else if meta.path.is_ident("unit") {
                 unit = Some(meta.value()?.parse::<LitStr>()?);
+            } else if meta.path.is_ident("positive") {
+                positive = Some(meta.value()?.parse::<LitStr>()?);
             } else if meta.path.is_ident("range") {
                 range = Some(Box::new(bounds(meta.value()?.parse::<Expr>()?)?));
             } else if meta.path.is_ident("read_only") {
                 read_only = true;
             } else {
-                return Err(meta.error("one of default, unit, range, read_only is expected"));
+                let known = "default, unit, positive, range, read_only";
+                return Err(meta.error(format!("one of {known} is expected")));
             }
             Ok(())
         })?;
@@ -169,6 +177,7 @@ fn entry(field: &Field) -> Result<Entry<'_>> {
         Some(default) if !description.is_empty() => Kind::Leaf {
             default,
             unit,
+            positive,
             range,
             read_only,
         },
@@ -178,7 +187,7 @@ fn entry(field: &Field) -> Result<Entry<'_>> {
                 "a parameter needs a doc comment: users read it as its description",
             ));
         }
-        None if unit.is_some() || range.is_some() || read_only => {
+        None if unit.is_some() || positive.is_some() || range.is_some() || read_only => {
             return Err(Error::new_spanned(field, "a parameter needs a default"));
         }
         None => Kind::Group,

@@ -90,7 +90,7 @@ pub struct TurningManoeuvre {
     #[parameter(default = Turning::None)]
     pub manoeuvre: Turning,
     /// Rudder angle of the manoeuvre, positive to starboard first; 10 degrees; limited by heading.limit.
-    #[parameter(default = 0.174_532_925_199_432_95, unit = "rad", range = -std::f64::consts::FRAC_PI_2..=std::f64::consts::FRAC_PI_2)]
+    #[parameter(default = 0.174_532_925_199_432_95, unit = "rad", positive = "to starboard first", range = -std::f64::consts::FRAC_PI_2..=std::f64::consts::FRAC_PI_2)]
     pub rudder: f64,
     /// Change of heading from that at the start, to either side, at which the rudder of a zig-zag goes over; 10 degrees.
     #[parameter(default = 0.174_532_925_199_432_95, unit = "rad", range = 0.001..=std::f64::consts::PI)]

@@ -66,7 +66,7 @@ pub struct Manoeuvre {
     #[parameter(default = Signal::None)]
     pub signal: Signal,
     /// Amplitude of the test signal, positive dive; within planes.limit.
-    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", positive = "dive", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub amplitude: f64,
     /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
     /// of a chirp.

@@ -36,13 +36,13 @@ pub struct ControllerParameters {
     pub mode: Mode,
     /// Depth setpoint, positive down, until the schedule or the topic gives another; within depth.min and
     /// depth.max.
-    #[parameter(default = 0.0, unit = "m", range = 0.0..=1e4)]
+    #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=1e4)]
     pub depth_setpoint: f64,
     /// Pitch setpoint in mode pitch, positive bow up; limited by depth.pitch_limit.
-    #[parameter(default = 0.0, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    #[parameter(default = 0.0, unit = "rad", positive = "bow up", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub pitch_setpoint: f64,
     /// Heading setpoint if heading.active, relative to the initial heading, positive to starboard.
-    #[parameter(default = 0.0, unit = "rad", range = -TAU..=TAU)]
+    #[parameter(default = 0.0, unit = "rad", positive = "to starboard", range = -TAU..=TAU)]
     pub heading_setpoint: f64,
     /// Speed setpoint if speed.active, through the water; default 1 ft/s, the report's reference.
     #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=10.0)]
@@ -128,10 +128,10 @@ pub struct Depth {
     #[parameter(default = FRAC_PI_4, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub pitch_limit: f64,
     /// Least depth setpoint from any source, positive down.
-    #[parameter(default = 0.0, unit = "m", range = 0.0..=1e4)]
+    #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=1e4)]
     pub min: f64,
     /// Largest depth setpoint from any source, positive down.
-    #[parameter(default = 1e4, unit = "m", range = 0.0..=1e4)]
+    #[parameter(default = 1e4, unit = "m", positive = "down", range = 0.0..=1e4)]
     pub max: f64,
     /// Rate limit of the depth setpoint; 0: none.
     #[parameter(default = 0.0, unit = "m/s", range = 0.0..=1e3)]
@@ -270,7 +270,7 @@ pub struct ScheduleParameters {
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e9)]
     pub distances: Vec<f64>,
     /// Scheduled depths, positive down, one per time or distance; a setpoint from the topic ends the schedule.
-    #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e4)]
+    #[parameter(default = Vec::new(), unit = "m", positive = "down", range = 0.0..=1e4)]
     pub depths: Vec<f64>,
 }
 
@@ -289,7 +289,7 @@ pub struct Feedback {
     #[parameter(default = FOOT, unit = "m/s", range = 0.0..=100.0)]
     pub speed: f64,
     /// Range of the depth cell, positive down; deeper readings are ignored. 0: no limit.
-    #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
+    #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=11_000.0)]
     pub depth_range: f64,
     /// Absolute pressure at the surface, subtracted from that of the depth cell.
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=2e5)]
@@ -329,7 +329,7 @@ pub struct GainsParameters {
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ModelParameters {
     /// Plane moment over inertia, K/J, at the reference speed, positive dive (Brunner 1988, Table 1).
-    #[parameter(default = 0.283 / 0.6, unit = "1/s^2", range = 1e-6..=1e6)]
+    #[parameter(default = 0.283 / 0.6, unit = "1/s^2", positive = "dive", range = 1e-6..=1e6)]
     pub plane: f64,
     /// Pitch damping over inertia, B/J, at the reference speed (Brunner 1988, Table 1).
     #[parameter(default = 0.718 / 0.6, unit = "1/s", range = 0.0..=1e6)]

@@ -23,11 +23,11 @@ use crate::feedback::Feedback;
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Envelope {
     /// Least depth, positive down; above it is a fault: everything neutral until reset. At most depth.min.
-    #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
+    #[parameter(default = -1e4, unit = "m", positive = "down", range = -1e4..=1e4)]
     pub ceiling: f64,
     /// Largest depth, positive down; below it is a fault: planes to climb, then neutral, until reset. At least
     /// depth.max.
-    #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
+    #[parameter(default = 1e4, unit = "m", positive = "down", range = -1e4..=1e4)]
     pub floor: f64,
     /// Height above the floor at which the climb ends.
     #[parameter(default = 0.3, unit = "m", range = 0.0..=1e4)]

@@ -50,10 +50,10 @@ pub struct PlantParameters {
     #[parameter(default = true)]
     pub heave_moment: bool,
     /// Initial depth, positive down; also after a reset.
-    #[parameter(default = 0.0, unit = "m", range = 0.0..=1000.0)]
+    #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=1000.0)]
     pub initial_depth: f64,
     /// Initial pitch, positive bow up; also after a reset.
-    #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
+    #[parameter(default = 0.0, unit = "rad", positive = "bow up", range = -PI..=PI)]
     pub initial_pitch: f64,
     /// Sampling time of the loop; the report sampled at 20 Hz.
     #[parameter(default = 0.05, unit = "s", range = 1e-4..=1.0, read_only)]
@@ -124,7 +124,7 @@ pub struct Environment {
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=200_000.0)]
     pub atmospheric_pressure: f64,
     /// Depth of the bottom, positive down; 0: none; the report's tank 1.2192 (4 ft).
-    #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
+    #[parameter(default = 0.0, unit = "m", positive = "down", range = 0.0..=11_000.0)]
     pub bottom: f64,
     /// `environment.current.*`.
     pub current: Current,

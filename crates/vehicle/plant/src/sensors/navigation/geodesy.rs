@@ -21,10 +21,10 @@ const WGS_84: (f64, f64) = (6_378_137.0, 1.0 / 298.257_223_563);
 #[derive(Clone, Copy, Debug, PartialEq, Parameters)]
 pub struct Origin {
     /// Latitude of the frame odom's origin, positive north; Monterey Bay.
-    #[parameter(default = 36.7, unit = "deg", range = -90.0..=90.0)]
+    #[parameter(default = 36.7, unit = "deg", positive = "north", range = -90.0..=90.0)]
     pub latitude: f64,
     /// Longitude of the frame odom's origin, positive east; Monterey Bay.
-    #[parameter(default = -122.0, unit = "deg", range = -180.0..=180.0)]
+    #[parameter(default = -122.0, unit = "deg", positive = "east", range = -180.0..=180.0)]
     pub longitude: f64,
     /// True azimuth of the initial heading, odom's x axis, from north to the east. At its default, east, odom and map have the axes east,
     /// north, up.
