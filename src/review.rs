@@ -168,7 +168,7 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
             Err(_) => json!(null),
         };
         let as_json = json!({
-            "conclusion": review.text().lines().map(|it| it.trim_start_matches("- ")).collect::<Vec<_>>(),
+            "conclusion": review.sentences().collect::<Vec<_>>(),
             "command": review.command,
             "page": args.html,
             "identification": model.as_ref().ok().map(FitResult::as_json).transpose()?,
@@ -183,7 +183,8 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
         });
         planesman_console::print(serde_json::to_string_pretty(&as_json)? + "\n")?;
     } else {
-        print_wrapped(review.text())?;
+        let lines = review.sentences().map(|it| format!("- {it}\n"));
+        print_wrapped(lines.collect::<String>())?;
     }
     planesman_console::err!(
         "{}: the review, {} kB",

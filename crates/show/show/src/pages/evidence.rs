@@ -126,27 +126,9 @@ impl Entry {
     }
 }
 
-/// Text in which each word with a digit leads to an entry.
-pub(crate) fn linked(text: &str, to: &str) -> Markup {
-    let mut words: Vec<(bool, String)> = Vec::new();
-    for word in text.split_inclusive(' ') {
-        // A name as T1 is none.
-        let is_name = word
-            .trim_start_matches(['(', '['])
-            .starts_with(char::is_alphabetic);
-        let is_number =
-            word.bytes().any(|it| it.is_ascii_digit()) && (!is_name || word.contains('.'));
-        match words.last_mut() {
-            Some((as_well, words)) if *as_well == is_number => words.push_str(word),
-            _ => words.push((is_number, word.to_owned())),
-        }
-    }
-    html! { @for (is_number, words) in &words {
-        @if *is_number {
-            a.n href=(format!("#{to}")) { (words.trim_end()) }
-            @if words.ends_with(' ') { " " }
-        } @else { (words) }
-    } }
+/// Text that leads to an entry.
+pub(crate) fn linked(text: &str, to: Entry) -> Markup {
+    html! { @if !text.is_empty() { a.n href=(format!("#{}", to.id())) { (text) } } }
 }
 
 /// Samples of one file.

@@ -1,5 +1,5 @@
 //! The review of an identified model and its gains, for colleagues: one self-contained page, conclusion first, that prints on some A4
-//! pages. Each number is a link to the entry that says by what method and from which samples it was found (`evidence`); from there links
+//! pages. Each sentence and each cell is a link to the entry that says by what method and from which samples it was found (`evidence`); from there links
 //! lead back to the plots, in which that range is shaded.
 
 use crate::plot::Plot;
@@ -238,11 +238,9 @@ impl Review<'_> {
         told
     }
 
-    /// The conclusion, a line each.
-    #[must_use]
-    pub fn text(&self) -> String {
-        let lines = self.conclusion().into_iter();
-        lines.map(|it| format!("- {}\n", it.0)).collect()
+    /// The conclusion in sentences.
+    pub fn sentences(&self) -> impl Iterator<Item = String> {
+        self.conclusion().into_iter().map(|it| it.0)
     }
 
     /// Whether the crossover lies where the record tells of the plant.
@@ -285,8 +283,8 @@ pub fn page(review: &Review<'_>) -> String {
     let mut sections = vec![(
         "Conclusion",
         html! {
-            ul.verdict { @for (text, entry) in review.conclusion() { li { (linked(&text, entry.id())) } } }
-            p { "Each number leads to the " a href="#evidence" { "method and the samples" } " that it is from. Repeated by" br; code { (review.command) } br; (review.program) }
+            ul.verdict { @for (text, entry) in review.conclusion() { li { (linked(&text, entry)) } } }
+            p { "Each sentence and each cell leads to the " a href="#evidence" { "method and the samples" } " that its numbers are from. Repeated by" br; code { (review.command) } br; (review.program) }
         },
     )];
     sections.push((
@@ -338,9 +336,9 @@ fn data(review: &Review<'_>, evidence: &mut Evidence<'_>, columns: [&str; 2]) ->
         .unzip();
     let mut ids = ids.into_iter();
     html! {
-        (evidence.channels().html_with(|cell| linked(cell, Entry::Data.id())))
+        (evidence.channels().html_with(|cell| linked(cell, Entry::Data)))
         @if cleaned.is_empty() { p { "Nothing was cleaned: every sample is used as it was recorded." } }
-        @else { ul { @for line in &cleaned { li { (linked(line, Entry::Data.id())) } } } }
+        @else { ul { @for line in &cleaned { li { (linked(line, Entry::Data)) } } } }
         (anchored(&plots, |_| ids.next().unwrap_or_default()))
     }
 }
@@ -384,7 +382,7 @@ fn excitation(review: &Review<'_>, evidence: &mut Evidence<'_>, input: &str) -> 
         ),
     };
     html! {
-        p { (linked(&text, Entry::Excitation.id())) }
+        p { (linked(&text, Entry::Excitation)) }
         (of_entry(evidence, Entry::Excitation, &[plot.line("input", points)]))
     }
 }
@@ -426,8 +424,8 @@ fn model(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) -> Mark
     plots.extend(map(analysis));
     let rows = words(analysis);
     html! {
-        div.scroll { table.words { @for (name, value) in &rows { tr { td { (name) } td { (linked(value, Entry::Model.id())) } } } } }
-        (poles::table_with_note(&[("", analysis.reading())], |cell| linked(cell, Entry::Model.id())))
+        div.scroll { table.words { @for (name, value) in &rows { tr { td { (name) } td { (linked(value, Entry::Model)) } } } } }
+        (poles::table_with_note(&[("", analysis.reading())], |cell| linked(cell, Entry::Model)))
         (of_entry(evidence, Entry::Model, &plots))
     }
 }
@@ -455,9 +453,9 @@ fn validation(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) ->
     }
     let close_up: Vec<Plot<'_>> = evidence.close_up(analysis, output).into_iter().collect();
     html! {
-        ul { @for reason in &analysis.reasons { li { (linked(&reason.to_string(), Entry::Validation.id())) } }
+        ul { @for reason in &analysis.reasons { li { (linked(&reason.to_string(), Entry::Validation)) } }
             li { (analysis.verdict_text()) } }
-        @if !tests.is_empty() { (tests.html_with(|cell| linked(cell, Entry::Residuals.id()))) }
+        @if !tests.is_empty() { (tests.html_with(|cell| linked(cell, Entry::Residuals))) }
         (of_entry(evidence, Entry::Validation, &close_up))
         p { "Measured and simulated output of each file: " a href="#data" { "Data" } "." }
         (of_entry(evidence, Entry::Residuals, &plots))
@@ -475,17 +473,17 @@ fn gains<'a>(review: &Review<'a>, evidence: &mut Evidence<'_>) -> [(&'static str
     let of_margins = of_entry(evidence, Entry::Margins, of_margins);
     let of_steps = of_entry(evidence, Entry::Steps, of_steps);
     let margins = html! {
-        div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (linked(value, Entry::Margins.id())) } } } } }
-        (gains.margins.html_with(|cell| linked(cell, Entry::Margins.id())))
+        div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (linked(value, Entry::Margins)) } } } } }
+        (gains.margins.html_with(|cell| linked(cell, Entry::Margins)))
         @if let Some(causes) = &gains.causes {
             p { "What makes the phase margin uncertain:" }
-            (causes.html_with(|cell| linked(cell, Entry::Causes.id())))
+            (causes.html_with(|cell| linked(cell, Entry::Causes)))
         }
         (of_margins)
     };
     let robustness = html! {
-        p { "Over " (linked(&gains.plants, Entry::Steps.id())) "." }
-        (gains.steps.html_with(|cell| linked(cell, Entry::Steps.id())))
+        p { "Over " (linked(&gains.plants, Entry::Steps)) "." }
+        (gains.steps.html_with(|cell| linked(cell, Entry::Steps)))
         (of_steps)
     };
     [(NAMES[0], margins), (NAMES[1], robustness)]
