@@ -144,7 +144,7 @@ pub use endpoint::Direction;
 pub use error::{BoxedError, Error};
 pub use lifecycle::{Change, Lifecycle};
 pub use losses::Losses;
-pub use parameters::{STRICT_PARAMETERS, message_of, value_of};
+pub use parameters::{STRICT_PARAMETERS, choices_in, message_of, value_of};
 pub use publisher::{Publisher, RawPublisher};
 pub use qos::Qos;
 pub use raw::RawSample;

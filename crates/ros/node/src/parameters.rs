@@ -261,6 +261,15 @@ impl ParameterServer {
     }
 }
 
+/// What a descriptor lists choices behind, in its constraints: ROS has no field for them.
+const ONE_OF: &str = "one of ";
+
+/// The choices that a descriptor's constraints list; `None` where another node words them in its own way.
+#[must_use]
+pub fn choices_in(constraints: &str) -> Option<Vec<&str>> {
+    Some(constraints.strip_prefix(ONE_OF)?.split(", ").collect())
+}
+
 /// The descriptor that `ros2 param describe` shows.
 fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
     let unit = match declaration.unit {
@@ -275,7 +284,7 @@ fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
         ..ParameterDescriptor::default()
     };
     if !declaration.choices.is_empty() {
-        descriptor.additional_constraints = format!("one of {}", declaration.choices.join(", "));
+        descriptor.additional_constraints = ONE_OF.to_owned() + &declaration.choices.join(", ");
     }
     if let Some((low, high)) = declaration.range {
         if matches!(
@@ -512,7 +521,10 @@ mod tests {
         assert_eq!(found[0].description, "depth gain [rad/m]");
         assert_eq!(found[0].floating_point_range[0].to_value, 10.0);
         assert_eq!(found[1].integer_range[0].to_value, 6);
-        assert_eq!(found[2].additional_constraints, "one of off, depth");
+        let constraints = &found[2].additional_constraints;
+        assert_eq!(constraints, "one of off, depth");
+        assert_eq!(choices_in(constraints).as_deref(), Some(Mode::NAMES));
+        assert_eq!(choices_in("must be even"), None);
         assert_eq!(found[3].r#type, ParameterType::PARAMETER_NOT_SET);
     }
 

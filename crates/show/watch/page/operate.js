@@ -1,7 +1,7 @@
 // What an operator does with a vehicle: mode, setpoints, manoeuvres, pause, identification, faults, recording.
 
 import { ask, byId, el, fill, shown, tell, unitOf } from "./dom.js";
-import { choices, parametersOf, set } from "./tables.js";
+import { parametersOf, set } from "./tables.js";
 
 const MANOEUVRES = ["step", "pulse", "doublet", "square", "sinusoid", "prbs", "chirp", "run_7_3", "run_7_5", "run_8_1", "run_9_1", "run_9_2"];
 
@@ -107,17 +107,16 @@ export async function refresh(alive) {
   const mode = answers[0].ok && answers[0].parameters.find((it) => it.name === "mode");
   panel.mode.element.hidden = !mode;
   if (mode) {
-    fill(panel.modes, ...(choices(mode) ?? []).map((choice) => chosen(choice, choice === mode.text, panel.mode.output, controller, mode, choice)));
+    fill(panel.modes, ...(mode.choices ?? []).map((choice) => chosen(choice, choice === mode.text, panel.mode.output, controller, mode, choice)));
   }
   const faults = answers[1].ok ? answers[1].parameters.filter((it) => it.name.startsWith("fault.") && it.name !== "fault.group") : [];
   panel.faults.element.hidden = !faults.length;
   fill(panel.fault, ...faults.map((fault) => {
-    const values = choices(fault) ?? severities(fault);
-    // "Slow latch: additional time of ...": the fault, and what its number is.
-    const [label, meaning] = fault.description.replace(/\.$/, "").split(/: (.*)/);
+    const values = fault.choices ?? severities(fault);
+    const label = fault.name.slice("fault.".length).replaceAll("_", " ");
     return el("div", {}, el("div", { className: "row" }, el("span", { className: "name" }, label),
       ...values.map((value) => chosen(fault.unit ? `${value} ${fault.unit}` : value, String(value) === fault.text, panel.faults.output, actuator, fault, value))),
-    el("small", { className: "weak" }, meaning ?? ""));
+    el("small", { className: "weak" }, fault.description));
   }));
 }
 

@@ -100,10 +100,6 @@ export function parametersChanged(now) {
 export const set = (node, parameter, text) =>
   ask({ do: "set", node, name: parameter.name, kind: parameter.kind, text: String(text), unit: parameter.si });
 
-/// The choices that a descriptor lists.
-export const choices = (parameter) =>
-  parameter.constraints.startsWith("one of ") ? parameter.constraints.slice(7).split(", ") : undefined;
-
 /// The nodes in the list of parameters.
 const openNodes = new Map();
 
@@ -154,7 +150,7 @@ function showValues(list, node, answer) {
 }
 
 function parameterRow(node, parameter) {
-  const options = parameter.kind === 1 ? ["true", "false"] : choices(parameter);
+  const options = parameter.kind === 1 ? ["true", "false"] : parameter.choices;
   const label = `${node} ${parameter.name}`;
   const input = options
     ? el("select", { ariaLabel: label }, ...options.map((option) => el("option", { value: option }, option)))

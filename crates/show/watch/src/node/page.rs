@@ -18,7 +18,7 @@ use planesman_msgs::rosbag2_interfaces::srv::{
 };
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use planesman_node::{Client, GoalId, GoalStatus, Qos, Runtime, message_of, value_of};
+use planesman_node::{Client, GoalId, GoalStatus, Qos, Runtime, choices_in, message_of, value_of};
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
@@ -410,6 +410,7 @@ impl Watch {
                     "unit": units::symbol(si),
                     "si": si,
                     "constraints": descriptor.additional_constraints,
+                    "choices": choices_in(&descriptor.additional_constraints),
                     "read_only": descriptor.read_only,
                     "range": range,
                 });
