@@ -1,5 +1,5 @@
-//! The outer loop: depth PD to a pitch command (Brunner, NPS thesis, 1988, program T6,
-//! App. C).
+//! The depth law, the outer loop: depth PD to a pitch command (Brunner, NPS thesis, 1988,
+//! program T6, App. C).
 //!
 //! The program's pitch T is dive-positive:
 //! ```text
@@ -14,8 +14,8 @@
 //! The derivative acts on the measured depth, `de_z/dt = -dz/dt`: the program's
 //! `DERIV(0, EZ)` starts at zero with the step already made, so a step of the setpoint
 //! gives no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports none.)
-//! Whoever wants it on the error, filtered, or with an integral beside it gives those in
-//! ([`crate::autopilot`]).
+//! The derivative of the error, the filter of either and the integral are computed by
+//! [`crate::autopilot`], which passes them as `rate` and `i`.
 
 use crate::limits::{Limit, Limited, bounded};
 
@@ -46,13 +46,13 @@ pub struct DepthTerms {
 }
 
 impl DepthLoop {
-    /// The pitch command for a depth setpoint (m), a depth (m, down) and its rate (m/s, down), with
-    /// an integral share (rad, bow down), which is 0 in the report.
+    /// The pitch command for a depth setpoint (m), a depth (m, down) and `rate`, that of the depth or of
+    /// the depth less its setpoint (m/s, down), with an integral share `i` (rad, bow down), 0 in the report.
     #[must_use]
-    pub fn evaluate(&self, setpoint: f64, depth: f64, depth_rate: f64, i: f64) -> DepthTerms {
+    pub fn evaluate(&self, setpoint: f64, depth: f64, rate: f64, i: f64) -> DepthTerms {
         let error = bounded(setpoint - depth);
         let p = bounded(self.p * error);
-        let d = bounded(-self.d * depth_rate);
+        let d = bounded(-self.d * rate);
         let dive_angle = p + d + i;
         DepthTerms {
             error,

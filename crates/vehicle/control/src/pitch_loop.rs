@@ -1,4 +1,4 @@
-//! The inner loop: pitch P with rate feedback to the dive planes (Brunner, NPS thesis,
+//! The pitch law, the inner loop: pitch P with rate feedback to the dive planes (Brunner, NPS thesis,
 //! 1988, program T6, App. C).
 //!
 //! The program lumps the rate feedback into the plant's damping, dive-positive:
@@ -12,7 +12,7 @@
 //! delta = -Kpy (theta_c - theta) + Kr q
 //! ```
 //! A plane angle is dive-positive: too much bow up dives, and a rising bow dives.
-//! The plane limit and the test signal follow in [`crate::core`].
+//! The plane limit and the test signal follow in [`crate::autopilot`].
 
 use crate::limits::bounded;
 
