@@ -159,15 +159,23 @@ fn two_drivers_on_one_topic_are_told_apart_by_joints_by_frames_or_by_their_lists
         "'out:position[elbow]' or",
     ]);
     fitted(&named, "out:position[elbow]", &log).is_the_plant(SAMPLES as u64);
+    // Names with a blank or a sign of equality are names as well.
     let framed = two(
-        |y| joints("arm", &[], vec![y, 1.0]),
-        |y| joints("head", &[], vec![2.0, -y]),
+        |y| joints("left arm", &[], vec![y, 1.0]),
+        |y| joints("right arm", &[], vec![2.0, -y]),
     );
     fitted(&framed, "out:position[0]", &log).refused(&[
-        "the messages are now of arm, now of head",
-        "'out:[arm].position[0]' or",
+        "the messages are now of left arm, now of right arm",
+        "'out:[left arm].position[0]' or",
     ]);
-    fitted(&framed, "out:[arm].position[0]", &log).is_the_plant(SAMPLES as u64);
+    fitted(&framed, "out:[left arm].position[0]", &log).is_the_plant(SAMPLES as u64);
+    // Of numbers a change so rare would be a count that goes on.
+    let seldom = driven::<JointState>(|k, time, y| match k % 20 {
+        7 => vec![(joints("arm=b", &[], vec![2.0]), time)],
+        _ => vec![(joints("arm=a", &[], vec![y]), time)],
+    });
+    fitted(&seldom, "out:position[0]", &log)
+        .refused(&["the messages are now of arm=a, now of arm=b"]);
     let bare = two(
         |y| joints("", &[], vec![y, 1.0]),
         |y| joints("", &[], vec![2.0, -y, 0.0]),

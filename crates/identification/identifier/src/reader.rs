@@ -1,6 +1,6 @@
 //! The identifier's signals from the payloads of one topic, by the schema of its messages.
 
-use planesman_decode::{Decoder, Types, Values};
+use planesman_decode::{Decoder, Name, NameKind, Types, Values};
 use planesman_identification::Input;
 use planesman_msgs::Field;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -60,11 +60,11 @@ impl Owner {
     fn check<'a>(
         &mut self,
         signal: &Signal,
-        names: impl Iterator<Item = (usize, &'a str)>,
+        names: impl Iterator<Item = (usize, &'a Name)>,
     ) -> Result<(), Error> {
         // Numbers and lengths of lists tell elements apart, not owners.
-        let names = names.map(|it| it.1).filter(|it| !it.contains(['=', ' ']));
-        let names: Vec<&str> = names.collect();
+        let names = names.filter(|it| it.1.kind == NameKind::Named);
+        let names: Vec<&str> = names.map(|it| it.1.text.as_str()).collect();
         let is_same = |known: &Vec<String>| *known == names;
         let known = match &self.names {
             Some(known) if !is_same(known) && self.others < RENAMED => known,
@@ -240,5 +240,35 @@ impl TopicReader {
     ) -> impl Iterator<Item = (usize, Result<Sample, Error>)> + 'a {
         let readers = self.readers.iter_mut();
         readers.map(|(place, reader)| (*place, reader.pick(message)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_of_another_frame_is_refused_whatever_signs_its_name_has() {
+        let signal: Signal = "joints:position".parse().unwrap();
+        let name = |text: &str, kind| Name {
+            text: text.to_owned(),
+            kind,
+        };
+        for [first, other] in [["left arm", "right arm"], ["arm=a", "arm=b"]] {
+            let mut owner = Owner::default();
+            let mut check = |text, kind| {
+                let name = name(text, kind);
+                owner.check(&signal, std::iter::once((0, &name)))
+            };
+            check(first, NameKind::Named).unwrap();
+            let refusal = check(other, NameKind::Named).unwrap_err().to_string();
+            assert!(refusal.contains(&format!("of '{other}', those before were of '{first}'")));
+        }
+        let mut owner = Owner::default();
+        for text in ["2 numbers", "3 numbers"] {
+            let name = name(text, NameKind::Counted);
+            let names = std::iter::once((0, &name));
+            owner.check(&signal, names).unwrap();
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use planesman_decode::{Decoder, FieldPath, Values};
+use planesman_decode::{Decoder, FieldPath, Name, NameKind, Values};
 
 use crate::error::{Result, SourceError};
 use crate::signal::Signal;
@@ -34,10 +34,10 @@ pub(crate) struct Identity {
 struct Level {
     /// The steps of the path that lead there.
     steps: usize,
-    last: String,
+    last: Name,
     changes: u64,
     /// Messages of each name, but for those of the last since it came.
-    names: BTreeMap<String, u64>,
+    names: BTreeMap<Name, u64>,
     since: u64,
 }
 
@@ -46,22 +46,22 @@ impl Identity {
     pub(crate) fn take(&mut self, decoder: &Decoder, index: usize, values: &Values) {
         self.messages += 1;
         for (place, (steps, name)) in decoder.identity(index, values).enumerate() {
-            if name.contains(|sign: char| sign.is_control() || sign == char::REPLACEMENT_CHARACTER)
-            {
+            let is_damaged = |sign: char| sign.is_control() || sign == char::REPLACEMENT_CHARACTER;
+            if name.text.contains(is_damaged) {
                 // A damaged message's.
                 continue;
             }
             let Some(level) = self.levels.get_mut(place) else {
                 self.levels.push(Level {
                     steps,
-                    last: name.to_owned(),
+                    last: name.clone(),
                     changes: 0,
-                    names: BTreeMap::from([(name.to_owned(), 0)]),
+                    names: BTreeMap::from([(name.clone(), 0)]),
                     since: 1,
                 });
                 continue;
             };
-            if level.last == name {
+            if level.last == *name {
                 level.since += 1;
                 continue;
             }
@@ -70,9 +70,9 @@ impl Identity {
             }
             level.changes += 1;
             level.since = 1;
-            name.clone_into(&mut level.last);
+            level.last.clone_from(name);
             if level.names.len() < MOST_NAMES && !level.names.contains_key(name) {
-                level.names.insert(name.to_owned(), 0);
+                level.names.insert(name.clone(), 0);
             }
         }
     }
@@ -85,21 +85,25 @@ impl Identity {
         let often = |count: u64| count > RENAMED && count.saturating_mul(SELDOM) > self.messages;
         for level in self.levels.iter().filter(|it| it.changes > 0) {
             // A name that is met once is a message's number, or damage.
-            let count = |name: &str, before: u64| match name == level.last {
+            let count = |name: &Name, before: u64| match *name == level.last {
                 true => before + level.since,
                 false => before,
             };
             let known = level.names.iter();
             let known = known.filter(|(name, before)| often(count(name, **before)));
-            let names: Vec<&str> = known.map(|(name, _)| name.as_str()).collect();
-            let all = |sign: char| names.iter().all(|name| name.contains(sign));
-            let most = match (all('='), all(' ')) {
-                (true, _) => MOST_NUMBERS,
-                (_, true) => 2,
-                _ => MOST_NAMES,
+            let known: Vec<&Name> = known.map(|(name, _)| name).collect();
+            let kind = known.first().map(|it| it.kind);
+            // Names of several kinds are names.
+            let kind = kind.filter(|kind| known.iter().all(|it| it.kind == *kind));
+            let kind = kind.unwrap_or_default();
+            let most = match kind {
+                NameKind::Named => MOST_NAMES,
+                NameKind::Numbered => MOST_NUMBERS,
+                NameKind::Counted => 2,
             };
-            let are_numbers = all('=') || all(' ');
-            let is_seldom = are_numbers && level.changes.saturating_mul(EVERY) <= self.messages;
+            let is_seldom =
+                kind != NameKind::Named && level.changes.saturating_mul(EVERY) <= self.messages;
+            let names: Vec<&str> = known.iter().map(|it| it.text.as_str()).collect();
             if names.len() < 2 || level.names.len() > most || is_seldom {
                 continue;
             }
@@ -109,14 +113,14 @@ impl Identity {
                     names.join("' and of '")
                 )));
             }
-            return Err(SourceError::Request(level.refusal(signal, &names)));
+            return Err(SourceError::Request(level.refusal(signal, &names, kind)));
         }
         Ok(None)
     }
 }
 
 impl Level {
-    fn refusal(&self, signal: &Signal, names: &[&str]) -> String {
+    fn refusal(&self, signal: &Signal, names: &[&str], kind: NameKind) -> String {
         let path = signal.path();
         let what = match self.steps {
             0 => "the messages are".to_owned(),
@@ -129,7 +133,7 @@ impl Level {
             turns += &format!(" and {more} more");
         }
         let changes = self.changes;
-        if names.iter().all(|it| it.contains(' ')) {
+        if kind == NameKind::Counted {
             return format!(
                 "{signal}: the list has now {}, with {changes} changes, and no names: two publishers share {}, or its numbers change their \
                  meaning; give each publisher a topic of its own ('ros2 run topic_tools relay', or a remap), as no message tells which is which",

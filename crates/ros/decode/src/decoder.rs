@@ -20,6 +20,7 @@ use planesman_rosidl::definition::{Arity, Element, Field, Kind};
 use planesman_text::did_you_mean;
 
 use crate::cursor::{Cursor, DecodeError};
+use crate::key::Name;
 use crate::path::Step;
 use crate::program::{self, Op, Wanted};
 use crate::values::Values;
@@ -226,15 +227,15 @@ impl Decoder {
         &'v self,
         index: usize,
         values: &'v Values,
-    ) -> impl Iterator<Item = (usize, &'v str)> {
-        let text = |slot: Option<usize>| {
-            let text = values.texts.get(slot?)?.as_str();
-            (!text.is_empty()).then_some(text)
+    ) -> impl Iterator<Item = (usize, &'v Name)> {
+        let name = |slot: Option<usize>| {
+            let name = values.texts.get(slot?)?;
+            (!name.text.is_empty()).then_some(name)
         };
         let along = self.identities.get(index).into_iter().flatten();
         along.map(move |it| {
-            let known = text(it.name).or_else(|| text(it.length));
-            (it.steps, known.unwrap_or_default())
+            let known = name(it.name).or_else(|| name(it.length));
+            (it.steps, known.unwrap_or(Name::NONE))
         })
     }
 
@@ -363,8 +364,8 @@ impl Decoder {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
         values.names.clear();
-        values.texts.resize_with(texts, String::new);
-        values.texts.iter_mut().for_each(String::clear);
+        values.texts.resize_with(texts, Name::default);
+        values.texts.iter_mut().for_each(Name::clear);
     }
 
     /// Fills the slots that are computed from others.

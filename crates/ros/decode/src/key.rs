@@ -81,33 +81,77 @@ fn is_name(element: &Element) -> bool {
     }
 }
 
-/// Appends a part to a name: a text, or a number with the field that holds it.
-pub(crate) fn append(name: &mut String, part: Result<&str, (&str, f64)>) {
-    if !name.is_empty() {
-        name.push_str(WITHIN);
+/// What tells a message or an element from the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NameKind {
+    /// A text, or nothing.
+    #[default]
+    Named,
+    /// A whole number, perhaps behind a text: `motor_id=3`.
+    Numbered,
+    /// The length of its list, whose elements have no names: `3 numbers`.
+    Counted,
+}
+
+/// What a message or an element is called.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Name {
+    /// As it is written in a path; empty where there is no name.
+    pub text: String,
+    /// What the text is made of. Foreign names may have blanks and `=`, so the text does not tell.
+    pub kind: NameKind,
+}
+
+impl Name {
+    /// Of what has no name.
+    pub(crate) const NONE: &Self = &Self {
+        text: String::new(),
+        kind: NameKind::Named,
+    };
+
+    /// Sets it to none, in the same memory.
+    pub(crate) fn clear(&mut self) {
+        self.set("", NameKind::Named);
     }
-    match part {
-        // As frames of tf's first version, which other programs take for the same.
-        Ok(text) => name.push_str(text.trim_start_matches('/')),
-        Err((field, number)) => *name += &format!("{field}={number}"),
+
+    /// Appends a part: a text, or a number with the field that holds it.
+    pub(crate) fn append(&mut self, part: Result<&str, (&str, f64)>) {
+        if !self.text.is_empty() {
+            self.text.push_str(WITHIN);
+        }
+        match part {
+            // As frames of tf's first version, which other programs take for the same.
+            Ok(text) => self.text.push_str(text.trim_start_matches('/')),
+            Err((field, number)) => {
+                self.text += &format!("{field}={number}");
+                self.kind = NameKind::Numbered;
+            }
+        }
+    }
+
+    /// Sets it, in the memory of the one before.
+    pub(crate) fn set(&mut self, text: &str, kind: NameKind) {
+        self.text.clear();
+        self.text.push_str(text);
+        self.kind = kind;
     }
 }
 
 /// What a message at hand is called.
-pub(crate) fn of_message(of: &dyn msgs::Field) -> String {
+pub(crate) fn of_message(of: &dyn msgs::Field) -> Name {
     let at = |path: &[&str]| path.iter().try_fold(of, |of, name| of.field(name));
     let number = |of: &dyn msgs::Field| {
         let mut numbers = Vec::new();
         of.append_to(&mut numbers);
         numbers.first().copied()
     };
-    let mut name = String::new();
+    let mut name = Name::default();
     for path in parts(|path| at(path).is_some_and(|it| it.text().is_some() || number(it).is_some()))
     {
         let Some(field) = at(&path) else { continue };
         match (field.text(), number(field)) {
-            (Some(text), _) => append(&mut name, Ok(text)),
-            (None, Some(number)) => append(&mut name, Err((path[0], number))),
+            (Some(text), _) => name.append(Ok(text)),
+            (None, Some(number)) => name.append(Err((path[0], number))),
             (None, None) => {}
         }
     }

@@ -36,7 +36,7 @@ mod values;
 pub use catalogue::Catalogue;
 pub use cursor::DecodeError;
 pub use decoder::{CompileError, Decoder};
-pub use key::is_called;
+pub use key::{Name, NameKind, is_called};
 pub use path::FieldPath;
 pub use schema::Types;
 pub use stamp::StampDecoder;

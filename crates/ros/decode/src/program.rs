@@ -11,7 +11,7 @@ use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, FieldType, Primitive};
 
 use crate::cursor::{Cursor, DecodeError};
-use crate::key;
+use crate::key::{self, NameKind};
 use crate::layout::{Advance, size_of};
 use crate::path::Step;
 use crate::values::Values;
@@ -180,8 +180,10 @@ impl Wanted {
         }
         let texts = values.texts.len();
         for slot in self.identity.iter().filter(|it| **it < texts) {
-            let name = of.text().map_or_else(|| key::of_message(of), str::to_owned);
-            values.put_text(*slot, &name);
+            match of.text() {
+                Some(text) => values.put_name(*slot, text, NameKind::Named),
+                None => values.texts[*slot] = key::of_message(of),
+            }
         }
         if let Some(slot) = self.length.filter(|it| *it < texts) {
             let count = (0..).map_while(|number| of.element(number)).count();
@@ -202,7 +204,8 @@ impl Wanted {
                 }
                 continue;
             }
-            if let Some(of) = elements().find(|it| key::is_called(&key::of_message(*it), name)) {
+            if let Some(of) = elements().find(|it| key::is_called(&key::of_message(*it).text, name))
+            {
                 wanted.pick(of, values);
             }
         }
@@ -218,7 +221,7 @@ impl Wanted {
         if self.all_names {
             let name = |of: &dyn Field| {
                 let text = of.text().map(str::to_owned);
-                text.unwrap_or_else(|| key::of_message(of))
+                text.unwrap_or_else(|| key::of_message(of).text)
             };
             values.names.extend(elements().map(name));
         }
@@ -551,10 +554,10 @@ pub(crate) fn run(
             Op::Name { primitive, field } => {
                 let mut name = std::mem::take(&mut values.name);
                 match primitive {
-                    None => key::append(&mut name, Ok(&String::from_utf8_lossy(cursor.text()?))),
+                    None => name.append(Ok(&String::from_utf8_lossy(cursor.text()?))),
                     Some(primitive) => {
                         let number = cursor.numbers(*primitive, 1)?.get(0).unwrap_or(0.0);
-                        key::append(&mut name, Err((field, number)));
+                        name.append(Err((field, number)));
                     }
                 }
                 values.name = name;
@@ -563,7 +566,7 @@ pub(crate) fn run(
                 named(key, cursor, values)?;
                 let name = std::mem::take(&mut values.name);
                 for slot in slots {
-                    values.put_text(*slot, &name);
+                    values.put_name(*slot, &name.text, name.kind);
                 }
                 values.name = name;
             }
@@ -614,7 +617,7 @@ impl TextList {
         for number in 0..self.count.read(cursor)? {
             let text = cursor.text()?;
             for (_, slot) in self.picks.iter().filter(|it| it.0 as u64 == number) {
-                values.put_text(*slot, &String::from_utf8_lossy(text));
+                values.put_name(*slot, &String::from_utf8_lossy(text), NameKind::Named);
             }
             for (name, slot) in &self.wanted {
                 let is_first = values.list(*slot).is_empty();
@@ -639,7 +642,7 @@ impl NamedElements {
             let mut at = start.clone();
             for _ in 0..count {
                 named(&self.key, &at, values)?;
-                if key::is_called(&values.name, called) {
+                if key::is_called(&values.name.text, called) {
                     run(within, &mut at, values)?;
                     break;
                 }
@@ -648,7 +651,7 @@ impl NamedElements {
         }
         for _ in 0..if self.are_kept { count } else { 0 } {
             named(&self.key, &start, values)?;
-            values.names.push(values.name.clone());
+            values.names.push(values.name.text.clone());
             self.pass.pass(1, &mut start)?;
         }
         Ok(())

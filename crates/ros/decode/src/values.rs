@@ -2,32 +2,33 @@
 
 use std::fmt::Write as _;
 
+use crate::key::{Name, NameKind};
+
 /// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     pub(crate) slots: Vec<Vec<f64>>,
     pub(crate) names: Vec<String>,
     /// What messages are called, by slot; empty where one is not there.
-    pub(crate) texts: Vec<String>,
+    pub(crate) texts: Vec<Name>,
     /// What the message looked at is called.
-    pub(crate) name: String,
+    pub(crate) name: Name,
 }
 
 impl Values {
-    /// Sets a text, in the memory of the one before.
-    pub(crate) fn put_text(&mut self, slot: usize, text: &str) {
+    /// Sets a name.
+    pub(crate) fn put_name(&mut self, slot: usize, text: &str, kind: NameKind) {
         if let Some(place) = self.texts.get_mut(slot) {
-            place.clear();
-            place.push_str(text);
+            place.set(text, kind);
         }
     }
 
-    /// Sets a text to the length of a list.
+    /// Sets a name to the length of a list.
     pub(crate) fn put_length(&mut self, slot: usize, count: u64) {
+        self.put_name(slot, "", NameKind::Counted);
         if let Some(place) = self.texts.get_mut(slot) {
-            place.clear();
             // Writing to memory never fails.
-            let _ = write!(place, "{count} numbers");
+            let _ = write!(place.text, "{count} numbers");
         }
     }
 

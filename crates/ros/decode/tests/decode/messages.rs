@@ -527,7 +527,7 @@ fn a_message_tells_what_each_of_its_numbers_is_of() {
         decoder.read(&cdr::to_bytes(joints), &mut values).unwrap();
         let texts = |index| {
             let along = decoder.identity(index, &values);
-            along.map(|it| it.1.to_owned()).collect::<Vec<_>>()
+            along.map(|it| it.1.text.clone()).collect::<Vec<_>>()
         };
         [0, 1, 2, 3].map(texts)
     };
@@ -596,7 +596,8 @@ fn messages_of_a_list_that_others_name_stand_where_their_names_stand() {
         let found = [0, 1, 2, 3, 4].map(|it| values.number(it));
         let [robot, axis] = expected.map(Some);
         assert_eq!(found, [robot, axis, Some(9.0), Some(1.0), None]);
-        let identity: Vec<_> = decoder.identity(3, &values).map(|it| it.1).collect();
+        let identity = decoder.identity(3, &values);
+        let identity: Vec<_> = identity.map(|it| it.1.text.as_str()).collect();
         assert_eq!(identity, ["", first]);
     }
 }
