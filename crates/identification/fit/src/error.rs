@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use planesman_equations::EquationsError;
 use planesman_identification::IdentificationError;
-use planesman_identification::estimators::{Form, Method};
+use planesman_identification::estimators::{Form, Method, Property};
 use planesman_model_file::Refusal;
 use planesman_text::{option, setting};
 
@@ -86,10 +86,11 @@ pub enum FitError {
     NoStatic(Method),
     /// A static curve beside a method that has none.
     #[error(
-        "{} is for one input of a linear model without {}: {}, output_error, box_jenkins, armax, least_squares or n4sid",
+        "{} is for one input of a linear model without {}; {} is then one of {}",
         option("curve"),
         option("reference"),
-        setting("method", "automatic")
+        option("method"),
+        Method::all_with(Property::TakesCurve).map(Method::name).collect::<Vec<_>>().join(", ")
     )]
     NoCurve,
     /// A model file with a static curve that is none.

@@ -1,7 +1,9 @@
 //! A model as a file that other programs load.
 
 use planesman_identification::analysis::{Analysis, Curved, Reason, Verdict};
-use planesman_identification::estimators::{Error, Method, Physical, ProcessModel, UNKNOWNS};
+use planesman_identification::estimators::{
+    Error, Method, Physical, ProcessModel, Property, UNKNOWNS,
+};
 use planesman_identification::selection::Kind;
 use planesman_identification::static_curve::{Side, StaticCurve};
 use planesman_identification::{GivenModel, IdentificationError, Model, Uncertain, continuous};
@@ -120,14 +122,10 @@ fn curve(file: &StaticCurveFile) -> Result<(Side, StaticCurve), Refusal> {
 /// # Errors
 /// [`Refusal::CurveParameters`], of a static curve.
 pub fn given(file: &ModelFile) -> Result<GivenModel, Refusal> {
-    let by_equation = [
-        Method::LeastSquares.name(),
-        Method::RecursiveLeastSquares.name(),
-        Method::Fir.name(),
-        Kind::Arx.name(),
-    ];
+    let by_equation = Method::all_with(Property::HasNoiseInEquation).map(Method::name);
+    let mut by_equation = by_equation.chain([Kind::Arx.name()]);
     // A noise model stands in the equation; without one the method says where the noise is.
-    let in_equation = !file.noise_model.is_empty() || by_equation.contains(&file.method.as_str());
+    let in_equation = !file.noise_model.is_empty() || by_equation.any(|it| it == file.method);
     let curve = file.static_curve.as_ref().map(curve).transpose()?;
     Ok(GivenModel {
         curve,

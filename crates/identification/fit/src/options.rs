@@ -7,7 +7,7 @@ use planesman_identification::InitialState;
 use planesman_identification::analysis::{CurveChoice, Options};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
-use planesman_identification::estimators::{Form, Knowledge, Method};
+use planesman_identification::estimators::{Form, Knowledge, Method, Property};
 use planesman_identification::selection::Kind;
 use planesman_identification::several;
 use planesman_signals::{
@@ -393,7 +393,7 @@ impl RecursionOptions {
     fn options(&self, asked: MethodChoice) -> Result<Recursion, FitError> {
         let given = self.forgetting.or(self.initial_covariance);
         match asked {
-            MethodChoice::One(method) if given.is_some() && !method.is_recursive() => {
+            MethodChoice::One(method) if given.is_some() && !method.has(Property::IsRecursive) => {
                 return Err(FitError::NotRecursive(method));
             }
             _ => {}
@@ -500,27 +500,17 @@ impl FitOptions {
             return Err(FitError::OneResponse);
         }
         let is_asked = ![CurveChoice::Automatic, CurveChoice::None].contains(&self.curve);
-        let takes_curve = matches!(
-            method,
-            Method::Automatic
-                | Method::OutputError
-                | Method::BoxJenkins
-                | Method::LeastSquares
-                | Method::Armax
-                | Method::N4sid
-        );
-        if is_asked && (!takes_curve || self.signals.reference.is_some()) {
+        if is_asked && (!method.has(Property::TakesCurve) || self.signals.reference.is_some()) {
             return Err(FitError::NoCurve);
         }
-        let is_fir = method == Method::Fir;
-        if is_fir && structure.numerator.is_some() && is_alone {
+        let has_no_poles = method.has(Property::HasNoPoles);
+        if has_no_poles && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
         }
-        let has_none = matches!(method, Method::Fir | Method::N4sid | Method::Frf);
-        if structure.order == Some(0) && has_none && is_alone {
+        if structure.order == Some(0) && !method.has(Property::FitsGain) && is_alone {
             return Err(FitError::NoStatic(method));
         }
-        if structure.order.is_some_and(|order| order > MAX_ORDER) && !is_fir {
+        if structure.order.is_some_and(|order| order > MAX_ORDER) && !has_no_poles {
             return Err(FitError::Order(MAX_ORDER));
         }
         let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
@@ -540,11 +530,11 @@ impl FitOptions {
                 process: structure.process,
                 coherence: structure.coherence,
                 // Beside other methods the criterion chooses: an order is none of coefficients.
-                length: structure.order.filter(|_| is_fir && is_alone),
+                length: structure.order.filter(|_| has_no_poles && is_alone),
                 recursion: self.recursion.options(self.method)?,
             },
-            order: structure.order.filter(|_| !is_fir),
-            numerator: structure.numerator.filter(|_| !is_fir),
+            order: structure.order.filter(|_| !has_no_poles),
+            numerator: structure.numerator.filter(|_| !has_no_poles),
             delay: structure.delay,
             zeros_at_one: structure.zeros_at_one,
             integrators: structure.integrators,

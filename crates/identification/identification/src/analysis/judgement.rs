@@ -9,7 +9,7 @@ use super::reason::{Reason, ResidualFinding};
 use super::search::{MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER};
 use super::verdict::{GOOD, USABLE, VERY_GOOD, Verdict};
 use super::{Analysis, BELOW_NOISE, InputPart};
-use crate::estimators::{Error, Method};
+use crate::estimators::{Error, Method, Property};
 use crate::selection::process::may_integrate;
 use crate::selection::{criteria, dead_time};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
@@ -378,7 +378,7 @@ impl Analysis {
 
     /// Whether the standard deviations are those of a residual of any colour.
     fn allows_for_colour(&self) -> bool {
-        self.estimate.error == Error::Output || self.options.method == Method::Fir
+        self.estimate.error == Error::Output || self.options.method.has(Property::AllowsForColour)
     }
 
     fn is_early(&self) -> bool {

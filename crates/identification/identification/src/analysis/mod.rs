@@ -55,7 +55,9 @@ use search::{Chosen, search};
 use crate::comparison::{GivenModel, Judgement};
 use crate::conversion;
 use crate::error::Result;
-use crate::estimators::{Estimate, Estimator, Method, Physical, TwoStages, WarmStarted, Wiener};
+use crate::estimators::{
+    Estimate, Estimator, Method, Physical, Property, TwoStages, WarmStarted, Wiener,
+};
 use crate::model::Model;
 use crate::prediction;
 use crate::selection::criteria::first_part;
@@ -211,7 +213,7 @@ fn judged_on(
 
 /// The input before the step of a step test, where the output stands still until then and the options allow for it.
 fn input_before_step(record: &Record, options: &Options) -> Option<f64> {
-    let of_steps = matches!(options.method, Method::Automatic | Method::Process);
+    let of_steps = options.method.has(Property::KnowsStepTests);
     let is_asked = of_steps && options.start == InitialState::Estimated && options.offset;
     is_asked
         .then(|| checks::level_before_step(record))
@@ -272,9 +274,9 @@ fn fitted(
             poles: estimate.theta.as_slice()[estimate.layout.a()].to_vec(),
             noise: options.method == Method::BoxJenkins,
         };
-        let again: &dyn Estimator = match options.method {
-            Method::OutputError | Method::BoxJenkins => &near,
-            _ => method,
+        let again: &dyn Estimator = match options.method.has(Property::StartsFromPoles) {
+            true => &near,
+            false => method,
         };
         bootstrap::bootstrap(again, &estimate, &second, longest, refits)
     };

@@ -1,7 +1,7 @@
 //! Options of the analysis, and the structures that they ask for.
 
 use super::curve::CurveChoice;
-use crate::estimators::{FrequencyDomain, Given, Knowledge, Method};
+use crate::estimators::{FrequencyDomain, Given, Knowledge, Method, Property};
 use crate::structure::{InitialState, Structure};
 
 /// Options of the analysis.
@@ -63,17 +63,13 @@ impl Default for Options {
 impl Options {
     /// The structure of a model with so many poles beside the known ones.
     pub(super) fn structure(&self, order: usize) -> Structure {
-        let order = match self.method {
-            Method::Fir => 0,
-            _ => order,
-        };
+        let has_no_poles = self.method.has(Property::HasNoPoles);
+        let order = if has_no_poles { 0 } else { order };
         let mut structure = Structure {
             offset: self.offset,
             start: self.start,
             // A static gain acts at once.
-            delay: self
-                .delay
-                .unwrap_or(usize::from(order > 0 || self.method == Method::Fir)),
+            delay: self.delay.unwrap_or(usize::from(order > 0 || has_no_poles)),
             own_numerators: self.own_numerators,
             ..Structure::of_order(order)
         };

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::lag::{self, Lag};
 use super::{Data, Options};
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Estimate, Estimator, FrequencyDomain, LeastSquares, Method};
+use crate::estimators::{Estimate, Estimator, FrequencyDomain, LeastSquares, Method, Property};
 use crate::selection::criteria::{self, choice};
 use crate::selection::{self, process, select};
 use crate::structure::{Problem, Structure};
@@ -125,12 +125,12 @@ pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<
         Method::Process => process::choose(&whole, options.knowledge.process, stood)?.into(),
         Method::Automatic => automatic(&whole, &part, options, stood)?,
         Method::Frf => in_frequency(data, options)?,
-        _ if options.order.is_none() && !options.method.is_of_the_vehicle() => {
+        method if options.order.is_none() && method.has(Property::SearchedByCriteria) => {
             by_criteria(&part, options, given())
         }
         _ => given(),
     };
-    if matches!(options.method, Method::Process | Method::Automatic) {
+    if options.method.has(Property::KnowsStepTests) {
         chosen.structure.start = options.start;
     }
     chosen.search.samples = part.runs.iter().map(|run| run.outputs.len()).sum();
@@ -156,9 +156,9 @@ fn in_frequency(data: &Data<'_>, options: &Options) -> Result<Chosen> {
 /// Order and delay of a method that was named.
 fn by_criteria(part: &Problem<'_>, options: &Options, mut chosen: Chosen) -> Chosen {
     // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
-    let (orders, delays) = match options.method {
-        Method::Fir => (0..=0, usize::from(options.speed.is_some())..=1),
-        _ => (1..=METHOD_MAX_ORDER, 1..=METHOD_MAX_DELAY),
+    let (orders, delays) = match options.method.has(Property::HasNoPoles) {
+        true => (0..=0, usize::from(options.speed.is_some())..=1),
+        false => (1..=METHOD_MAX_ORDER, 1..=METHOD_MAX_DELAY),
     };
     let delays = options.delay.map_or(delays, |delay| delay..=delay);
     let structures = orders.flat_map(|order| {

@@ -6,7 +6,7 @@ use super::{AHEAD, Analysis, ClosedLoop, HeldOutFits, Lag};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_wording::option;
 
-use crate::estimators::Method;
+use crate::estimators::Property;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// Candidates, and offsets, printed.
@@ -147,9 +147,10 @@ impl Analysis {
             return "\n".to_owned();
         }
         // A finite impulse response chooses its length for each delay.
-        let of_order = |order: &dyn std::fmt::Display| match self.options.method {
-            Method::Fir => String::new(),
-            _ => format!("{order:<6} "),
+        let has_no_poles = self.options.method.has(Property::HasNoPoles);
+        let of_order = |order: &dyn std::fmt::Display| match has_no_poles {
+            true => String::new(),
+            false => format!("{order:<6} "),
         };
         let head = of_order(&"order");
         let mut text = format!("\n{head}delay   AIC        BIC        held-out fit\n");

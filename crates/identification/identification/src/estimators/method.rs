@@ -38,6 +38,31 @@ planesman_wording::choices! {
     }
 }
 
+/// What sets some methods apart: the rest of the suite asks for it, never for a list of methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Property {
+    /// It fits a model with a static curve in front of the dynamics or behind them.
+    TakesCurve,
+    /// It fits a static gain, a model of order 0.
+    FitsGain,
+    /// Its models have no poles: an order is their number of coefficients, which it chooses itself.
+    HasNoPoles,
+    /// Order and delay that the options leave open are searched by the information criteria.
+    SearchedByCriteria,
+    /// It knows a step test: an output that stood still until the step begins at rest.
+    KnowsStepTests,
+    /// Its model without a noise model has the noise in the equation, not in the output.
+    HasNoiseInEquation,
+    /// Its standard deviations hold for noise of any colour, even where that is in the equation.
+    AllowsForColour,
+    /// A simulated record of a bootstrap is fitted from the poles of the estimate.
+    StartsFromPoles,
+    /// It learns a sample at a time, by forgetting factor and covariance.
+    IsRecursive,
+    /// It estimates the coefficients of the vehicle's equations, whose order is given.
+    IsOfTheVehicle,
+}
+
 /// Knowledge that some methods begin with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Knowledge {
@@ -60,22 +85,57 @@ pub struct Knowledge {
 }
 
 impl Method {
+    /// Its properties, of each method in one row.
+    fn properties(self) -> &'static [Property] {
+        use Property::{
+            AllowsForColour, FitsGain, HasNoPoles, HasNoiseInEquation, IsOfTheVehicle, IsRecursive,
+            KnowsStepTests, SearchedByCriteria, StartsFromPoles, TakesCurve,
+        };
+        match self {
+            Self::Automatic => &[TakesCurve, FitsGain, KnowsStepTests],
+            Self::OutputError | Self::BoxJenkins => {
+                &[TakesCurve, FitsGain, SearchedByCriteria, StartsFromPoles]
+            }
+            Self::Armax => &[TakesCurve, FitsGain, SearchedByCriteria],
+            Self::LeastSquares => &[TakesCurve, FitsGain, SearchedByCriteria, HasNoiseInEquation],
+            Self::N4sid => &[TakesCurve, SearchedByCriteria],
+            Self::Fir => &[
+                HasNoPoles,
+                SearchedByCriteria,
+                HasNoiseInEquation,
+                AllowsForColour,
+            ],
+            Self::Process => &[KnowsStepTests],
+            Self::Frf => &[],
+            Self::RecursiveLeastSquares => &[
+                FitsGain,
+                SearchedByCriteria,
+                HasNoiseInEquation,
+                IsRecursive,
+            ],
+            Self::ExtendedLeastSquares
+            | Self::RecursivePredictionError
+            | Self::RecursiveOutputError => &[FitsGain, SearchedByCriteria, IsRecursive],
+            Self::Vehicle | Self::Kalman => &[IsOfTheVehicle],
+        }
+    }
+
+    /// Whether it has a property.
+    #[must_use]
+    pub fn has(self, property: Property) -> bool {
+        self.properties().contains(&property)
+    }
+
+    /// All methods with a property.
+    pub fn all_with(property: Property) -> impl Iterator<Item = Self> {
+        let all = Self::ALL.into_iter();
+        all.filter(move |it| it.has(property))
+    }
+
     /// Whether it estimates the coefficients of the vehicle's equations, whose order is given.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {
-        matches!(self, Self::Vehicle | Self::Kalman)
-    }
-
-    /// Whether it learns a sample at a time, by forgetting factor and covariance.
-    #[must_use]
-    pub fn is_recursive(self) -> bool {
-        matches!(
-            self,
-            Self::RecursiveLeastSquares
-                | Self::ExtendedLeastSquares
-                | Self::RecursivePredictionError
-                | Self::RecursiveOutputError
-        )
+        self.has(Property::IsOfTheVehicle)
     }
 
     /// The estimator, with its prior knowledge.

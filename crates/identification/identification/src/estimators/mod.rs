@@ -67,7 +67,7 @@ pub use frequency_domain::{FrequencyDomain, Given};
 pub use frequency_fit::{Candidate, FrequencyFit};
 pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, unit_factor};
-pub use method::{Knowledge, Method};
+pub use method::{Knowledge, Method, Property};
 pub use n4sid::N4sid;
 pub(crate) use normal_equations::{
     NormalEquations, Part, correlation, damped, information, shifted_sum, through_poles,
