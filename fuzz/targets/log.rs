@@ -9,7 +9,8 @@ fuzz_target!(|data: &[u8]| {
     let Some((kind, bytes)) = choice(data) else {
         return;
     };
-    let kind = [LogKind::DataFlash, LogKind::Telemetry, LogKind::Moos][usize::from(kind % 3)];
+    let name = ["log.bin", "log.tlog", "log.alog"][usize::from(kind % 3)];
+    let kind = LogKind::of(name.as_ref()).expect("a kind that is read");
     let file = InMemory::file(bytes);
     let Ok(log) = LogSource::open(&file.path(), kind) else {
         return;

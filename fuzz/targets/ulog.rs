@@ -7,7 +7,8 @@ use planesman_signals::{LogKind, LogSource, Options, Resampler, Source as _};
 
 fuzz_target!(|data: &[u8]| {
     let file = InMemory::file(data);
-    let Ok(log) = LogSource::open(&file.path(), LogKind::Ulog) else {
+    let kind = LogKind::of("log.ulg".as_ref()).expect("a kind that is read");
+    let Ok(log) = LogSource::open(&file.path(), kind) else {
         return;
     };
     let topics = log.topics().into_iter();

@@ -68,8 +68,8 @@ def read_bag(
 ) -> dict[str, Samples]:
     """Read signals of a bag, table or log: every sample with its stamp, on no grid.
 
-    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a `.csv`, or a log (`.ulg`, `.bin`, `.tlog`, `.alog`). Nothing
-    of ROS needs to be installed.
+    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a table, or a log, whose endings
+    docs/sysid.md lists. Nothing of ROS needs to be installed.
 
     `fields` are named as `list_fields` lists them: `"imu:angular_velocity.y"`, `"joint_states:position[shoulder]"`,
     `"odom:pose.pose.orientation.pitch"`, or a column of a table. Of a field that is a list the first number is taken, unless one is

@@ -30,9 +30,6 @@ if TYPE_CHECKING:
 _FLIGHTS = 1000
 _FITS = 100
 
-# Endings of what `fit_all` looks for in a folder.
-_ENDINGS = (".mcap", ".db3", ".csv", ".ulg", ".tlog", ".alog")
-
 
 @overload
 def sweep(
@@ -164,7 +161,8 @@ def fit_all(
 ) -> Path:
     """Fit a model to each of many bags, as `fit` does, into a Parquet dataset with a row a bag.
 
-    `data` is a folder, in which every bag, `.mcap`, `.db3`, `.csv`, `.ulg`, `.tlog` and `.alog` file below it is taken, or a list of paths.
+    `data` is a folder, below which every bag, table and log that `fit` reads is taken, or a list of paths. The ending counts: a `.txt` that is no
+    table has a row with an `error`.
 
     Returns the folder `out/models`, of `parts` files, which DuckDB, Polars, pandas and Spark read as one table: `data` (the path),
     `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `steady_state_gain` with `steady_state_gain_deviation`, the lists `pole_re`, `pole_im`
@@ -186,7 +184,7 @@ def fit_all(
 
 
 def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> list[str]:
-    """Every bag of a folder; a folder with a metadata.yaml is one."""
+    """Every bag, table and log of a folder; a folder with a metadata.yaml is one."""
     if not isinstance(data, (str, bytes, bytearray, os.PathLike)):
         return [os.path.abspath(path_text(it)) for it in data]
     found = []
@@ -196,7 +194,7 @@ def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> li
             found.append(folder)
             below.clear()
         else:
-            found += [os.path.join(folder, name) for name in sorted(files) if name.endswith(_ENDINGS)]
+            found += filter(_native.is_data, (os.path.join(folder, name) for name in sorted(files)))
     return found
 
 

@@ -42,6 +42,12 @@ pub(crate) fn samples(
     Ok((arrays.collect::<PyResult<_>>()?, notes))
 }
 
+/// Whether a file of a folder is a bag, a table or a log, by its ending.
+#[pyfunction]
+pub(crate) fn is_data(path: PathBuf) -> bool {
+    planesman_fit::is_data(&path)
+}
+
 /// Every numeric field, with rate, gaps and range, as JSON; of topics whose name contains `topic`.
 #[pyfunction]
 pub(crate) fn fields(

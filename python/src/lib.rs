@@ -37,7 +37,7 @@ mod _native {
     }
 
     #[pymodule_export]
-    use crate::data::{fields, samples};
+    use crate::data::{fields, is_data, samples};
     #[pymodule_export]
     use crate::error::PlanesmanError;
     #[pymodule_export]

@@ -271,6 +271,28 @@ def test_every_bag_of_a_folder_is_fitted_once(on_cluster: bool, bag: Path, tmp_p
         planesman.fit_all(bags, *signals, ordr=2, out=tmp_path / "others")
 
 
+def test_every_file_that_fit_reads_is_found_in_a_folder(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    data.mkdir()
+    random = np.random.default_rng(1)
+    u = np.repeat(random.choice([-1.0, 1.0], 60), 5)
+    y = 0.01 * random.standard_normal(300)
+    for k in range(1, 300):
+        y[k] += 0.8 * y[k - 1] + 0.5 * u[k - 1]
+    tables = ["a.csv", "b.tsv", "c.txt", "d.dat", "e.LVM", "f.log", "g.asc", "h.prn", "i.tab"]
+    for name in tables:
+        np.savetxt(data / name, np.c_[0.1 * np.arange(300), u, y], header="t,u,y", comments="", delimiter=",")
+    logs = ["j.ulg", "k.ulog", "l.bin", "m.BIN", "n.tlog", "o.alog"]
+    for name in [*logs, "p.mcap", "p.mcap.zstd", "q.db3.zstd", "model.json", "notes.md", "r.parquet", "none"]:
+        (data / name).write_bytes(b"no data")
+    rows = table(planesman.fit_all(data, "u", "y", order=1, delay=1, out=tmp_path / "fits"))
+    # What is packed beside the same unpacked is no other bag.
+    assert [Path(it).name for it in rows["data"]] == [*tables, *logs, "p.mcap", "q.db3.zstd"]
+    assert rows["error"][: len(tables)].isna().all() and rows["error"][len(tables) :].notna().all()
+    model = planesman.fit(data / "a.csv", "u", "y", order=1, delay=1)
+    assert (rows["fit"][: len(tables)] == model.fit).all()
+
+
 def test_a_folder_without_bags_is_refused(tmp_path: Path) -> None:
     with pytest.raises(planesman.PlanesmanError, match="no bag"):
         planesman.fit_all(tmp_path, "u", "y", out=tmp_path / "fits")

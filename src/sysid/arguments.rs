@@ -10,6 +10,7 @@ use planesman_fit::declaration::{Declaration, OptionGroup, Takes};
 use planesman_fit::rules::{Rule, RuleError, Span};
 use planesman_fit::{DataOptions, SignalOptions, Sources};
 use planesman_parallel::Progress;
+use planesman_signals::{LogKind, TABLES};
 
 use crate::arguments::possible;
 
@@ -100,13 +101,28 @@ fn argument(option: &'static Declaration, default: Vec<String>) -> Arg {
     }
 }
 
+/// What data may be, with the endings of its files.
+pub(crate) fn data_in_words() -> String {
+    let written = |endings: &[&str]| format!(".{}", endings.join(", ."));
+    let log = |it: &LogKind| format!("{} ({})", it.writer, written(it.endings));
+    let logs: Vec<String> = LogKind::all().iter().map(log).collect();
+    format!(
+        "a bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, one or several tables ({}), or a log of {}",
+        written(&TABLES),
+        logs.join(", ")
+    )
+}
+
 /// Data, and the options that go with it.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Data")]
 pub(crate) struct DataArgs<T: OptionGroup = DataOptions> {
-    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, one or several tables (.csv), or a
-    /// log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog)
-    #[arg(required = true, value_name = "DATA", help_heading = None::<&str>)]
+    #[arg(
+        required = true,
+        value_name = "DATA",
+        help_heading = None::<&str>,
+        help = format!("What is read: {}", data_in_words())
+    )]
     pub(crate) data: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) options: Declared<T>,

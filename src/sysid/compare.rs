@@ -11,7 +11,7 @@ use planesman_fit::{
 };
 use planesman_model_file::{ModelFile, SeveralModelFile};
 
-use super::arguments::{DataArgs, Declared};
+use super::arguments::{DataArgs, Declared, data_in_words};
 use crate::arguments::output_file;
 use planesman_flight::sink::write_text;
 use planesman_show::pages::tables::{numbers, of_several, tables};
@@ -25,8 +25,7 @@ use planesman_show::pages::tables::{numbers, of_several, tables};
     name = "sysid compare",
     override_usage = "planesman sysid compare [OPTIONS] <MODEL>... <DATA>...",
     mut_arg("data", |arg| arg.value_name("MODEL|DATA").help(
-        "Model files (*.json, *.yaml), then the data: a bag folder, one or several .mcap or .db3 files of a split bag, \
-         a .csv file, or a PX4 log (.ulg)"
+        format!("Model files (*.json, *.yaml), then the data: {}", data_in_words())
     ))
 )]
 pub struct CompareArgs {

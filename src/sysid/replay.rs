@@ -187,8 +187,7 @@ impl ReplayArgs {
 
 /// Whether the data is a table or a log, and no bag.
 fn is_record(path: &Path) -> bool {
-    let ending = path.extension().unwrap_or_default();
-    is_table(path) || LogKind::of(path).is_some() || ending == "ulg" || ending == "ulog"
+    is_table(path) || LogKind::of(path).is_some()
 }
 
 /// Runs the command and prints what it found.

@@ -2,6 +2,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use planesman_signals::{LogKind, TABLES};
+
 /// The help of a command, short or whole.
 fn help(command: &[String], flag: &str) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_planesman"))
@@ -112,4 +114,16 @@ fn fields_with_brackets_are_quoted_wherever_a_shell_is_shown() {
         }
     }
     assert!(blocks > 20, "{blocks}");
+}
+
+#[test]
+fn every_ending_that_is_read_stands_in_the_help_and_in_the_document() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/sysid.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let help = help(&["sysid", "fit"].map(str::to_owned), "--help");
+    let logs = LogKind::all().iter().flat_map(|it| it.endings);
+    for ending in logs.chain(&TABLES) {
+        assert!(page.contains(&format!("`.{ending}`")), "{ending}");
+        assert!(help.contains(&format!(".{ending}")), "{ending}");
+    }
 }

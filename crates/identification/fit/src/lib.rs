@@ -72,6 +72,7 @@ pub use options::{
     SignalOptions, StructureOptions, Validation, VehicleOptions,
 };
 pub use planesman_equations::EquationsFile;
+pub use planesman_signals::is_data;
 pub use samples::{SamplesOptions, samples};
 pub use several::{
     SeveralCompared, SeveralComparison, SeveralResult, compare_several, fit_several,

@@ -1,10 +1,11 @@
-//! Samples from logs of vehicles: PX4's ULog (`.ulg`), ArduPilot's DataFlash (`.bin`), telemetry of MAVLink (`.tlog`), MOOS (`.alog`).
+//! Samples from logs of vehicles: PX4's ULog, ArduPilot's DataFlash, telemetry of MAVLink, MOOS. Each is a row of [`KINDS`].
 //!
 //! A topic is what the log calls a message or variable. Where several senders or instances have one, it is told which: `IMU[0]`, or
 //! `ATTITUDE[1.1]` of the system and the component. Each format has a [`LogReader`]; what is damaged is passed over and noted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -22,32 +23,82 @@ use crate::ulog::Ulog;
 /// Topics at most.
 const TOPICS: usize = 1000;
 
-/// The kind of a log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LogKind {
-    /// PX4's `.ulg`.
-    Ulog,
-    /// ArduPilot's `.bin`.
-    DataFlash,
-    /// MAVLink's `.tlog`.
-    Telemetry,
-    /// MOOS' `.alog`.
-    Moos,
+/// A reader, or what the file is not.
+type Opened = std::result::Result<Box<dyn LogReader>, &'static str>;
+
+/// A kind of log: all that is to be known of it beside its reader.
+#[derive(Debug)]
+pub struct LogKind {
+    /// Who writes it.
+    pub writer: &'static str,
+    /// The endings of its files.
+    pub endings: &'static [&'static str],
+    /// Its name, which stands for the type of its messages.
+    name: &'static str,
+    /// What its stamps are.
+    stamps: &'static str,
+    /// Makes a reader of a file, or says what the file is not.
+    open: fn(File) -> io::Result<Opened>,
+}
+
+static KINDS: [LogKind; 4] = [
+    LogKind {
+        writer: "PX4",
+        endings: &["ulg", "ulog"],
+        name: "ULog",
+        stamps: SINCE_START,
+        open: |file| Ok(Ulog::of(file)?.map(boxed).ok_or("no ULog")),
+    },
+    LogKind {
+        writer: "ArduPilot",
+        endings: &["bin"],
+        name: "DataFlash",
+        stamps: SINCE_START,
+        open: |file| {
+            let refusal = "no DataFlash log of ArduPilot: it does not begin with A3 95 80";
+            Ok(DataFlash::of(file)?.map(boxed).ok_or(refusal))
+        },
+    },
+    LogKind {
+        writer: "MAVLink",
+        endings: &["tlog"],
+        name: "MAVLink",
+        stamps: "of the reception of the messages",
+        open: |file| Ok(Ok(boxed(Telemetry::of(file)))),
+    },
+    LogKind {
+        writer: "MOOS",
+        endings: &["alog"],
+        name: "MOOS",
+        stamps: "of the log, since its start",
+        open: |file| Ok(Ok(boxed(Alog::of(file)))),
+    },
+];
+
+const SINCE_START: &str = "of the messages, since the vehicle's start";
+
+fn boxed(reader: impl LogReader + 'static) -> Box<dyn LogReader> {
+    Box::new(reader)
 }
 
 impl LogKind {
+    /// Every kind that is read.
+    #[must_use]
+    pub fn all() -> &'static [Self] {
+        &KINDS
+    }
+
     /// The kind of a file, by its ending.
     #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        Some(match ending.as_str() {
-            "ulg" | "ulog" => Self::Ulog,
-            "bin" => Self::DataFlash,
-            "tlog" => Self::Telemetry,
-            "alog" => Self::Moos,
-            _ => return None,
-        })
+    pub fn of(path: &Path) -> Option<&'static Self> {
+        KINDS.iter().find(|it| ends_in(path, it.endings))
     }
+}
+
+/// Whether the name of a file has one of these endings, in capitals or not.
+pub(crate) fn ends_in(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
 }
 
 /// Topic and labels, as the log has them.
@@ -61,7 +112,7 @@ type Wanted<'a> = (&'a [String; 2], usize, &'a String, usize);
 pub struct LogSource {
     path: PathBuf,
     bytes: u64,
-    kind: LogKind,
+    kind: &'static LogKind,
     /// Fields by topic.
     topics: BTreeMap<String, (Key, Vec<String>)>,
     notes: Vec<String>,
@@ -72,7 +123,7 @@ impl LogSource {
     ///
     /// # Errors
     /// A line with the path: no file, no log of its kind, no message.
-    pub fn open(path: &Path, kind: LogKind) -> Result<Self> {
+    pub fn open(path: &Path, kind: &'static LogKind) -> Result<Self> {
         let name = path.display();
         let mut source = Self {
             path: path.to_owned(),
@@ -148,26 +199,9 @@ impl LogSource {
     fn each(&self, take: &mut dyn FnMut(&LogMessage, u64) -> bool) -> Result<Vec<String>> {
         let unreadable = SourceError::unreadable(&self.path);
         let file = File::open(&self.path).map_err(unreadable)?;
-        let mut reader: Box<dyn LogReader> = match self.kind {
-            LogKind::DataFlash => match DataFlash::of(file).map_err(unreadable)? {
-                Some(log) => Box::new(log),
-                None => {
-                    let name = self.path.display();
-                    return Err(SourceError::Data(format!(
-                        "{name} is no DataFlash log of ArduPilot: it does not begin with A3 95 80"
-                    )));
-                }
-            },
-            LogKind::Ulog => match Ulog::of(file).map_err(unreadable)? {
-                Some(log) => Box::new(log),
-                None => {
-                    let name = self.path.display();
-                    return Err(SourceError::Data(format!("{name} is no ULog")));
-                }
-            },
-            LogKind::Telemetry => Box::new(Telemetry::of(file)),
-            LogKind::Moos => Box::new(Alog::of(file)),
-        };
+        let reader = (self.kind.open)(file).map_err(unreadable)?;
+        let refused = |it: &str| SourceError::Data(format!("{} is {it}", self.path.display()));
+        let mut reader = reader.map_err(refused)?;
         let mut message = LogMessage::default();
         while reader.next(&mut message).map_err(unreadable)? {
             if !take(&message, reader.position()) {
@@ -227,17 +261,11 @@ impl Source for LogSource {
     }
 
     fn topics(&self) -> Vec<SourceTopic> {
-        let type_name = match self.kind {
-            LogKind::Ulog => "ULog",
-            LogKind::DataFlash => "DataFlash",
-            LogKind::Telemetry => "MAVLink",
-            LogKind::Moos => "MOOS",
-        };
         let topic = |(name, (_, fields)): (&String, &(Key, Vec<String>))| {
             let request = |field: &String| Request::output(format!("{name}:{field}"));
             SourceTopic {
                 name: name.clone(),
-                type_name,
+                type_name: self.kind.name,
                 requests: fields.iter().map(request).collect(),
             }
         };
@@ -281,13 +309,8 @@ impl Source for LogSource {
             }
             more
         })?;
-        let stamps = match self.kind {
-            LogKind::Ulog | LogKind::DataFlash => "of the messages, since the vehicle's start",
-            LogKind::Telemetry => "of the reception of the messages",
-            LogKind::Moos => "of the log, since its start",
-        };
         Ok(Reading {
-            stamps: stamps.to_owned(),
+            stamps: self.kind.stamps.to_owned(),
             notes,
             ..Reading::default()
         })
@@ -309,20 +332,15 @@ mod tests {
         let response = [(1.0, 0.5); 40];
         let moos = "0.0 A p 1.5\n0.1 B p X=1,Y=2\n%% c\n0.2 A p 2\n".repeat(20);
         let mut random = Pcg64Mcg::seed_from_u64(3);
-        for (kind, bytes) in [
-            (LogKind::DataFlash, dataflash::log(&response)),
-            (
-                LogKind::Telemetry,
-                telemetry::log(&response, Version::One, 1),
-            ),
-            (
-                LogKind::Telemetry,
-                telemetry::log(&response, Version::Two, 2),
-            ),
-            (LogKind::Moos, moos.into_bytes()),
-            (LogKind::Ulog, ulog::log(&response)),
+        for (name, bytes) in [
+            ("log.bin", dataflash::log(&response)),
+            ("log.tlog", telemetry::log(&response, Version::One, 1)),
+            ("log.TLOG", telemetry::log(&response, Version::Two, 2)),
+            ("log.alog", moos.into_bytes()),
+            ("log.ulg", ulog::log(&response)),
         ] {
-            let path = folder.path().join("log");
+            let path = folder.path().join(name);
+            let kind = LogKind::of(&path).unwrap();
             for number in 0..300 {
                 let bytes = match number {
                     0 => bytes.clone(),
@@ -342,7 +360,7 @@ mod tests {
                     true
                 };
                 log.read(&requests, &mut take, &|_| {}).unwrap();
-                assert!(count <= 4 * longest, "{kind:?} {number}");
+                assert!(count <= 4 * longest, "{name} {number}");
             }
         }
     }
@@ -375,9 +393,9 @@ mod tests {
         message.extend(0x3555_u16.to_le_bytes());
         bytes.extend(message);
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log");
+        let path = folder.path().join("log.bin");
         std::fs::write(&path, bytes).unwrap();
-        let log = LogSource::open(&path, LogKind::DataFlash).unwrap();
+        let log = LogSource::open(&path, LogKind::of(&path).unwrap()).unwrap();
         let mut values = vec![None; 15];
         let mut take = |signal: usize, stamp: i64, value| {
             assert_eq!(stamp, 7000);

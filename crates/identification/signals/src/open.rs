@@ -1,5 +1,6 @@
 //! Opens files as a source of samples: a bag, whole or split, tables, or a log of a vehicle.
 
+use planesman_bag::is_bag_file;
 use planesman_text::option;
 use std::path::{Path, PathBuf};
 
@@ -7,15 +8,14 @@ use crate::bag_source::BagSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::error::{Result, SourceError};
 use crate::joined_tables::JoinedTables;
-use crate::log_source::{LogKind, LogSource};
+use crate::log_source::{LogKind, LogSource, ends_in};
 use crate::request::Clock;
 use crate::source::Source;
 
 /// Where data lies, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, tables (.csv, .tsv, .txt, .dat, .lvm), or
-    /// a log of PX4 (.ulg), ArduPilot (.bin), MAVLink (.tlog) or MOOS (.alog).
+    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, tables ([`TABLES`]), or a log ([`LogKind::all`]).
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
@@ -26,7 +26,7 @@ pub struct Data {
 }
 
 /// The endings of tables.
-const TABLES: [&str; 9] = [
+pub const TABLES: [&str; 9] = [
     "csv", "tsv", "txt", "dat", "lvm", "log", "asc", "prn", "tab",
 ];
 
@@ -36,9 +36,13 @@ pub fn is_table(path: &Path) -> bool {
     ends_in(path, &TABLES)
 }
 
-fn ends_in(path: &Path, endings: &[&str]) -> bool {
-    let ending = path.extension().unwrap_or_default();
-    endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
+/// Whether a file of a folder is data by itself, by its ending: a bag's file, a table or a log. A packed file beside the same unpacked is
+/// no other data.
+#[must_use]
+pub fn is_data(path: &Path) -> bool {
+    let unpacked = path.with_extension("");
+    let is_again = is_bag_file(&unpacked) && unpacked.is_file();
+    (is_bag_file(path) && !is_again) || is_table(path) || LogKind::of(path).is_some()
 }
 
 /// A kind of file that is known and not read, by its endings.
@@ -104,10 +108,9 @@ const FOREIGN: &[Foreign] = &[
     },
 ];
 
-/// The kind of that ending, if it is known and not read.
-fn foreign(ending: &str) -> Option<&'static Foreign> {
-    let is_its = |it: &&Foreign| it.endings.iter().any(|it| it.eq_ignore_ascii_case(ending));
-    FOREIGN.iter().find(is_its)
+/// The kind of a file, by its ending, if it is known and not read.
+fn foreign(path: &Path) -> Option<&'static Foreign> {
+    FOREIGN.iter().find(|it| ends_in(path, it.endings))
 }
 
 impl Foreign {
@@ -130,8 +133,8 @@ impl Foreign {
 /// One line: what is no bag or table, with its path.
 pub fn open(data: &Data) -> Result<Box<dyn Source>> {
     let exists = |path: &&PathBuf| path.is_file();
-    if let Some((path, kind)) = (data.paths.iter().filter(exists))
-        .find_map(|path| Some((path, foreign(path.extension()?.to_str()?)?)))
+    if let Some((path, kind)) =
+        (data.paths.iter().filter(exists)).find_map(|path| Some((path, foreign(path)?)))
     {
         return Err(SourceError::Data(kind.remedy(path)));
     }
