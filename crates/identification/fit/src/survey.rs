@@ -630,11 +630,13 @@ fn of_fields(
 ) -> Result<Survey, FitError> {
     let mut topics = source.topics();
     topics.retain(|it| it.type_name.is_empty() || wanted.is_none_or(|text| it.name.contains(text)));
-    let requests: Vec<Request> = topics.iter().flat_map(|it| it.requests.clone()).collect();
-    let each = topics.iter().enumerate();
-    let topic_of: Vec<usize> = each
-        .flat_map(|(at, it)| std::iter::repeat_n(at, it.requests.len()))
+    let counts: Vec<usize> = topics.iter().map(|it| it.requests.len()).collect();
+    let topic_of: Vec<usize> = (counts.iter().enumerate())
+        .flat_map(|(at, count)| std::iter::repeat_n(at, *count))
         .collect();
+    // Moved: a table may have a million columns.
+    let requests = topics.iter_mut().map(|it| std::mem::take(&mut it.requests));
+    let requests: Vec<Request> = requests.flatten().collect();
     let mut fields: Vec<Field> = (0..requests.len()).map(Field::inspected).collect();
     let mut rows = vec![Row::default(); topics.len()];
     let mut take = |signal: usize, stamp, value| {
@@ -649,15 +651,15 @@ fn of_fields(
     let reading = source.read(&requests, &mut take, told);
     let mut reading = reading.map_err(FitError::data)?;
     let mut survey = Survey::default();
-    let mut fields = fields.into_iter();
-    for (topic, mut row) in topics.into_iter().zip(rows) {
+    let (mut fields, mut requests) = (fields.into_iter(), requests.into_iter());
+    for ((topic, mut row), count) in topics.into_iter().zip(rows).zip(counts) {
         row.end();
         let is_table = topic.type_name.is_empty();
         let name = if is_table { 0 } else { topic.name.len() + 1 };
-        let each = topic.requests.iter().zip(fields.by_ref());
+        let each = requests.by_ref().take(count).zip(fields.by_ref());
         let mut found = TopicSurvey {
             fields: each
-                .map(|(request, field)| field.survey(request.name[name..].to_owned()))
+                .map(|(mut request, field)| field.survey(request.name.split_off(name)))
                 .collect(),
             name: topic.name,
             type_name: topic.type_name.to_owned(),
