@@ -137,6 +137,12 @@ def input_of(kind, count, constant, random):
     if kind == "smooth":
         rise = np.clip((k - start) / max(4.0, 5 * constant), 0, 1)
         return (3 - 2 * rise) * rise**2
+    period = max(8, round(6 * constant))
+    if kind == "triangle":
+        return np.abs(4 * (k % period) / period - 2) - 1
+    if kind == "square behind a servo":
+        lag = np.exp(-3 / max(constant, 3))
+        return lfilter([1 - lag], [1, -lag], np.where(k % period < period / 2, 1.0, -1.0))
     if kind.startswith("impulse"):
         return np.where(k == (0 if kind.endswith("row 1") else start), max(1.0, constant / 2), 0.0)
     assert kind == "feedback alone", kind

@@ -70,6 +70,7 @@ OPEN = [
     "impulse in row 1",
 ]
 LOOP = ["one setpoint step", "setpoint steps", "setpoint PRBS", "feedback alone"]
+PERIODIC = ["triangle", "square behind a servo"]
 WELL_EXCITED = ["many steps", "PRBS", "multisine", "setpoint PRBS"]
 NOISES = ["none", "white", "white 15 %", "AR(0.9)", "AR(0.97)"]
 DISTURBANCES = ["sine", "daily", "unrecorded steps", "drift"]
@@ -93,6 +94,7 @@ CROSSES = [
     (["first order"], ["many steps"], ["no effect"], ["plain"], [30, 100, LENGTH]),
     (["oscillating"], ["PRBS", "many steps"], ["white"], ["plain"], [10_000]),
     (["first order", "two lags"], ["many steps"], ["AR(0.9)"], ["plain"], [100_000]),
+    (FEW, PERIODIC, ["none", "white"], ["plain"], [LENGTH, 3000]),
     (LOOPS, LOOP[:3], ["none", "white", "white 15 %", "AR(0.97)"], ["plain"], [LENGTH]),
     (LOOPS, LOOP[3:], ["white", "AR(0.97)"], ["plain", "quantised"], [LENGTH]),
     (CURVED, ["few steps", "many steps", "multisine"], ["none", "white"], ["plain"], [LENGTH]),
