@@ -252,25 +252,21 @@ impl Scenario {
                 .during(|| setting("set", change).to_string())?;
         }
         scenario.find_files(Path::new(""))?;
-        let thrusters = scenario.thrusters().during(|| name.to_owned())?;
-        let hovers = scenario.hover_what_flies(&thrusters);
-        let checked = hovers.and_then(|()| scenario.check_with(&thrusters));
+        let checked = scenario.hover_what_flies().and_then(|()| scenario.check());
         checked.during(|| name.to_owned())?;
         Ok(scenario)
     }
 
-    /// The thrusters of the vehicle that flies.
-    fn thrusters(&self) -> Result<Vec<String>> {
-        let craft = Craft::load(&self.parameters_of("plant_sim")?);
-        let craft = craft.map_err(|reason| refused!("plant_sim.vehicle: {reason}"))?;
-        Ok(craft.thrusters().to_vec())
-    }
-
     /// The controller commands the thrusters of the vehicle that flies, unless another `hover.vehicle` is given.
-    fn hover_what_flies(&mut self, thrusters: &[String]) -> Result<()> {
+    ///
+    /// # Errors
+    /// When the vehicle that flies cannot be loaded. The controller's check would refuse the missing `hover.vehicle` instead.
+    fn hover_what_flies(&mut self) -> Result<()> {
+        let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let is_given = self.given("depth_controller", "hover.vehicle").is_some();
-        if !is_given && !thrusters.is_empty() {
-            let plant: PlantParameters = self.parameters_of("plant_sim")?;
+        let craft =
+            Craft::load(&plant).map_err(|reason| refused!("plant_sim.vehicle: {reason}"))?;
+        if !is_given && !craft.thrusters().is_empty() {
             let given = self.parameters.entry("depth_controller").or_default();
             given.insert("hover.vehicle".to_owned(), plant.vehicle.as_str().into());
         }
@@ -366,40 +362,42 @@ impl Scenario {
     /// # Errors
     /// The refusal of the first that refuses.
     pub fn check(&self) -> Result<()> {
-        self.check_with(&self.thrusters()?)
-    }
-
-    /// [`Scenario::check`] with the thrusters of the vehicle that flies.
-    fn check_with(&self, thrusters: &[String]) -> Result<()> {
         self.check_times()?;
         for node in NODES {
             nodes::validate(node, &self.values(node)?)
                 .map_err(|reason| refused!("node {node}: {reason}"))?;
         }
-        self.check_thrusters(thrusters)
+        self.check_thrusters()
     }
 
-    /// The thrusters that the controller commands are those of the vehicle that flies: over DDS nobody would listen to others.
-    fn check_thrusters(&self, thrusters: &[String]) -> Result<()> {
+    /// The thrusters that the controller commands are the vehicle's: over DDS nobody would listen to others.
+    fn check_thrusters(&self) -> Result<()> {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let controller: ControllerParameters = self.parameters_of("depth_controller")?;
         let (flown, hovers) = (&plant.vehicle, &controller.hover.vehicle);
-        if hovers == flown || (hovers.is_empty() && thrusters.is_empty()) {
+        if hovers.is_empty() {
+            let craft = Craft::load(&plant).map_err(|reason| refused!("{reason}"))?;
+            if !craft.thrusters().is_empty() {
+                refuse!(
+                    "plant_sim's vehicle '{flown}' has thrusters, which depth_controller commands where hover.vehicle names it: set \
+                     depth_controller.hover.vehicle={flown}"
+                );
+            }
             return Ok(());
         }
-        if hovers.is_empty() {
-            refuse!(
-                "plant_sim's vehicle '{flown}' has thrusters, which depth_controller commands where hover.vehicle names it: set \
-                 depth_controller.hover.vehicle={flown}"
-            );
+        if hovers == flown {
+            return Ok(());
         }
         let commanded = PlantParameters {
             vehicle: hovers.clone(),
             ..plant.clone()
         };
-        let commanded = Craft::load(&commanded).map_err(|reason| refused!("{reason}"))?;
-        let mut names = commanded.thrusters().iter();
-        if let Some(name) = names.find(|name| !thrusters.contains(name)) {
+        let names = |parameters: &PlantParameters| -> Result<Vec<String>> {
+            let craft = Craft::load(parameters).map_err(|reason| refused!("{reason}"))?;
+            Ok(craft.thrusters().to_vec())
+        };
+        let (has, commanded) = (names(&plant)?, names(&commanded)?);
+        if let Some(name) = commanded.iter().find(|name| !has.contains(name)) {
             refuse!(
                 "depth_controller's hover.vehicle: '{hovers}' refused: plant_sim's vehicle '{flown}' has no thruster '{name}'"
             );
