@@ -38,9 +38,6 @@ const MATTERS: f64 = 0.05;
 const MATTERS_IN_OUTPUT: f64 = 1e-3;
 /// The fit, %, from which too little is left of the output to bias a model by going round a loop.
 const LEAVES_LITTLE: f64 = 99.0;
-/// The F statistic of the output's past in the input below which there is no feedback, whatever the residuals of a model that may be wrong
-/// say. A large one alone says nothing: of a periodic input the output knows the phase, which the input's own past may not.
-const CONTRADICTED: f64 = 2.0;
 /// Samples for each parameter, below which a fit is partly memory.
 pub const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
@@ -394,7 +391,8 @@ impl Analysis {
         may_tell
             && may_bias
             && feeds_back(tests)
-            && self.heed_of_output.is_none_or(|f| f > CONTRADICTED)
+            // An input that its own past determines follows no output.
+            && self.heed_of_output != Some(0.0)
             && (self.estimate.frequency.is_none() || is_more())
     }
 
