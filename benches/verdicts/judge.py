@@ -119,7 +119,7 @@ def share_in_band(model, plant, interval, model_interval, u):
 
 
 def intervals_hold(model, gain, delay, plant, interval, model_interval, shifted):
-    """Whether the printed intervals of gain, poles and delay hold the truth; what is not printed is missing. `gain` is that of an integrator."""
+    """For gain, poles and delay: whether the printed interval holds the truth. What is not printed has no entry. `gain` is the gain of an integrator."""
     num, den, held = np.array(plant.num), np.array(plant.den), {}
     if den[-1] != 0:
         gain = model["steady_state_gain"]
@@ -201,7 +201,7 @@ def refused(situation, sentence, oracle):
 
 
 def solved_error(situation, rec, solved):
-    """The oracle's error; `None` where there is none."""
+    """The step response's error of least squares of the true structure; `None` for a plant that is not solved so."""
     if solved is None:
         return None
     plant, interval, u = plant_as_logged(situation, rec), rec.interval, rec.columns["u"]

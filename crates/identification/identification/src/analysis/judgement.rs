@@ -391,8 +391,7 @@ impl Analysis {
         may_tell
             && may_bias
             && feeds_back(tests)
-            // An input that its own past determines follows no output.
-            && self.heed_of_output != Some(0.0)
+            && !self.is_input_determined
             && (self.estimate.frequency.is_none() || is_more())
     }
 

@@ -113,8 +113,8 @@ pub struct Analysis {
     pub is_step_test: bool,
     /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
     pub drift: f64,
-    /// The F statistic of the output's past in the longest run's input, where it can tell feedback.
-    pub heed_of_output: Option<f64>,
+    /// Whether the longest run's input is determined by its own past, and so follows no output.
+    pub is_input_determined: bool,
     /// What the longest run says of the delay, for a model of the output error.
     pub lag: Option<Lag>,
     /// Intervals by a bootstrap, where one was asked for.
@@ -298,7 +298,7 @@ fn fitted(
         input_part: checks::part_of_input(&estimate, longest, run),
         is_step_test: process::is_step_test(&second),
         drift: StraightLine::nearest_to(run.outputs).share,
-        heed_of_output: identifiability::heed_of_output(run.inputs, run.outputs),
+        is_input_determined: identifiability::is_input_determined(&run),
         lag: chosen.lag.or_else(lag),
         bootstrap: options.bootstrap.map(refits).transpose()?,
         validation: None,
