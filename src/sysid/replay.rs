@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
@@ -14,7 +14,7 @@ use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions}
 use planesman_identifier::IdentifierParameters;
 use planesman_identifier::replay::{OnEstimate, Replay, replay, replay_record, text};
 use planesman_parameters::{Parameters as _, Value, Values, file};
-use planesman_signals::{LogKind, Outliers, is_table};
+use planesman_signals::{Outliers, is_record};
 
 use super::arguments::{DataArgs, by, span};
 use super::history::History;
@@ -183,11 +183,6 @@ impl ReplayArgs {
         }
         Ok(changes)
     }
-}
-
-/// Whether the data is a table or a log, and no bag.
-fn is_record(path: &Path) -> bool {
-    is_table(path) || LogKind::of(path).is_some()
 }
 
 /// Runs the command and prints what it found.

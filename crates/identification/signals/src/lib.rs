@@ -71,7 +71,7 @@ pub use inspection::{StampFindings, StampInspection, ValueInspection};
 pub use live_grid::{Given, LiveGrid};
 pub use log_source::{LogKind, LogSource};
 pub use mixture::Mixture;
-pub use open::{Data, TABLES, is_data, is_table, open};
+pub use open::{Data, TABLES, is_data, is_record, is_table, open};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     Outliers, Preparation, SegmentChoice, Step, StepName, Trend, prepare, without_dynamics,

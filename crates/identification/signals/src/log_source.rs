@@ -104,8 +104,14 @@ pub(crate) fn ends_in(path: &Path, endings: &[&str]) -> bool {
 /// Topic and labels, as the log has them.
 type Key = (String, [String; 2]);
 
-/// A signal of a topic: the labels, its number, its field, and where that was found before.
-type Wanted<'a> = (&'a [String; 2], usize, &'a String, usize);
+/// The signals of a topic with its labels.
+struct Wanted<'a> {
+    labels: &'a [String; 2],
+    /// Those of the last message.
+    names: Rc<[String]>,
+    /// Each signal's number, its field, and that field's place among the names.
+    signals: Vec<(usize, &'a String, Option<usize>)>,
+}
 
 /// A log.
 #[derive(Clone, Debug)]
@@ -136,14 +142,14 @@ impl LogSource {
         let mut last: BTreeMap<Key, Rc<[String]>> = BTreeMap::new();
         source.notes = source.each(&mut |message, _| {
             let key = (message.topic.clone(), message.labels.clone());
-            if found.len() >= TOPICS && !found.contains_key(&key) {
-                return true;
-            }
             // Those of the message before are known.
             if last
                 .get(&key)
                 .is_some_and(|it| Rc::ptr_eq(it, &message.names))
             {
+                return true;
+            }
+            if found.len() >= TOPICS && !found.contains_key(&key) {
                 return true;
             }
             let (names, known) = found.entry(key.clone()).or_default();
@@ -279,11 +285,18 @@ impl Source for LogSource {
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
         let places = places(requests, |it| self.find(it))?;
-        // By topic, with the names of the last message.
-        let mut plans: BTreeMap<&str, (Rc<[String]>, Vec<Wanted<'_>>)> = BTreeMap::new();
+        let mut by_topic: BTreeMap<&str, Vec<Wanted<'_>>> = BTreeMap::new();
         for (signal, ((topic, labels), field)) in places.iter().enumerate() {
-            let (_, wanted) = plans.entry(topic).or_default();
-            wanted.push((labels, signal, field, usize::MAX));
+            let of_topic = by_topic.entry(topic).or_default();
+            let signal = (signal, field, None);
+            match of_topic.iter_mut().find(|it| it.labels == labels) {
+                Some(known) => known.signals.push(signal),
+                None => of_topic.push(Wanted {
+                    labels,
+                    names: Rc::default(),
+                    signals: vec![signal],
+                }),
+            }
         }
         let mut count = 0_u64;
         let notes = self.each(&mut |message, position| {
@@ -291,19 +304,24 @@ impl Source for LogSource {
             if count.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(position);
             }
-            let mut more = true;
-            let Some((names, wanted)) = plans.get_mut(message.topic.as_str()) else {
-                return more;
+            // Once a message: to compare empty texts takes longer than to read a number.
+            let is_of_it = |it: &&mut Wanted<'_>| *it.labels == message.labels;
+            let of_topic = by_topic.get_mut(message.topic.as_str());
+            let Some(wanted) = of_topic.and_then(|it| it.iter_mut().find(is_of_it)) else {
+                return true;
             };
-            let is_known = Rc::ptr_eq(names, &message.names);
-            *names = Rc::clone(&message.names);
-            for (labels, signal, field, at) in wanted {
-                if !is_known && names.get(*at) != Some(*field) {
-                    let place = names.iter().position(|it| it == *field);
-                    *at = place.unwrap_or(usize::MAX);
+            if !Rc::ptr_eq(&wanted.names, &message.names) {
+                wanted.names = Rc::clone(&message.names);
+                for (_, field, place) in &mut wanted.signals {
+                    if place.and_then(|at| wanted.names.get(at)) != Some(*field) {
+                        *place = wanted.names.iter().position(|it| it == *field);
+                    }
                 }
-                if **labels == message.labels && *at != usize::MAX {
-                    let value = message.values.get(*at).copied().flatten();
+            }
+            let mut more = true;
+            for (signal, _, place) in &wanted.signals {
+                if let Some(place) = place {
+                    let value = message.values.get(*place).copied().flatten();
                     more &= take(*signal, message.stamp, value);
                 }
             }

@@ -36,13 +36,19 @@ pub fn is_table(path: &Path) -> bool {
     ends_in(path, &TABLES)
 }
 
+/// Whether a file is a table or a log, by its ending.
+#[must_use]
+pub fn is_record(path: &Path) -> bool {
+    is_table(path) || LogKind::of(path).is_some()
+}
+
 /// Whether a file of a folder is data by itself, by its ending: a bag's file, a table or a log. A packed file beside the same unpacked is
 /// no other data.
 #[must_use]
 pub fn is_data(path: &Path) -> bool {
     let unpacked = path.with_extension("");
     let is_again = is_bag_file(&unpacked) && unpacked.is_file();
-    (is_bag_file(path) && !is_again) || is_table(path) || LogKind::of(path).is_some()
+    (is_bag_file(path) && !is_again) || is_record(path)
 }
 
 /// A kind of file that is known and not read, by its endings.
