@@ -8,7 +8,7 @@
 //! - [`number()`]: a number for a reader.
 //! - [`shell_word`]: a word as a shell takes it.
 //! - [`option`], [`setting`]: options as the user of each front end writes them ([`use_wording`]).
-//! - [`choices!`]: an enum of which each value has a word and a line of help.
+//! - [`choices!`]: an enum; each value has a word and a line of help.
 //! - [`did_you_mean`]: the name that was probably meant.
 //! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!

@@ -104,7 +104,7 @@ pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
 }
 
-/// Where a scalar or alias stands in a text: the keys that lead to it, places in lists among them as `[0]`, and its bytes.
+/// Where a scalar or alias stands in a text: the keys that lead to it (a place in a list as `[0]`), and its bytes.
 pub type Place = (Vec<String>, Range<usize>);
 
 /// Every scalar or alias that is a value, in the order of the text.

@@ -66,7 +66,7 @@ impl<T: Display> Display for Setting<'_, T> {
     }
 }
 
-/// An enum of which each value has a word in options and files; and perhaps a line of help, which is its doc comment.
+/// An enum. Each value has a word, as options and files have it, and may have a line of help, which is its doc comment.
 #[macro_export]
 macro_rules! choices {
     (
