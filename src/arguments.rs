@@ -51,8 +51,32 @@ pub fn length(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + C
     quantity(Dimension::Length, least, most)
 }
 
+/// The option that lets a command replace files and folders of results.
+const OVERWRITE: &str = "--overwrite";
+
+/// Whether the command line has `--overwrite`. Parsers of values need it before all options are parsed.
+#[must_use]
+pub fn overwrites() -> bool {
+    let mut options = std::env::args_os().skip(1).take_while(|it| it != "--");
+    options.any(|it| it == OVERWRITE)
+}
+
+/// Removes a result that `--overwrite` lets a command replace: a file, or a folder that contains the file `mark`, by
+/// which it is known as one of this command's. Anything else stays, and is refused by whoever writes there.
+///
+/// # Errors
+/// When it cannot be removed.
+pub fn make_way(path: &Path, mark: Option<&str>) -> std::io::Result<()> {
+    match mark {
+        _ if !overwrites() => Ok(()),
+        None if path.is_file() => std::fs::remove_file(path),
+        Some(mark) if path.join(mark).is_file() => std::fs::remove_dir_all(path),
+        _ => Ok(()),
+    }
+}
+
 /// A file that a command is to write. It is checked before the work is done: the folder exists and can be written,
-/// and no file or folder of that name is there. A device such as `/dev/stdout` may be there.
+/// and no file or folder of that name is there, but for a file with `--overwrite`. A device such as `/dev/stdout` may be there.
 ///
 /// # Errors
 /// A sentence: what keeps the file from being written.
@@ -63,9 +87,12 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
     }
     match path.metadata() {
         Ok(there) if there.is_dir() => return Err("it is a folder".to_owned()),
-        Ok(there) if there.is_file() => {
-            return Err("it exists already; name a new file".to_owned());
+        Ok(there) if there.is_file() && !overwrites() => {
+            return Err(format!(
+                "it exists already; name a new file, or add {OVERWRITE}"
+            ));
         }
+        Ok(there) if there.is_file() => {}
         Ok(_) => return Ok(path.to_owned()),
         Err(_) => {}
     }
@@ -81,17 +108,19 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
     Ok(path.to_owned())
 }
 
-/// The arguments of the program, as it was called. An option for a number takes one below 0 as its value, so that the option's own
-/// range refuses it.
+/// The arguments of the program, as it was called, by [`completed`].
 ///
 /// # Errors
 /// As clap's `try_parse`.
 pub fn parsed<C: Parser>() -> Result<C, clap::Error> {
-    let mut matches = with_negative_numbers(C::command()).try_get_matches()?;
+    let mut matches = completed(C::command()).try_get_matches()?;
     C::from_arg_matches_mut(&mut matches)
 }
 
-fn with_negative_numbers(command: clap::Command) -> clap::Command {
+/// A command with what all commands share. An option for a number takes one below 0 as its value, so that the option's own
+/// range refuses it. A command that writes files has `--overwrite`, which [`overwrites`] reads.
+#[must_use]
+pub fn completed(command: clap::Command) -> clap::Command {
     let numbers = [
         TypeId::of::<f64>(),
         TypeId::of::<(f64, f64)>(),
@@ -106,7 +135,20 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
             false => argument,
         }
     });
-    taking.mut_subcommands(with_negative_numbers)
+    let writes = taking
+        .get_arguments()
+        .filter_map(clap::Arg::get_long)
+        .any(|it| ["html", "out", "history"].contains(&it));
+    let overwrite = clap::Arg::new("overwrite")
+        .long(&OVERWRITE[2..])
+        .action(clap::ArgAction::SetTrue)
+        .help_heading("Output")
+        .help("Replace files and folders of results that exist");
+    match writes {
+        true => taking.arg(overwrite),
+        false => taking,
+    }
+    .mut_subcommands(completed)
 }
 
 /// A command-line error as one line, without the usage, and clap's suggestion.
@@ -167,7 +209,7 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
 pub fn command_of<C: CommandFactory>(
     arguments: impl Iterator<Item = OsString>,
 ) -> (String, clap::Command) {
-    let mut program = C::command();
+    let mut program = completed(C::command());
     program.build();
     let (mut command, mut name) = (&program, program.get_name().to_owned());
     for argument in arguments.filter(|it| it != "help") {

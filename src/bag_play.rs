@@ -12,7 +12,7 @@ use planesman_bag::{BagReader, BagWriter, Topic, WriterOptions};
 use planesman_node::{NodeSpec, Runtime, args};
 use planesman_show::diff::{Options, diff};
 
-use crate::arguments::output_file;
+use crate::arguments::{make_way, output_file};
 use crate::bag_command::print;
 use plan::{Event, Plan, PlannedOutput, Role, Started};
 use player::Player;
@@ -38,12 +38,16 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
         flush_interval: None,
         ..WriterOptions::default()
     };
+    make_way(&out, None)?;
     let writer = BagWriter::create_file(&out, options)?;
     let ticks = record(&plan, role.as_ref(), &bag, args, writer).inspect_err(|_| {
         // Half a recording is of no use, and would be in the way of the next one.
         let _ = std::fs::remove_file(&out);
     })?;
-    planesman_console::out!("{}: the outputs of {ticks} ticks", out.display())?;
+    planesman_console::out!(
+        "{ticks} ticks played.\n{}",
+        planesman_console::file_line("Bag", &out)
+    )?;
     let (recorded, new): (Vec<_>, Vec<_>) =
         plan.outputs.iter().partition(|it| it.recorded().is_some());
     let names = |of: &[&PlannedOutput]| -> Vec<String> {

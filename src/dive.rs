@@ -86,7 +86,9 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     };
     let launched = NODES.into_iter().map(parameters_of);
     let launched = launched.collect::<Result<Vec<_>>>()?;
-    print_wrapped(format_args!("{}\n", scenario.description()))?;
+    if options.verbose {
+        print_wrapped(format_args!("{}\n", scenario.description()))?;
+    }
     let claim = claim_namespace(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
@@ -125,9 +127,9 @@ fn fly(
     if let Err(error) = flown.and(stopped).and_then(|()| launcher.check_flown()) {
         // What was flown is worth a report; that it cannot be made must not hide the error.
         if launcher.ticks > 0
-            && let Ok(report) = run.report(scenario.clone())
+            && let Ok(report) = run.report(scenario.clone(), &options.scenario, options.verbose)
         {
-            print_wrapped(format_args!("{report}\n"))?;
+            report.print()?;
         }
         return Err(error);
     }
@@ -136,7 +138,7 @@ fn fly(
             "Interrupted after {} ticks; the bag is closed.",
             launcher.ticks
         )?;
-    } else {
+    } else if options.verbose {
         planesman_console::out!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
             launcher.ticks as f64 * scenario.tick,
@@ -144,7 +146,8 @@ fn fly(
             NODES.len() + 1,
         )?;
     }
-    print_wrapped(format_args!("{}\n", run.report(scenario.clone())?))?;
+    let report = run.report(scenario.clone(), &options.scenario, options.verbose)?;
+    report.print()?;
     run.loss(scenario)
 }
 

@@ -9,7 +9,9 @@ use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use planesman::arguments::{command_of, ended, is_help, parsed, refused, within};
+use planesman::arguments::{
+    command_of, completed, ended, is_help, make_way, parsed, refused, within,
+};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -19,14 +21,14 @@ use planesman::run_folder::{Loss, RunFolder};
 use planesman::{
     bag_command, bag_play, doctor, export_command, nodes, params_command, report, tf_command, watch,
 };
-use planesman_console::Format;
 use planesman_console::progress::Bars;
+use planesman_console::{Format, Outcome};
 use planesman_flight::nodes::NAMESPACE;
 use planesman_flight::scenario::{Scenario, builtin_names};
 use planesman_flight::{Parts, fly};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
-use planesman_text::{did_you_mean, shown};
+use planesman_text::{did_you_mean, shell_word, shown};
 
 /// Exit status of a dive whose bag lacks messages.
 const LOST: u8 = 3;
@@ -244,6 +246,9 @@ struct DiveArgs {
     /// Show the dive on a page in the browser, as `planesman watch` does; in real time unless --lockstep is given
     #[arg(long)]
     watch: bool,
+    /// Print all numbers of the flight, and each step of the launch
+    #[arg(long)]
+    verbose: bool,
     /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
     #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
@@ -409,7 +414,12 @@ fn main() -> ExitCode {
         Command::Doctor { namespace } => stay_local().and_then(|()| doctor::run(&namespace)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "planesman", &mut script);
+            clap_complete::generate(
+                shell,
+                &mut completed(Cli::command()),
+                "planesman",
+                &mut script,
+            );
             written(script)
         }
         Command::Man { command } => manual(&command).and_then(written),
@@ -433,7 +443,7 @@ fn help_without_the_reports() -> Result<()> {
 
 /// The manual page of the command behind these names, in roff.
 fn manual(names: &[String]) -> Result<Vec<u8>> {
-    let mut command = Cli::command();
+    let mut command = completed(Cli::command());
     command.build();
     for name in names {
         let known: Vec<_> = command
@@ -491,6 +501,8 @@ fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
             keep_running: args.keep_running,
             watch: args.watch,
             namespace: args.namespace.clone(),
+            scenario: args.scenario.clone(),
+            verbose: args.verbose,
         },
     )
 }
@@ -501,6 +513,7 @@ fn simulate(args: &SimArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new(stem).with_extension("mcap")
     });
+    make_way(&out, None)?;
     let ticks = fly(
         &scenario,
         &Parts::default(),
@@ -508,12 +521,17 @@ fn simulate(args: &SimArgs) -> Result<()> {
         &args.namespace,
         &Bars::default(),
     )?;
-    planesman_console::out!(
-        "{}: {ticks} ticks, {:.2} s of vehicle time",
-        out.display(),
-        ticks as f64 * scenario.tick
-    )?;
-    Ok(())
+    let flown = format!("Flew {:.2} s, {ticks} ticks.", ticks as f64 * scenario.tick);
+    let kind = match out.extension() {
+        Some(extension) if extension == "mcap" => "Bag",
+        _ => "Table",
+    };
+    let topics = format!(
+        "planesman sysid topics {}",
+        shell_word(&out.display().to_string())
+    );
+    let outcome = Outcome::new(flown).file(kind, &out);
+    Ok(outcome.next(topics, "what it contains").print()?)
 }
 
 fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {

@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::arguments::output_file;
 use crate::run_folder::RunFolder;
-use planesman_console::{Format, print_wrapped};
+use planesman_console::{Format, file_line};
 use planesman_flight::sink::write_text;
 use planesman_show::pages::flights::{Flown, comparison, difference_note, page};
 
@@ -20,6 +20,9 @@ pub struct ReportArgs {
     /// The page to write [default: report.html in the folder of one flight, flights.html here for several]
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
+    /// Print all numbers of one flight
+    #[arg(long)]
+    verbose: bool,
 }
 
 /// Prints the summary, and writes the page.
@@ -29,8 +32,8 @@ pub struct ReportArgs {
 pub fn run(args: &ReportArgs) -> Result<()> {
     if let ([folder], None) = (&args.folders[..], &args.html) {
         let run = RunFolder::open(folder)?;
-        let text = run.report(run.scenario()?)?;
-        return Ok(print_wrapped(format_args!("{text}\n"))?);
+        let file = run.scenario_file().display().to_string();
+        return Ok(run.report(run.scenario()?, &file, args.verbose)?.print()?);
     }
     let path = match &args.html {
         Some(path) => path.clone(),
@@ -48,7 +51,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     if let Some(note) = difference_note(&flights) {
         planesman_console::out!("\n{note}")?;
     }
-    Ok(planesman_console::out!("\nPage:  {}", path.display())?)
+    Ok(planesman_console::out!("\n{}", file_line("Page", &path))?)
 }
 
 /// Names flights by their whole path where the folders' own names are the same.

@@ -6,17 +6,23 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
+use planesman_console::{Format, Outcome};
+use planesman_control::{ControllerParameters, Mode};
 use planesman_msgs::loop_topics;
 use planesman_recording::parameters::RecorderParameters;
 use planesman_recording::selection::Selection;
-use planesman_text::in_one_line;
+use planesman_text::{in_one_line, shell_word};
 
+use crate::arguments::{make_way, overwrites};
 use planesman_flight::flight::{Flight, recorded};
 use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
 use planesman_show::pages::flights::{self, Count, Flown, published_and_lost};
+
+/// The file of the scenario, by which a flight's folder is known.
+const SCENARIO: &str = "scenario.yaml";
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -42,9 +48,9 @@ impl RunFolder {
             },
             Path::to_owned,
         );
-        if path.exists() {
+        if path.exists() && !(overwrites() && path.join(SCENARIO).is_file()) {
             bail!(
-                "'{}' exists already and is not overwritten; name a new folder",
+                "'{}' exists already; name a new folder, or add --overwrite where it is that of a flight",
                 path.display()
             );
         }
@@ -62,7 +68,8 @@ impl RunFolder {
     /// # Errors
     /// When it cannot be made.
     pub fn create(&self, scenario: &Scenario, parameters: &str) -> Result<()> {
-        fs::create_dir_all(self.path.join("log"))
+        make_way(&self.path, Some(SCENARIO))
+            .and_then(|()| fs::create_dir_all(self.path.join("log")))
             .and_then(|()| fs::write(self.scenario_file(), scenario.to_yaml()))
             .and_then(|()| fs::write(self.parameter_file(), parameters))
             .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
@@ -130,8 +137,10 @@ impl RunFolder {
         self.path.join("log").join(format!("{node}.json"))
     }
 
-    fn scenario_file(&self) -> PathBuf {
-        self.path.join("scenario.yaml")
+    /// The file of the scenario that was flown.
+    #[must_use]
+    pub fn scenario_file(&self) -> PathBuf {
+        self.path.join(SCENARIO)
     }
 
     /// Reads the scenario of the flight.
@@ -160,25 +169,53 @@ impl RunFolder {
         })
     }
 
-    /// Reads the bag of a flight of `scenario`, writes the page, and returns the flight's summary with the counts.
+    /// Reads the bag of a flight of `scenario`, writes the page, and returns what is to be printed: the result, with
+    /// `verbose` all numbers, the files, and what to do next. `name` is the scenario's name or file.
     ///
     /// # Errors
     /// When the bag cannot be read or the page cannot be written.
-    pub fn report(&self, scenario: Scenario) -> Result<String> {
+    pub fn report(&self, scenario: Scenario, name: &str, verbose: bool) -> Result<Outcome> {
         let flown = self.flown(scenario)?;
         let html = flights::page(std::slice::from_ref(&flown));
         write_text(&self.page(), html)?;
-        let mut out = format!("{}\n\n", flown.summary);
-        out += &count_table(&flown.counts);
+        let summary = &flown.summary;
+        let mut answer = summary.conclusions();
+        answer.extend(flights::kept(&flown.counts));
         if let Some(reason) = &flown.flight.truncated {
-            out += &format!("\nThe bag is not whole: {reason}\n");
+            answer.insert(0, format!("The bag is not whole: {reason}."));
         }
-        out += &format!(
-            "\nBag:   {}\nPage:  {}",
-            self.bag().display(),
-            self.page().display()
-        );
-        Ok(out)
+        let notes = summary.notes.iter().map(|it| format!("Note: {it}\n"));
+        let mut outcome = Outcome::new(answer.join(" ")).numbers(notes.collect::<String>());
+        if verbose {
+            let flown = std::slice::from_ref(&flown);
+            outcome = outcome
+                .numbers(flights::comparison(flown).text(Format::Table))
+                .numbers(summary.model_lines())
+                .numbers(count_table(&flown[0].counts));
+        }
+        outcome = outcome.file("Bag", &self.bag()).file("Page", &self.page());
+        let dive = dive_command(name);
+        outcome = outcome.next(format!("{dive} --watch"), "watch it fly");
+        if let (Some(_), Some(signal), false) =
+            (&summary.identified, &summary.test_signal, summary.hovers)
+        {
+            let bag = shell_word(&self.bag().display().to_string());
+            let fit = format!(
+                "planesman sysid fit {bag} -i plane_motion:dive_planes -o state:pitch_rate --window {}..{}",
+                signal.start, summary.duration
+            );
+            outcome = outcome.next(fit, "identify from its bag");
+        }
+        if summary.mode == Mode::Depth && summary.depth.is_some() {
+            let controller: ControllerParameters =
+                flown.scenario.parameters_of("depth_controller")?;
+            let set = format!(
+                "--set depth_controller.depth.p={:.2}",
+                1.2 * controller.depth.p
+            );
+            outcome = outcome.next(format!("{dive} {set}"), "change a gain");
+        }
+        Ok(outcome)
     }
 
     /// The published messages of a flight of `scenario` that are not in the bag; `None` when it has all.
@@ -226,6 +263,15 @@ impl RunFolder {
             }
         }
         Ok(counts)
+    }
+}
+
+/// The command that flies a scenario, by its name or file.
+#[must_use]
+pub fn dive_command(scenario: &str) -> String {
+    match scenario {
+        "dive" => "planesman dive".to_owned(),
+        name => format!("planesman dive {}", shell_word(name)),
     }
 }
 

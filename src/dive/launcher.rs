@@ -372,7 +372,9 @@ impl Launcher {
 
     fn release(&mut self, rt: &Runtime<Event>) {
         self.claim.advance_to(Stage::Used);
-        self.print_line("all nodes have discovered each other; diving");
+        if self.options.verbose {
+            self.print_line("all nodes have discovered each other; diving");
+        }
         self.began = Instant::now();
         let go = self.go.clone();
         rt.when_done(async move {

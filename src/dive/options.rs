@@ -38,6 +38,10 @@ pub struct Options {
     pub watch: bool,
     /// The namespace of all nodes.
     pub namespace: String,
+    /// The scenario's name or file.
+    pub scenario: String,
+    /// Print all numbers of the flight.
+    pub verbose: bool,
 }
 
 /// Ends this dive if another one holds the claim; of several at once exactly one continues.

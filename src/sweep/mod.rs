@@ -1,16 +1,28 @@
 //! `planesman sweep`: a scenario flown many times ([`planesman_flight::sweep`]), and the page of what is there.
 
+use std::fmt::Write as _;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
+use crate::arguments::make_way;
+use crate::run_folder::dive_command;
 use anyhow::Result;
 use clap::Args;
 use planesman_console::progress::Bars;
+use planesman_console::{Outcome, Table};
 use planesman_flight::Scenario;
+use planesman_flight::scenario::plain;
 use planesman_flight::sink::write_text;
 use planesman_flight::summary::test_signal;
-use planesman_flight::sweep::outcomes::Outcomes;
+use planesman_flight::sweep::outcomes::{Outcomes, Settled};
+use planesman_flight::sweep::space::{Axis, Space};
 use planesman_flight::sweep::{Part, Sweep};
+use planesman_linear::digits::significant;
+use planesman_parameters::Value;
+use planesman_text::{grouped, shell_word};
+
+/// Combinations that are printed at most.
+const LISTED: usize = 10;
 
 /// What to vary.
 #[derive(Args)]
@@ -66,6 +78,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new("runs").join(format!("sweep-{}", stem.display()))
     });
+    make_way(&folder, Some("sweep.yaml"))?;
     let parts = args.shard.map(|it| it.of);
     sweep.define(&folder, parts)?;
 
@@ -73,33 +86,96 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         .jobs
         .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN));
     let flown = sweep.fly(&folder, args.shard, jobs, &Bars::default())?;
-    let (file, all) = (flown.file.display(), flown.all);
-    if flown.there > 0 {
-        planesman_console::out!("{} of {all} cases were in {file} already", flown.there)?;
-    }
-    let signal = test_signal(sweep.scenario())?;
-    if let Some(signal) = &signal {
-        planesman_console::out!(
-            "flown with a test signal, {signal}, which disturbs every response; without it: --set \
-             depth_controller.identification.signal=none"
-        )?;
-    }
     let (scenario, space) = (sweep.scenario(), sweep.space());
+    let signal = test_signal(scenario)?;
     let outcomes = Outcomes::read(&folder, parts, space)?;
-    let path = folder.join("report.html");
+    let page = folder.join("report.html");
     write_text(
-        &path,
-        planesman_show::pages::sweep::page(scenario, signal.as_deref(), space, &outcomes),
+        &page,
+        planesman_show::pages::sweep::page(scenario, signal.as_ref(), space, &outcomes),
     )?;
-    planesman_console::out!("{file}: {all} cases")?;
-    if outcomes.failed > 0 {
-        planesman_console::out!(
-            "{} cases broke off; the column 'error' says why",
-            outcomes.failed
-        )?;
+    let settled = outcomes.settled();
+    let mut notes = String::new();
+    if flown.there > 0 {
+        let _ = writeln!(
+            notes,
+            "{} of {} cases were flown before.",
+            flown.there, flown.all
+        );
     }
-    planesman_console::out!("{}", path.display())?;
-    Ok(())
+    if outcomes.failed > 0 {
+        let failed = outcomes.failed;
+        let _ = writeln!(
+            notes,
+            "{failed} cases broke off: the column 'error' says why."
+        );
+    }
+    if let Some(signal) = &signal {
+        let _ = writeln!(notes, "Test signal: {signal}; {}.", signal.effect());
+    }
+    let mut outcome = Outcome::new(answer(space, &outcomes, &settled))
+        .numbers(best(space, &settled).aligned())
+        .numbers(notes)
+        .file("Table", &flown.file)
+        .file("Page", &page);
+    if let Some(first) = settled.first() {
+        let values = space.values(first.combination);
+        let set = values.map(|(axis, value)| {
+            format!(
+                " --set {}",
+                shell_word(&format!("{}={value}", axis.parameter))
+            )
+        });
+        let dive = dive_command(&args.scenario);
+        outcome = outcome.next(dive + &set.collect::<String>(), "fly the fastest");
+    }
+    Ok(outcome.print()?)
+}
+
+/// The values of a combination.
+fn values(space: &Space, combination: u64) -> impl Iterator<Item = String> {
+    space.values(combination).map(|(axis, value)| match value {
+        Value::Double(number) if axis.is_sampled => significant(*number, 4),
+        value => plain(value),
+    })
+}
+
+/// The fastest combination in a sentence, and how many settle.
+fn answer(space: &Space, outcomes: &Outcomes, settled: &[Settled]) -> String {
+    let (of, cases) = (outcomes.combinations.len(), grouped(outcomes.cases));
+    let Some(first) = settled.first() else {
+        return format!(
+            "None of {of} combinations settles within 5 % in every flight ({cases} cases)."
+        );
+    };
+    let values = space.axes.iter().zip(values(space, first.combination));
+    let values =
+        values.map(|(axis, value)| format!("{} {value} {}", axis.parameter.name, axis.unit));
+    format!(
+        "Fastest of {of} combinations: {} settles in {} s (5 %) with {} rad of plane travel. {} of {of} settle in every flight ({cases} cases).",
+        values
+            .map(|it| it.trim_end().to_owned())
+            .collect::<Vec<_>>()
+            .join(", "),
+        significant(first.settling, 3),
+        significant(first.travel, 3),
+        settled.len()
+    )
+}
+
+/// The combinations that no other beats in both settling time and plane travel.
+fn best(space: &Space, settled: &[Settled]) -> Table {
+    let names: Vec<String> = space.axes.iter().map(Axis::name).collect();
+    let results = ["settling time (5 %) [s]", "plane travel [rad]"];
+    let columns = names
+        .iter()
+        .map(|it| it.split_once('.').map_or(it.as_str(), |it| it.1));
+    let mut table = Table::of(columns.chain(results));
+    for it in settled.iter().filter(|it| it.is_on_front).take(LISTED) {
+        let results = [it.settling, it.travel].map(|it| significant(it, 3));
+        table.row(values(space, it.combination).chain(results));
+    }
+    table
 }
 
 #[cfg(test)]

@@ -358,7 +358,8 @@ impl Dive {
              depth_controller: {identification: {signal: prbs, amplitude: 0.0349, period: 1.0}}\n";
         let file = stage.file(&format!("{name}.yaml"), scenario(duration, parameters));
         let out = stage.path(name);
-        let mut arguments = vec!["dive".to_owned(), file, "--out".to_owned(), out.clone()];
+        let arguments = ["dive", &file, "--verbose", "--out", &out];
+        let mut arguments = arguments.map(str::to_owned).to_vec();
         arguments.extend(pace.arguments());
         if duration == ENDLESS {
             arguments.push("--keep-running".to_owned());

@@ -124,7 +124,13 @@ fn a_closed_terminal_ends_a_dive_as_ctrl_c_does() {
 #[test]
 fn under_nohup_a_dive_goes_on_when_its_terminal_is_closed() {
     let stage = Stage::new();
-    at_a_terminal_that_is_closed(&stage, "nohup", "dive --lockstep", "nohup.out", "diving");
+    at_a_terminal_that_is_closed(
+        &stage,
+        "nohup",
+        "dive --lockstep --verbose",
+        "nohup.out",
+        "diving",
+    );
     let said = stage.path("nohup.out");
     eventually("the end of the flight", || {
         let said = std::fs::read_to_string(&said).unwrap_or_default();

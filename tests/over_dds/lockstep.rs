@@ -241,7 +241,7 @@ fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
     let stage = Stage::new();
     // 8,192 samples are kept for who has not acknowledged them; a dive has 20 ticks a second.
     let file = stage.file("long.yaml", scenario(420.0, "  sysid: {start: 1.0}\n"));
-    let dive = stage.start(&["dive", &file, "--lockstep"]);
+    let dive = stage.start(&["dive", &file, "--lockstep", "--verbose"]);
     let outcome = dive.finish_within(LONG_WORK).success();
     assert!(outcome.stdout.contains("Flew 420.0 s"), "{outcome:#?}");
 }

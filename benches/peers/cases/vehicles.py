@@ -78,7 +78,7 @@ class Dive:
     """A launcher, and what it has printed so far."""
 
     def __init__(self, scenario: Path, pace: list[str], namespace: str, out: Path, domain: int):
-        command = [program("planesman"), "dive", str(scenario), *pace, "--namespace", namespace, "--out", str(out)]
+        command = [program("planesman"), "dive", str(scenario), *pace, "--verbose", "--namespace", namespace, "--out", str(out)]
         self.namespace, self.out = namespace, out
         self.released, self.flown, self.took, self.last = None, None, None, ""
         where = {**os.environ, "ROS_DOMAIN_ID": str(domain)}

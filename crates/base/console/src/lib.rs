@@ -1,15 +1,18 @@
 //! What a program prints: tables, progress, lines that a closed pipe or a full disk does not break.
 //!
 //! - [`out!`], [`err!`], [`print()`]: a line on standard output, on standard error, text on standard output.
+//! - [`Outcome`], [`file_line`]: the order of every command's output: answer, numbers, files, what next.
 //! - [`Table`], [`Format`]: rows under the names of their columns, aligned, as Markdown, CSV or JSON.
 //! - [`print_wrapped`], [`wrapped`]: sentences within the terminal's width.
 //! - [`progress`]: bars and spinners; work on all cores under a bar.
 //! - [`sparkline()`]: a curve in one line.
 
+mod outcome;
 pub mod progress;
 mod sparkline;
 mod table;
 
+pub use outcome::{Outcome, called, file_line};
 use planesman_text::shown;
 pub use sparkline::sparkline;
 pub use table::{Format, Table, is_terminal, print_wrapped, terminal, wrapped};

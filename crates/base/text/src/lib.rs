@@ -5,7 +5,7 @@
 //! - [`yaml`]: YAML, its depth and size bounded before it is parsed.
 //! - [`shown()`]: text as it may be shown, on a terminal or a page, whatever it holds.
 //! - [`in_one_line`]: an error with its causes.
-//! - [`number()`]: a number for a reader.
+//! - [`number()`], [`grouped`]: a number, a count for a reader.
 //! - [`shell_word`]: a word as a shell takes it.
 //! - [`option`], [`setting`]: options as the user of each front end writes them ([`use_wording`]).
 //! - [`choices!`]: an enum; each value has a word and a line of help.
@@ -24,7 +24,7 @@ mod suggestion;
 pub mod yaml;
 
 pub use draft::{Draft, write_text, write_whole};
-pub use number::number;
+pub use number::{grouped, number};
 pub use one_line::in_one_line;
 pub use planesman_wording::{Setting, Wording, choices, option, setting, use_wording};
 pub use read::{LARGEST, decoded, read, unmarked};

@@ -15,9 +15,30 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A count with a comma before each three digits: `27,141`.
+#[must_use]
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev();
+    let groups = groups.map(|it| String::from_utf8_lossy(it));
+    groups.collect::<Vec<_>>().join(",")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn thousands_of_a_count_are_apart() {
+        for (count, text) in [
+            (0, "0"),
+            (999, "999"),
+            (27_141, "27,141"),
+            (1_000_000, "1,000,000"),
+        ] {
+            assert_eq!(grouped(count), text);
+        }
+    }
 
     #[test]
     fn numbers_are_written_in_six_digits_or_fewer() {

@@ -25,8 +25,8 @@ use collected::{
     seconds,
 };
 
+pub(crate) use collected::HeldDepth;
 pub use collected::Points;
-pub(crate) use collected::depth_held;
 
 /// Topics with lost messages that a note names.
 const LOST_SHOWN: usize = 10;
@@ -64,6 +64,11 @@ pub struct Step {
     pub setpoint: f64,
     /// The response; `None` when there was no step to respond to.
     pub response: Option<StepMetrics>,
+    /// The part of the flight that the response is judged in, s since the first state: from the step to the first test
+    /// signal after it, or to the end.
+    pub judged: [f64; 2],
+    /// Whether a test signal moved the planes throughout that part.
+    pub is_disturbed: bool,
 }
 
 /// The data of one actuator.
@@ -293,11 +298,10 @@ impl Account {
     fn step(&self, bag: &BagReader, notes: &mut Vec<String>) -> Option<Step> {
         let states = &self.states.data;
         let (start, end) = states.span?;
-        let (setpoint, since) = self
-            .controls
-            .data
-            .depth_held
-            .unwrap_or((states.last_depth, start));
+        let held = self.controls.data.depth_held;
+        let setpoint = held.map_or(states.last_depth, |it| it.depth);
+        let since = held.map_or(start, |it| it.since);
+        let end = held.and_then(|it| it.signal).map_or(end, |it| it.min(end));
         let mut order = InOrder::default();
         let mut response = Response {
             start,
@@ -320,7 +324,12 @@ impl Account {
             notes.push(format!("no depth response: {error}"));
             None
         });
-        Some(Step { setpoint, response })
+        Some(Step {
+            setpoint,
+            response,
+            judged: [since, end].map(|it| seconds(start, it)),
+            is_disturbed: held.is_some_and(|it| it.is_disturbed),
+        })
     }
 
     fn flight(&self) -> Flight {
@@ -422,7 +431,7 @@ impl Account {
 
 /// The response to a step, from the states read again.
 struct Response {
-    /// The first and the last state, and the step, ns.
+    /// The first state, the end of the judged part, and the step, ns.
     start: i64,
     end: i64,
     since: i64,
@@ -450,7 +459,7 @@ impl Response {
                 (stamp, depth)
             }
         };
-        if stamp < self.since {
+        if stamp < self.since || stamp > self.end {
             return;
         }
         if matches!(self.measured, Measured::NotBegun) {

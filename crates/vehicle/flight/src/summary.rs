@@ -4,8 +4,9 @@ use std::fmt;
 
 use crate::error::{Result, refused};
 use planesman_control::{ControllerParameters, Mode};
-use planesman_hydraulics::{ActuatorFile, ActuatorParameters, Energy, actuator_file};
-use planesman_linear::{Complex, ComplexFunctions as _, StepMetrics, TransferFunction, pole_text};
+use planesman_hydraulics::{ActuatorFile, ActuatorParameters, Energy, Model, actuator_file};
+use planesman_linear::digits::significant;
+use planesman_linear::{ComplexFunctions as _, StepMetrics, TransferFunction};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
 use planesman_text::number;
@@ -13,14 +14,10 @@ use planesman_text::number;
 use crate::flight::Flight;
 use crate::model_summary::{ModelSummary, identified, slowest_first};
 use crate::scenario::Scenario;
-use crate::titles;
-use crate::track::Track;
+use crate::track::{self, Track};
 
 /// Tolerance of the dominant pole, relative to its magnitude.
 pub const POLE_TOLERANCE: f64 = 0.10;
-
-/// Those of [`Summary::quantities`] that are of the response to a step.
-const RESPONSE: std::ops::RangeInclusive<usize> = 1..=5;
 
 /// The summary of a flight.
 #[derive(Clone, Debug)]
@@ -29,8 +26,19 @@ pub struct Summary {
     pub depth_setpoint: f64,
     /// The response to the last change of the depth setpoint, `None` when the flight has no depth step.
     pub depth: Option<StepMetrics>,
-    /// The test signal on the planes, which disturbs that response; `None` when the flight had none.
-    pub test_signal: Option<String>,
+    /// The part of the flight in which that response is judged, s.
+    pub judged: [f64; 2],
+    /// Whether the test signal moved the planes throughout that part.
+    pub is_disturbed: bool,
+    /// The duration of the flight, s.
+    pub duration: f64,
+    /// The controller's mode at the start.
+    pub mode: Mode,
+    planes: &'static str,
+    /// The largest distance from the depth that was held throughout, m; `None` when none was.
+    pub depth_kept: Option<f64>,
+    /// The test signal on the planes; `None` when the flight had none.
+    pub test_signal: Option<TestSignal>,
     /// The identified model, `None` while none is valid.
     pub identified: Option<ModelSummary>,
     /// Regression rows behind it.
@@ -56,6 +64,8 @@ pub struct Summary {
     pub hovers: bool,
     /// How it kept to its way-points or its place, where it had any.
     pub track: Option<Track>,
+    /// What the turning circle or zig-zag showed, where it flew one.
+    pub turn: Option<String>,
     /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
 }
@@ -73,11 +83,25 @@ impl Summary {
         let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
         let hovers = controller.mode == Mode::Hover;
         let actuators: ActuatorParameters = scenario.parameters_of("dha_actuator")?;
+        let depths = &flight.time_histories.depth;
+        let duration = flight.ticks as f64 * scenario.tick;
+        let holds_depth = matches!(controller.mode, Mode::Depth | Mode::Hover);
+        let holds = controller.mode == Mode::Depth && step.response.is_none();
         Ok(Self {
+            judged: step.judged,
+            is_disturbed: step.is_disturbed,
+            duration,
+            mode: controller.mode,
+            planes: planes_text(&actuators),
+            depth_kept: holds.then(|| {
+                let off = depths.iter().map(|it| (it.1 - step.setpoint).abs());
+                off.fold(0.0, f64::max)
+            }),
+            turn: track::turn(&flight.time_histories, &controller),
             hovers,
             track: Track::of(&flight.time_histories.place, &controller, hovers),
             depth_setpoint: step.setpoint,
-            depth: step.response,
+            depth: step.response.filter(|_| holds_depth),
             test_signal: test_signal(scenario)?,
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
@@ -119,7 +143,7 @@ impl Summary {
             // Beyond ten times the pole's magnitude the number says nothing.
             Some(_) => Err("more than 1000 %"),
         };
-        let signal = self.test_signal.as_deref();
+        let signal = self.test_signal.as_ref().map(ToString::to_string);
         let energy = self.energy.ok_or("none");
         let pulses = self.is_hydraulic.then_some(self.pulses as f64);
         let percent = |of: fn(&Energy) -> Option<f64>| {
@@ -147,7 +171,12 @@ impl Summary {
                 4,
                 response(|it| Some(it.steady_error)),
             ),
-            ("test_signal", "", 0, Err(signal.unwrap_or("none"))),
+            (
+                "test_signal",
+                "",
+                0,
+                Err(signal.as_deref().unwrap_or("none")),
+            ),
             ("pulses", "", 0, pulses.ok_or("none")),
             ("energy_supply", " J", 3, energy.map(|it| it.supply)),
             ("efficiency", " %", 1, percent(Energy::efficiency)),
@@ -196,56 +225,172 @@ impl Summary {
         ]
     }
 
-    /// What is to be known first, a sentence each.
+    /// The results of the flight, a sentence each, the most important first.
     #[must_use]
     pub fn conclusions(&self) -> Vec<String> {
-        let depth = self.depth.as_ref().map(|depth| {
-            let settles = match (depth.settling_time, depth.settling_time_5) {
-                (Some(t), _) => format!("settles within 2 % after {t:.1} s"),
-                (None, Some(t)) => format!("settles within 5 % after {t:.1} s, not within 2 %"),
-                (None, None) => "does not settle within 5 %".to_owned(),
-            };
-            let disturbed = match self.test_signal {
-                Some(_) => ", with the test signal on the planes",
-                None => "",
-            };
-            format!(
-                "Depth {:.3} m: {settles}, overshoot {:.1} %, steady error {:+.1} mm{disturbed}.",
+        let flown = match (&self.depth, self.mode, self.depth_kept) {
+            (Some(depth), ..) => Some(self.depth_text(depth)),
+            _ if self.turn.is_some() || self.track.is_some() => None,
+            (None, Mode::Depth, Some(off)) => Some(format!(
+                "Held {:.3} m for {:.0} s, at most {} m off",
                 self.depth_setpoint,
-                depth.overshoot,
-                1e3 * depth.steady_error
-            )
-        });
-        let model = match (&self.identified, self.pole_error()) {
-            (Some(model), Some(error)) => {
-                let within = if error <= POLE_TOLERANCE { "" } else { "NOT " };
-                format!(
-                    "Pitch response identified {within}within {:.0} %: {}. The dominant pole is {} from the true one.",
-                    100.0 * POLE_TOLERANCE,
-                    model.modes().join("; "),
-                    distance_text(error)
-                )
-            }
-            _ => format!("No valid model of the pitch response: {}.", self.no_model),
+                self.duration,
+                significant(off, 2)
+            )),
+            (None, mode, _) => Some(format!(
+                "Flew {:.0} s {}",
+                self.duration,
+                match mode {
+                    Mode::OpenLoop => "in open loop",
+                    Mode::Pitch => "in pitch hold",
+                    Mode::Off => "with neutral planes",
+                    Mode::Depth | Mode::Hover => "without a depth step",
+                }
+            )),
         };
-        let model = Some(model).filter(|_| !self.hovers);
+        let planes = if self.hovers { "" } else { self.planes };
+        let flown = flown.map(|it| format!("{it}{planes}."));
+        let turn = self.turn.clone();
         let track = self.track.as_ref().map(Track::text);
-        depth.into_iter().chain(track).chain(model).collect()
+        let model = self.model_text().filter(|_| !self.hovers);
+        turn.into_iter()
+            .chain(flown)
+            .chain(track)
+            .chain(model)
+            .collect()
+    }
+
+    /// Poles and gains of plane angle to pitch rate, identified and true, a line each; empty without a model.
+    #[must_use]
+    pub fn model_lines(&self) -> String {
+        let Some(model) = self.identified.as_ref().filter(|_| !self.hovers) else {
+            return String::new();
+        };
+        let modes = [("identified", model), ("true", &self.truth)]
+            .map(|(name, it)| format!("{name} modes: {}\n", it.modes().join("; ")));
+        let gains = self.gains();
+        let gains = gains.map(|(name, found, truth)| format!("{name}: {found}, true {truth}\n"));
+        modes.concat() + &gains.concat()
+    }
+
+    fn depth_text(&self, depth: &StepMetrics) -> String {
+        let at = match self.judged[0] > 0.0 {
+            true => format!("the last depth, {:.3} m,", self.depth_setpoint),
+            false => format!("{:.3} m", self.depth_setpoint),
+        };
+        let overshoot = match format!("{:.1}", depth.overshoot).as_str() {
+            "0.0" => "no overshoot".to_owned(),
+            _ => format!("overshoot {} %", significant(depth.overshoot, 2)),
+        };
+        let duration = self.judged[1] - self.judged[0];
+        let reached = match (depth.settling_time, depth.settling_time_5) {
+            (Some(t), _) => format!("Reached {at} in {t:.1} s (2 %), {overshoot}"),
+            (None, Some(t)) => {
+                format!("Reached {at} in {t:.1} s (5 %), not within 2 %, {overshoot}")
+            }
+            (None, None) => format!(
+                "Did NOT reach {at} within 5 % in {duration:.0} s: steady error {:+.3} m, {overshoot}",
+                depth.steady_error
+            ),
+        };
+        match (&self.test_signal, self.is_disturbed) {
+            (Some(signal), true) => {
+                format!("{reached}, disturbed by a {} test signal", signal.size())
+            }
+            _ => reached,
+        }
+    }
+
+    /// The identified model, where a test signal was to identify it.
+    fn model_text(&self) -> Option<String> {
+        let signal = self.test_signal.as_ref()?;
+        let found = match self.pole_error() {
+            Some(error) if error <= POLE_TOLERANCE => {
+                // Rounded up: it is a bound.
+                let percent = ((1000.0 * error).ceil() / 10.0).max(0.1);
+                format!("slowest pole identified within {percent:.1} %")
+            }
+            Some(error) => format!("slowest pole NOT identified, {} off", distance_text(error)),
+            None => format!("no valid model of the pitch response: {}", self.no_model),
+        };
+        let when = match (self.depth.is_some(), self.is_disturbed) {
+            (true, false) => "Then a",
+            (true, true) => return Some(format!("From that signal: {found}.")),
+            (false, _) => "A",
+        };
+        Some(format!("{when} {} test signal: {found}.", signal.size()))
     }
 }
 
-/// The test signal of a scenario, with its amplitude; it disturbs every response to a step.
+/// What moves the dive planes, as the end of a sentence.
+fn planes_text(parameters: &ActuatorParameters) -> &'static str {
+    match parameters.dive_planes_model() {
+        Model::Ideal => ", with ideal planes",
+        Model::FirstOrder => ", through a first-order actuator",
+        Model::Dha => match actuator_file::read(&parameters.actuator) {
+            Ok(ActuatorFile::Circuit(_)) => ", through a circuit of on/off valves",
+            _ => ", through a digital hydraulic actuator",
+        },
+    }
+}
+
+/// A test signal on the planes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestSignal {
+    /// Its shape, as the parameter `identification.signal` names it.
+    pub shape: &'static str,
+    /// rad
+    pub amplitude: f64,
+    /// Time of its start, s.
+    pub start: f64,
+}
+
+impl TestSignal {
+    /// What it does to the responses of a scenario's steps.
+    #[must_use]
+    pub fn effect(&self) -> &'static str {
+        match self.start > 0.0 {
+            true => "a response is judged up to its start",
+            false => "it disturbs every response",
+        }
+    }
+
+    /// Its amplitude with sign and unit.
+    fn size(&self) -> String {
+        let sides = match self.shape {
+            "step" | "pulse" => "",
+            _ => "±",
+        };
+        // 0.0349 rad is said to be 2 degrees.
+        let text = significant(self.amplitude.to_degrees(), 2);
+        format!("{sides}{}°", text.trim_end_matches(".0"))
+    }
+}
+
+impl fmt::Display for TestSignal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let amplitude = self.amplitude.to_degrees();
+        write!(f, "{} of {amplitude:.2} deg on the planes", self.shape)?;
+        match self.start > 0.0 {
+            true => write!(f, " from {} s", number(self.start)),
+            false => Ok(()),
+        }
+    }
+}
+
+/// The test signal of a scenario. It disturbs the response to a step while it is on.
 ///
 /// # Errors
 /// When the scenario's parameters are refused.
-pub fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
+pub fn test_signal(scenario: &Scenario) -> Result<Option<TestSignal>> {
     let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
-    let (signal, amplitude) = (
-        controller.identification.signal.name(),
-        controller.identification.amplitude.to_degrees(),
-    );
-    let is_on = signal != "none" && amplitude != 0.0;
-    Ok(is_on.then(|| format!("{signal} of {amplitude:.2} deg on the planes")))
+    let signal = TestSignal {
+        shape: controller.identification.signal.name(),
+        amplitude: controller.identification.amplitude,
+        start: controller.identification.start,
+    };
+    let is_on = signal.shape != "none" && signal.amplitude != 0.0;
+    Ok(Some(signal).filter(|_| is_on))
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
@@ -295,30 +440,6 @@ fn proportional(flight: &Flight, parameters: &ActuatorParameters) -> Option<f64>
         // It has four ways itself.
         ActuatorFile::Circuit(_) => Some(four_way),
     }
-}
-
-/// The energies of actuators in one line, with what an ideal proportional valve takes in the same circuit.
-#[must_use]
-pub fn energy_line(energy: &Energy, proportional: Option<f64>) -> String {
-    let shares = energy.terms().map(|(name, it)| {
-        let share = format!("{:.1} %", 100.0 * it / energy.supply);
-        (name, share)
-    });
-    let named = shares
-        .into_iter()
-        .filter(|(_, share)| !["0.0 %", "-0.0 %"].contains(&share.as_str()));
-    let named: Vec<_> = named
-        .map(|(name, share)| format!("{name} {share}"))
-        .collect();
-    let valve = proportional.map_or_else(String::new, |joule| {
-        let joule = number(joule);
-        format!("; an ideal proportional valve in the same circuit would need {joule} J")
-    });
-    let supply = number(energy.supply);
-    format!(
-        "Energy of the supply: {supply} J: {}{valve}",
-        named.join(", ")
-    )
 }
 
 /// A step response in one line.
@@ -392,88 +513,6 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Summary {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.depth.is_some() {
-            writeln!(f, "Depth response to {:.3} m", self.depth_setpoint)?;
-            for quantity in &self.quantities()[RESPONSE] {
-                let name = titles::name(quantity.field);
-                writeln!(f, "  {name:<24}{}", quantity.text())?;
-            }
-            if let Some(signal) = &self.test_signal {
-                writeln!(f, "  test signal             {signal}")?;
-            }
-            writeln!(f)?;
-        }
-        if let Some(track) = &self.track {
-            let end = if self.hovers { "" } else { "\n\n" };
-            write!(f, "Track: {}{end}", track.text())?;
-        }
-        if !self.hovers {
-            self.fmt_planes(f)?;
-        }
-        for note in &self.notes {
-            write!(f, "\nNote: {note}")?;
-        }
-        Ok(())
-    }
-}
-
-impl Summary {
-    /// The model from planes to pitch rate, and the actuators.
-    fn fmt_planes(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "Plane angle -> pitch rate   {:>22}  {:>22}",
-            "identified", "true"
-        )?;
-        match &self.identified {
-            None => writeln!(f, "  no valid model: {}", self.no_model)?,
-            Some(model) => {
-                let rows = model.poles.len().max(self.truth.poles.len());
-                let text = |poles: &[Complex<f64>], i: usize| {
-                    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
-                };
-                for i in 0..rows {
-                    writeln!(
-                        f,
-                        "  pole {} [1/s]              {:>22}  {:>22}",
-                        i + 1,
-                        text(&model.poles, i),
-                        text(&self.truth.poles, i)
-                    )?;
-                }
-                for (name, identified, truth) in self.gains() {
-                    writeln!(f, "  {name:<26}{identified:>22}  {truth:>22}")?;
-                }
-                if let Some(error) = self.pole_error() {
-                    writeln!(
-                        f,
-                        "  dominant pole {} of the true one (distance {} of its magnitude, {} samples, one-step fit {:.2} %)",
-                        if error <= POLE_TOLERANCE {
-                            format!("within {:.0} %", 100.0 * POLE_TOLERANCE)
-                        } else {
-                            format!("NOT within {:.0} %", 100.0 * POLE_TOLERANCE)
-                        },
-                        distance_text(error),
-                        self.samples,
-                        self.fit
-                    )?;
-                }
-            }
-        }
-        match self.is_hydraulic {
-            true => write!(f, "\nActuator: {} pulses; ticks", self.pulses)?,
-            false => write!(f, "\nActuator: ticks")?,
-        }
-        write!(f, " without its answer: {}", self.held_ticks)?;
-        if let Some(energy) = &self.energy {
-            write!(f, "\n{}", energy_line(energy, self.proportional))?;
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -497,7 +536,8 @@ mod tests {
             crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
             let flight = Flight::read(&bag).expect("a flight");
             let summary = Summary::new(&flight, &scenario).expect("a summary");
-            assert_eq!(summary.to_string().contains("pulses"), is_hydraulic);
+            let conclusions = summary.conclusions().join(" ");
+            assert_eq!(conclusions.contains("hydraulic"), is_hydraulic);
             let quantities = summary.quantities();
             let of = |name: &str| quantities.iter().find(|it| it.field == name);
             for field in ["pulses", "energy_supply", "efficiency"] {

@@ -1,9 +1,12 @@
 //! How a flight kept to its way-points, or to the place that it was to hold.
 
-use planesman_control::ControllerParameters;
-use planesman_linear::Complex;
+use std::f64::consts::PI;
 
-use crate::flight::Points;
+use planesman_control::{ControllerParameters, Turning};
+use planesman_linear::Complex;
+use planesman_linear::digits::significant;
+
+use crate::flight::{Points, TimeHistories};
 
 /// Way-points reached, and distances from the legs between them.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,9 +78,84 @@ impl Track {
     }
 }
 
+/// What a turning circle (its steady turn, from its last quarter) or a zig-zag (by how much the heading passed the angle at
+/// which the rudder went over) showed, in a sentence; `None` without such a manoeuvre, or before it shows anything.
+pub(crate) fn turn(drawn: &TimeHistories, controller: &ControllerParameters) -> Option<String> {
+    let turning = &controller.turning;
+    let begin = drawn.yaw.iter().position(|it| it.0 >= turning.start)?;
+    let (mut off, mut last) = (0.0, drawn.yaw[begin].1);
+    let off = drawn.yaw[begin..].iter().map(|(t, yaw)| {
+        off += libm::remainder(yaw - std::mem::replace(&mut last, *yaw), 2.0 * PI);
+        (*t, off)
+    });
+    let off: Vec<(f64, f64)> = off.collect();
+    match turning.manoeuvre {
+        Turning::None => None,
+        Turning::Circle => {
+            let (from, to) = (off[off.len() * 3 / 4], *off.last()?);
+            let rate = (to.1 - from.1) / (to.0 - from.0);
+            let side = if rate > 0.0 { "starboard" } else { "port" };
+            let diameter = 2.0 * drawn.speed.last()?.1 / rate.abs();
+            rate.is_normal().then(|| {
+                let [rate, diameter] =
+                    [rate.abs().to_degrees(), diameter].map(|it| significant(it, 3));
+                format!("Turned to {side} at {rate}°/s, in a circle of {diameter} m diameter.")
+            })
+        }
+        Turning::Zigzag => {
+            let beyond = off.iter().filter(|it| it.1.abs() >= turning.heading);
+            let mut extremes: Vec<f64> = Vec::new();
+            for (_, off) in beyond {
+                match extremes.last_mut() {
+                    Some(last) if *last * off > 0.0 => {
+                        *last = last.signum() * last.abs().max(off.abs());
+                    }
+                    _ => extremes.push(*off),
+                }
+            }
+            // The last one may not have come to its end.
+            extremes.pop()?;
+            let over = extremes.iter().take(3);
+            let over = over.map(|it| it.abs() - turning.heading);
+            let over = over.map(|it| format!("{}°", significant(it.to_degrees(), 2)));
+            let over = over.collect::<Vec<_>>().join(", ");
+            (!over.is_empty()).then(|| format!("Zig-zag: first overshoots of the heading {over}."))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_circle_and_a_zigzag_of_known_size_are_measured() {
+        let mut controller = ControllerParameters::default();
+        controller.turning.manoeuvre = Turning::Circle;
+        let heading = controller.turning.heading;
+        let yaw = |of: &dyn Fn(f64) -> f64| -> Points {
+            (0..1000)
+                .map(|k| 0.1 * f64::from(k))
+                .map(|t| (t, of(t)))
+                .collect()
+        };
+        let mut drawn = TimeHistories {
+            yaw: yaw(&|t| libm::remainder(0.2 * t, 2.0 * PI)),
+            speed: vec![(0.0, 1.2)],
+            ..TimeHistories::default()
+        };
+        let circle = turn(&drawn, &controller).unwrap();
+        assert!(
+            circle.contains("starboard at 11.5°/s, in a circle of 12.0 m"),
+            "{circle}"
+        );
+        controller.turning.manoeuvre = Turning::Zigzag;
+        drawn.yaw = yaw(&|t| (heading + 1_f64.to_radians()) * libm::sin(0.4 * t));
+        let zigzag = turn(&drawn, &controller).unwrap();
+        assert!(zigzag.ends_with(" heading 1.0°, 1.0°, 1.0°."), "{zigzag}");
+        drawn.yaw.truncate(10);
+        assert_eq!(turn(&drawn, &controller), None);
+    }
 
     #[test]
     fn a_flight_beside_its_track_is_told_how_far() {

@@ -296,6 +296,13 @@ impl Config {
 }
 
 impl ActuatorParameters {
+    /// The model of the actuator that moves the dive planes, or the bow planes where each pair has its own.
+    #[must_use]
+    pub fn dive_planes_model(&self) -> Model {
+        let groups = self.groups.groups();
+        member(self, groups[0]).model
+    }
+
     /// Whether one of the groups has a hydraulic actuator, digital or a circuit.
     #[must_use]
     pub fn is_hydraulic(&self) -> bool {

@@ -15,7 +15,7 @@ use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::{Summary, distance_text};
 use planesman_flight::titles;
-use planesman_text::number;
+use planesman_text::{grouped, number};
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -124,17 +124,27 @@ fn conclusions(flown: &Flown, alone: bool) -> Markup {
         }
         ul.verdict {
             @for sentence in flown.summary.conclusions() { li { (sentence) } }
-            @if alone { @if let Some(lacks) = lacking(&flown.counts) { li { (lacks) } } }
+            @if alone { @if let Some(lacks) = kept(&flown.counts) { li { (lacks) } } }
         }
     }
 }
 
 /// Whether the bag has every message that was published; `None` when nobody counted them.
-fn lacking(counts: &BTreeMap<String, Count>) -> Option<String> {
+#[must_use]
+pub fn kept(counts: &BTreeMap<String, Count>) -> Option<String> {
+    let topics = counts.values().filter(|it| it.recorded > 0).count();
+    let all: u64 = counts.values().map(|it| it.recorded).sum();
     let (published, lacks) = published_and_lost(counts);
     (published > 0).then(|| match lacks {
-        0 => format!("The bag has all {published} messages that were published."),
-        lacks => format!("The bag lacks {lacks} of {published} messages that were published."),
+        0 => format!(
+            "All {} messages of {topics} topics are in the bag.",
+            grouped(all)
+        ),
+        lacks => format!(
+            "The bag LACKS {} of {} messages.",
+            grouped(lacks),
+            grouped(published)
+        ),
     })
 }
 

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use crate::plot::{HeatMap, Plot, Style};
 use maud::{Markup, html};
 use planesman_flight::scenario::{Scenario, plain};
+use planesman_flight::summary::TestSignal;
 use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
-use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes};
+use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes, Settled};
 use planesman_flight::sweep::space::{Axis, Space};
 use planesman_text::number;
 
@@ -23,7 +24,7 @@ const LISTED: usize = 30;
 #[must_use]
 pub fn page(
     scenario: &Scenario,
-    signal: Option<&str>,
+    signal: Option<&TestSignal>,
     space: &Space,
     outcomes: &Outcomes,
 ) -> String {
@@ -33,7 +34,7 @@ pub fn page(
         h1 { "Planesman sweep" }
         p.lead { (scenario.description()) }
         @if let Some(signal) = signal {
-            p { "Flown with a test signal, " (signal) ", which disturbs every response." }
+            p { "Flown with a test signal, " (signal) "; " (signal.effect()) "." }
         }
         p { (outcomes.cases) " of " (all) " cases"
             @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
@@ -41,7 +42,7 @@ pub fn page(
              Best is the least mean among the fields in which every case settles." }
         h2 { "Plots" }
         div.plots { @for plot in maps(space, found) { (plot) } }
-        (pareto(space, found))
+        (pareto(space, outcomes))
         h2 { "Scenario" }
         pre { (scenario.to_yaml()) }
     };
@@ -110,26 +111,12 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
 }
 
 /// The combinations that settle with every seed, and those of them that none beats in both settling time and travel.
-fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
-    let settled = found
-        .iter()
-        .filter(|(_, it)| it.unsettled == 0 && it.settling.count == it.cases);
-    let mut points: Vec<(f64, f64, u64)> = settled
-        .filter_map(|(at, it)| Some((it.settling.value()?, it.travel.value()?, *at)))
-        .collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut least = f64::INFINITY;
-    let front: Vec<_> = points
-        .iter()
-        .filter(|(_, travel, _)| {
-            let better = *travel < least;
-            least = least.min(*travel);
-            better
-        })
-        .collect();
+fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
+    let points = outcomes.settled();
+    let front: Vec<_> = points.iter().filter(|it| it.is_on_front).collect();
     let every = points.len().div_ceil(DRAWN).max(1);
     let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]].map(title);
-    let of = |it: &(f64, f64, u64)| (it.0, it.1);
+    let of = |it: &Settled| (it.settling, it.travel);
     let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
         .plane()
         .note("Each combination that settles with every seed. On the line those that no other beats in both.")
@@ -144,10 +131,10 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
                     th { (axes[0]) } th { (axes[1]) }
                     @for axis in &space.axes { th { (axis.name()) } }
                 } }
-                @for (settling, travel, combination) in front.iter().take(LISTED) {
+                @for it in front.iter().take(LISTED) {
                     tr {
-                        td { (number(*settling)) } td { (number(*travel)) }
-                        @for (axis, place) in space.axes.iter().zip(space.places(*combination)) {
+                        td { (number(it.settling)) } td { (number(it.travel)) }
+                        @for (axis, place) in space.axes.iter().zip(space.places(it.combination)) {
                             td { (labels(axis)[place]) }
                         }
                     }

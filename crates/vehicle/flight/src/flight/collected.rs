@@ -126,29 +126,58 @@ impl Collected for States {
     }
 }
 
-/// The depth held (m), and since when, after one more state of the controller; `None` where none is.
-pub(crate) fn depth_held<T>(
-    since: Option<(f64, T)>,
-    control: &ControlState,
-    now: T,
-) -> Option<(f64, T)> {
-    if control.feedback_stale {
-        return since;
+/// The depth that is held, and the part of the flight in which the response to its last change can be judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct HeldDepth<T> {
+    /// m
+    pub(crate) depth: f64,
+    /// Time of the last change.
+    pub(crate) since: T,
+    /// Time of the first test signal after it. A signal that is on by the tick after the change disturbs the whole
+    /// response, so it ends nothing: then this is `None` and `is_disturbed` is set.
+    pub(crate) signal: Option<T>,
+    /// Whether a test signal was on from the change on.
+    pub(crate) is_disturbed: bool,
+    ticks: u32,
+}
+
+impl<T: Copy> HeldDepth<T> {
+    /// The depth held after one more state of the controller at `now`; `None` while no depth is held.
+    pub(crate) fn after(held: Option<Self>, control: &ControlState, now: T) -> Option<Self> {
+        if control.feedback_stale {
+            return held;
+        }
+        let depth = control.depth_target;
+        let holds = [ControlState::MODE_DEPTH, ControlState::MODE_HOVER].contains(&control.mode);
+        if !holds {
+            return None;
+        }
+        let mut held = held.filter(|it| it.depth == depth).unwrap_or(Self {
+            depth,
+            since: now,
+            signal: None,
+            is_disturbed: false,
+            ticks: 0,
+        });
+        held.ticks = held.ticks.saturating_add(1);
+        if is_tested(control) && held.signal.is_none() && !held.is_disturbed {
+            held.is_disturbed = held.ticks <= 2;
+            held.signal = (!held.is_disturbed).then_some(now);
+        }
+        Some(held)
     }
-    let target = control.depth_target;
-    let holds = [ControlState::MODE_DEPTH, ControlState::MODE_HOVER].contains(&control.mode);
-    holds.then(|| {
-        since
-            .filter(|(depth, _)| *depth == target)
-            .unwrap_or((target, now))
-    })
+}
+
+/// Whether a test signal or a manoeuvre moves the planes.
+fn is_tested(control: &ControlState) -> bool {
+    control.identification != 0.0 || control.manoeuvre != 0.0
 }
 
 /// The state of the controller.
 #[derive(Default)]
 pub(super) struct Controls {
-    /// The depth held (m), and since when (ns); `None` where none is.
-    pub(super) depth_held: Option<(f64, i64)>,
+    /// Times in ns; `None` while no depth is held.
+    pub(super) depth_held: Option<HeldDepth<i64>>,
     pub(super) depth_setpoint: TimeHistory,
     pub(super) pitch_command: TimeHistory,
     pub(super) heading_setpoint: TimeHistory,
@@ -163,7 +192,7 @@ impl Collected for Controls {
         if control.heading_held {
             self.heading_setpoint.take(t, control.heading_setpoint);
         }
-        self.depth_held = depth_held(self.depth_held, control, control.stamp());
+        self.depth_held = HeldDepth::after(self.depth_held, control, control.stamp());
     }
 }
 

@@ -7,7 +7,7 @@ use planesman_linear::{Complex, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::compose::{Answers, Loop, Step};
-use crate::flight::{depth_held, step_meter};
+use crate::flight::{HeldDepth, step_meter};
 use crate::model_summary::identified;
 use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
@@ -77,8 +77,8 @@ impl Metrics {
         let mut flight = Loop::of_parts(parts, scenario)?;
         let mut metrics = Self::default();
         let mut depths = Vec::with_capacity(scenario.ticks() as usize);
-        // The depth held, and since which tick.
-        let mut since: Option<(f64, usize)> = None;
+        // Times are ticks.
+        let mut held: Option<HeldDepth<usize>> = None;
         let mut stood = 0.0;
         let mut due: Vec<Model> = Vec::new();
         while !flight.is_over() {
@@ -89,7 +89,7 @@ impl Metrics {
                 models,
                 ..
             } = answers;
-            since = depth_held(since, &control, depths.len());
+            held = HeldDepth::after(held, &control, depths.len());
             depths.push(state.depth);
             for angle in &actuator.motion().dive_planes {
                 metrics.travel += (angle - stood).abs();
@@ -104,9 +104,10 @@ impl Metrics {
             }
         }
         metrics.model = last_valid(&mut due).or(metrics.model);
-        if let Some((setpoint, since)) = since {
-            metrics.setpoint = Some(setpoint);
-            metrics.response = response(&depths, since, setpoint, scenario.tick)?;
+        if let Some(held) = held {
+            metrics.setpoint = Some(held.depth);
+            depths.truncate(held.signal.map_or(usize::MAX, |it| it.saturating_add(1)));
+            metrics.response = response(&depths, held.since, held.depth, scenario.tick)?;
         }
         Ok(metrics)
     }

@@ -47,6 +47,19 @@ pub struct Combination {
     pub unsettled: u32,
 }
 
+/// A combination that settles with every seed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settled {
+    /// Mean settling time to 5 %, s.
+    pub settling: f64,
+    /// Mean plane travel, rad.
+    pub travel: f64,
+    /// Its number.
+    pub combination: u64,
+    /// Whether no other is better in both.
+    pub is_on_front: bool,
+}
+
 /// The cases of a folder.
 #[derive(Clone, Debug, Default)]
 pub struct Outcomes {
@@ -95,6 +108,33 @@ impl Outcomes {
             }
         }
         Ok(outcomes)
+    }
+
+    /// The combinations that settle with every seed, the fastest first.
+    #[must_use]
+    pub fn settled(&self) -> Vec<Settled> {
+        let all = self.combinations.iter();
+        let all = all.filter(|(_, it)| it.unsettled == 0 && it.settling.count == it.cases);
+        let mut settled: Vec<_> = all
+            .filter_map(|(combination, it)| {
+                Some(Settled {
+                    settling: it.settling.value()?,
+                    travel: it.travel.value()?,
+                    combination: *combination,
+                    is_on_front: false,
+                })
+            })
+            .collect();
+        settled.sort_by(|a, b| {
+            let by_settling = a.settling.total_cmp(&b.settling);
+            by_settling.then(a.travel.total_cmp(&b.travel))
+        });
+        let mut least = f64::INFINITY;
+        for it in &mut settled {
+            it.is_on_front = it.travel < least;
+            least = least.min(it.travel);
+        }
+        settled
     }
 }
 
