@@ -195,7 +195,7 @@ pub fn compare(args: &DiffArgs) -> Result<bool> {
     }
     print(&found, args.format)?;
     if let Some(path) = &args.html {
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", planesman_console::file_line("Page", path));
     }
     Ok(found.is_equal())
 }

@@ -9,7 +9,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 
 use crate::dive::find_no_other_loop;
-use planesman_console::wrapped;
+use planesman_console::{Outcome, wrapped};
 
 /// Where DDS participants look for each other.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -17,17 +17,19 @@ const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 /// The packages of an installation, below a prefix in `AMENT_PREFIX_PATH`.
 const MESSAGES: &str = "share/ament_index/resource_index/packages/planesman_msgs";
 
-/// Prints what it finds, a line each.
+/// Prints a line for each check, and whether dives work here.
 ///
 /// # Errors
-/// When a loop could not be flown here; the lines say why.
+/// When they do not; the error says what to do.
 pub fn run(namespace: &str) -> Result<()> {
-    let mut troubles = 0;
+    let mut to_do = Vec::new();
     let mut tell = |what: &str, found: Result<String>| -> std::io::Result<()> {
-        troubles += usize::from(found.is_err());
         match found {
             Ok(text) => line(&format!("ok       {what}: {text}")),
-            Err(error) => line(&format!("TROUBLE  {what}: {error:#}")),
+            Err(error) => {
+                to_do.push(format!("{error:#}"));
+                line(&format!("TROUBLE  {what}"))
+            }
         }
     };
     let domain = Domain::from_environment();
@@ -45,11 +47,12 @@ pub fn run(namespace: &str) -> Result<()> {
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let installed = std::env::split_paths(&prefixes).find(|prefix| prefix.join(MESSAGES).is_file());
     line(&messages(installed.as_deref()))?;
-    match troubles {
-        0 => Ok(()),
-        1 => bail!("1 trouble found"),
-        n => bail!("{n} troubles found"),
+    if !to_do.is_empty() {
+        bail!("dives do NOT work here: {}", to_do.join("; "));
     }
+    planesman_console::print("\n")?;
+    let ready = Outcome::new("Ready: dives work here.");
+    Ok(ready.next("planesman", "fly the built-in dive").print()?)
 }
 
 fn line(text: &str) -> std::io::Result<()> {

@@ -57,22 +57,24 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     };
     write_text(&out, &made.bytes).with_context(|| format!("'{}'", out.display()))?;
     let kind = match made.kind {
-        Kind::Actuator => "an actuator",
-        Kind::Vehicle => "a vehicle",
-        Kind::Model => "an identified model",
+        Kind::Actuator => "An actuator",
+        Kind::Vehicle => "A vehicle",
+        Kind::Model => "An identified model",
     };
     let text = format!(
-        "{}: {kind} as an FMU of FMI 3.0, co-simulation, for {}\n\
+        "{kind} as an FMU of FMI 3.0, co-simulation, for {}\n\
          inputs      {}\n\
          outputs     {}\n\
          parameters  {}, listed in modelDescription.xml\n\
-         tick        {} s\n",
-        shown(out.display()),
+         tick        {} s\n\
+         \n\
+         FMU: {}\n",
         made.platform,
         shown(made.inputs.join(", ")),
         shown(made.outputs.join(", ")),
         made.parameters,
-        made.tick
+        made.tick,
+        shown(out.display())
     );
     Ok(planesman_console::print_wrapped(text)?)
 }

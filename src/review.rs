@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
 use clap::Parser;
-use planesman_console::print_wrapped;
+use planesman_console::{Outcome, called, file_line};
 use planesman_fit::{
     DataOptions, FitData, FitOptions, FitResult, SamplesOptions, Sources, Validation, samples,
 };
@@ -12,7 +12,7 @@ use planesman_flight::sink::write_text;
 use planesman_flight::titles;
 use planesman_identification::frequency::MeasuredResponse;
 use planesman_show::pages::review::{self, Review};
-use planesman_text::{in_one_line, shell_word};
+use planesman_text::in_one_line;
 use serde_json::json;
 
 use crate::arguments::output_file;
@@ -76,6 +76,9 @@ pub struct ReviewArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Write one page to hand on: conclusion, gains, margins, the plots of validation and step
+    #[arg(long, help_heading = "Output")]
+    brief: bool,
     /// The page
     #[arg(long, value_name = "FILE", default_value = PAGE, value_parser = output_file, help_heading = "Output")]
     html: PathBuf,
@@ -149,17 +152,18 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
         Ok(Gains::Controller(of)) => Ok(review::Gains::of_tuning(of, [&input, &output], seed)),
         Ok(Gains::Dive(task, of)) => Ok(review_of_dive(task, of, seed)?),
     };
-    let arguments = std::env::args().skip(1).map(|it| shell_word(&it));
-    let command = std::iter::once("planesman".to_owned()).chain(arguments);
     let review = Review {
-        command: &command.collect::<Vec<_>>().join(" "),
+        command: &called(),
         program: concat!("planesman ", env!("CARGO_PKG_VERSION")),
         data: &data,
         response: response.as_ref().map_err(ToString::to_string),
         model: model.as_ref().map_err(|it| in_one_line(it)),
         gains,
     };
-    let page = review::page(&review);
+    let page = match args.brief {
+        true => review::brief(&review),
+        false => review::page(&review),
+    };
     write_text(&args.html, &page)?;
     if args.json {
         let tuned = match &found {
@@ -182,15 +186,21 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
             "tuning": tuned,
         });
         planesman_console::print(serde_json::to_string_pretty(&as_json)? + "\n")?;
+        planesman_console::err!("{}", file_line("Page", &args.html));
     } else {
-        let lines = review.sentences().map(|it| format!("- {it}\n"));
-        print_wrapped(lines.collect::<String>())?;
+        let mut sentences = review.sentences();
+        let answer = sentences.next().unwrap_or_default();
+        let mut outcome = Outcome::new(answer)
+            .numbers(sentences.map(|it| format!("- {it}\n")).collect::<String>())
+            .file("Page", &args.html);
+        if !args.brief {
+            outcome = outcome.next(
+                format!("{} --brief --overwrite", called()),
+                "one page to hand on",
+            );
+        }
+        outcome.print()?;
     }
-    planesman_console::err!(
-        "{}: the review, {} kB",
-        args.html.display(),
-        page.len() / 1000
-    );
     model?;
     found.map(|_| ())
 }

@@ -157,7 +157,7 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
         Some(path) => {
             planesman_text::write_text(path, text)
                 .with_context(|| format!("{}", path.display()))?;
-            out!("{}: the vehicle's file", path.display())?;
+            out!("{}", planesman_console::file_line("Vehicle", path))?;
         }
     }
     Ok(())

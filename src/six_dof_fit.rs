@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
-use planesman_console::out;
+use planesman_console::{Outcome, out};
 use planesman_fit::{DataOptions, FitOptions, rules};
 use planesman_linear::digits::{significant, value_and_interval, with_interval};
 use planesman_six_dof_fit::{Estimated, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof};
@@ -207,8 +207,11 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         )?;
     }
     if let Some(path) = &args.out {
-        let path = path.display();
-        out!("\nwrote {path}: planesman six-dof fly {path}")?;
+        let fly = format!("planesman six-dof fly {}", path.display());
+        Outcome::new("")
+            .file("Vehicle", path)
+            .next(fly, "fly it")
+            .print()?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use planesman_console::print_wrapped;
+use planesman_console::called;
 use planesman_flight::sink::write_text;
 use planesman_show::design::Analysis;
 
@@ -28,6 +28,9 @@ pub struct AnalyseArgs {
     /// Also draw frequency response, poles and depth step on an HTML page
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
+    /// Print also the poles in z, Routh's column and the continuous approximation
+    #[arg(long)]
+    verbose: bool,
 }
 
 /// Prints the analysis, and draws where that is asked for.
@@ -41,10 +44,16 @@ pub fn run(args: &AnalyseArgs) -> Result<()> {
         speeds: args.speed.clone(),
         duration: args.duration,
     };
-    print_wrapped(analysis.text()?)?;
-    if let Some(file) = &args.html {
-        write_text(file, analysis.page()?)?;
-        planesman_console::out!("{}", file.display())?;
+    let outcome = analysis.outcome(args.verbose)?;
+    Ok(match &args.html {
+        Some(file) => {
+            write_text(file, analysis.page()?)?;
+            outcome.file("Page", file)
+        }
+        None => outcome.next(
+            format!("{} --html loop.html", called()),
+            "frequency response, poles and depth step",
+        ),
     }
-    Ok(())
+    .print()?)
 }

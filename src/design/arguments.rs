@@ -99,3 +99,15 @@ impl GainArgs {
         (gains, memory)
     }
 }
+
+/// The gains as options of `planesman dive`.
+pub(super) fn set_gains(gains: &LoopGains) -> String {
+    [
+        ("depth.p", gains.depth_p),
+        ("depth.d", gains.depth_d),
+        ("pitch.p", gains.pitch_p),
+        ("pitch.rate", gains.pitch_rate),
+    ]
+    .map(|(name, value)| format!(" --set depth_controller.{name}={value:.4}"))
+    .concat()
+}

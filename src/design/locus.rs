@@ -80,13 +80,15 @@ pub fn run(args: &LocusArgs) -> Result<()> {
     };
     let drive = locus.subject.drive()?;
     print_wrapped(heading(&locus.subject, &drive))?;
+    let head = Varied::described(args.vary).1;
+    planesman_console::out!("{head:>12}  poles of the closed loop [1/s]")?;
     for value in locus.values() {
         let line = format!("{value:12.5}  {}", locus.poles_text(&drive, value)?);
         planesman_console::out!("{}", wrapped(&line).trim_end())?;
     }
     if let Some(file) = &args.html {
         write_text(file, locus.page(&drive)?)?;
-        planesman_console::out!("{}", file.display())?;
+        planesman_console::out!("\n{}", planesman_console::file_line("Page", file))?;
     }
     Ok(())
 }

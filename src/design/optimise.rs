@@ -4,11 +4,11 @@ use anyhow::{Result, bail};
 use clap::Args;
 use planesman_control::design::optimise::Wishes;
 
-use planesman_show::design::{described, gains_text, heading, speed_text};
+use planesman_show::design::{described, gains_text, heading, speed_text, stability};
 
-use super::arguments::{GainArgs, SubjectArgs};
+use super::arguments::{GainArgs, SubjectArgs, set_gains};
 use crate::arguments::{length, speed, within};
-use planesman_console::print_wrapped;
+use planesman_console::Outcome;
 
 /// The requirements.
 #[derive(Args)]
@@ -78,25 +78,30 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             args.overshoot
         );
     };
-    print_wrapped(heading(&subject, &drive) + &gains_text(&found.gains) + "\n")?;
-    planesman_console::out!(
-        "worst ITAE {:.2} m^2 (times the speed squared)",
-        found.worst
-    )?;
-    match wishes.worst(&gains)? {
-        Some(worst) => planesman_console::out!(
-            "with the gains given (the controller's where not given): {worst:.2} m^2"
-        )?,
-        None => planesman_console::out!(
-            "the gains given (the controller's where not given) do not meet the requirements"
-        )?,
-    }
-    for (speed, judged) in args.speed.iter().zip(&found.judgements) {
-        print_wrapped(format_args!(
-            "\nU = {}\n{}",
-            speed_text(*speed),
-            described(judged)
-        ))?;
-    }
-    Ok(())
+    let compared = match wishes.worst(&gains)? {
+        Some(worst) => {
+            format!("{worst:.2} m^2 with the gains given (the controller's where not given)")
+        }
+        None => "the gains given (the controller's where not given) do not meet the requirements"
+            .to_owned(),
+    };
+    let judged = args.speed.iter().zip(&found.judgements);
+    let verdicts = judged
+        .clone()
+        .map(|(speed, judged)| format!("\n{}: {}", speed_text(*speed), stability(judged)));
+    let numbers = judged
+        .map(|(speed, judged)| format!("\nU = {}\n{}", speed_text(*speed), described(judged)));
+    Ok(
+        Outcome::new(gains_text(&found.gains) + &verdicts.collect::<String>())
+            .numbers(format!(
+                "Worst ITAE {:.2} m^2 (times the speed squared); {compared}.",
+                found.worst
+            ))
+            .numbers(heading(&subject, &drive) + &numbers.collect::<String>())
+            .next(
+                format!("planesman dive{}", set_gains(&found.gains)),
+                "fly them",
+            )
+            .print()?,
+    )
 }

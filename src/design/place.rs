@@ -7,11 +7,11 @@ use anyhow::Result;
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::design::placement::{self, Poles};
-use planesman_show::design::{described, gains_text, heading, speed_text};
+use planesman_show::design::{described, gains_text, heading, speed_text, stability};
 
-use super::arguments::SubjectArgs;
+use super::arguments::{SubjectArgs, set_gains};
 use crate::arguments::{speed, within};
-use planesman_console::print_wrapped;
+use planesman_console::Outcome;
 
 /// The vehicle and the wanted poles.
 #[derive(Args)]
@@ -52,19 +52,25 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         },
         args.pitch_p,
     );
-    print_wrapped(gains_text(&gains) + "\n")?;
-    if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
-        planesman_console::out!(
-            "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
-        )?;
-    }
     let drive = subject.drive()?;
     let dive_loop = subject.dive_loop(&drive, (gains, Memory::default()), args.speed)?;
-    print_wrapped(format_args!(
-        "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:\n\n{}\nU = {}\n{}",
-        heading(&subject, &drive),
+    let judged = dive_loop.judge(120.0)?;
+    let mut answer = format!(
+        "{}\n{}: {}",
+        gains_text(&gains),
         speed_text(args.speed),
-        described(&dive_loop.judge(120.0)?)
-    ))?;
-    Ok(())
+        stability(&judged)
+    );
+    if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
+        answer += "\nA gain is negative: these poles are slower or less damped than the vehicle with this Kpy.";
+    }
+    let set = set_gains(&gains);
+    Ok(Outcome::new(answer)
+        .numbers(heading(&subject, &drive))
+        .numbers(
+            "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:",
+        )
+        .numbers(described(&judged))
+        .next(format!("planesman dive{set}"), "fly them")
+        .print()?)
 }

@@ -70,7 +70,7 @@ pub fn run(args: &TableArgs) -> Result<()> {
     if let Some(file) = &args.html {
         write_text(file, flights.page(&choices, &outcomes, &table))?;
         if is_for_people {
-            planesman_console::out!("{}", file.display())?;
+            planesman_console::out!("\n{}", planesman_console::file_line("Page", file))?;
         }
     }
     Ok(())

@@ -7,13 +7,13 @@ use std::time::Instant;
 use anyhow::{Context as _, Result, bail};
 use planesman_circuit::coding::Coding;
 use planesman_circuit::{Circuit, Law, LoadCycle, MOST_VALVES, Point};
-use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_console::{Format, Outcome, called};
 use planesman_flight::sink::write_text;
 use planesman_flight::{Loop, Scenario};
 use planesman_hydraulics::{ActuatorFile, actuator_file};
 use planesman_parameters::Choice;
-use planesman_show::design::circuits::{Outcome, designs, evaluate, ledger_table};
+use planesman_show::design::circuits::{self, designs, evaluate, ledger_table};
 use planesman_signals::{CsvSource, Request, Role, Source as _, TableTime};
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, Quantity};
@@ -47,6 +47,9 @@ pub struct DesignArgs {
     /// Print all designs, not only those that are not beaten
     #[arg(long)]
     pub all: bool,
+    /// Print also the circuit, the pressures, and where the energy of the best compromise goes
+    #[arg(long)]
+    pub verbose: bool,
     /// How to print the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_parser = crate::arguments::format())]
     pub format: Option<Format>,
@@ -156,28 +159,36 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     });
     let seconds = begun.elapsed().as_secs_f64();
     planesman_console::err!("{} designs in {seconds:.1} s", designs.len());
-    let outcome = Outcome::new(designs.into_iter().zip(figures).collect(), &cycle);
+    let outcome = circuits::Outcome::new(designs.into_iter().zip(figures).collect(), &cycle);
     let format = Format::or_by_output(args.format);
-    if matches!(format, Format::Table | Format::Md) {
-        planesman_console::print_wrapped(outcome.head(&args.load_cycle, &cycle))?;
-        planesman_console::print("\n")?;
-    }
-    planesman_console::print(outcome.table(args.all).text(format))?;
-    if matches!(format, Format::Table | Format::Md) {
-        let (design, it) = &outcome.designs[outcome.middle()];
-        planesman_console::print(format!(
-            "\nWhere the energy of '{}' goes:\n\n",
-            design.name()
-        ))?;
-        planesman_console::print(ledger_table(&design.circuit, &it.mean.ledger).text(format))?;
-    }
     if let Some(file) = &args.html {
         write_text(file, outcome.page(&args.load_cycle, &cycle))?;
-        if matches!(format, Format::Table | Format::Md) {
-            planesman_console::out!("{}", file.display())?;
-        }
     }
-    Ok(())
+    let table = outcome.table(args.all).text(format);
+    if !matches!(format, Format::Table | Format::Md) {
+        planesman_console::print(table)?;
+        return Ok(());
+    }
+    let mut printed = Outcome::new(outcome.winner());
+    printed = printed.numbers(table);
+    if args.verbose {
+        let (design, it) = &outcome.designs[outcome.middle()];
+        let ledger = ledger_table(&design.circuit, &it.mean.ledger).text(format);
+        printed = printed
+            .numbers(format!("\n{}", outcome.head(&args.load_cycle, &cycle)))
+            .numbers(format!(
+                "\nWhere the energy of '{}' goes:\n\n{ledger}",
+                design.name()
+            ));
+    }
+    Ok(match &args.html {
+        Some(file) => printed.file("Page", file),
+        None => printed.next(
+            format!("{} --html designs.html", called()),
+            "all designs as plots, the best one over time",
+        ),
+    }
+    .print()?)
 }
 
 /// Each item where it stands first.

@@ -106,7 +106,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(path) = &args.html {
         let page = planesman_show::pages::compare::page(&found.models, &found.prepared);
         write_text(path, page)?;
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", planesman_console::file_line("Page", path));
     }
     Ok(())
 }

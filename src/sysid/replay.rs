@@ -196,7 +196,7 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
     working.finish_and_clear();
     let found = found?;
     if let Some(path) = &args.history {
-        planesman_console::err!("{}: the history", path.display());
+        planesman_console::err!("{}", planesman_console::file_line("Table", path));
     }
     let tables: Vec<String> = found.estimates.iter().map(text).collect();
     print_wrapped(tables.join("\n"))?;

@@ -1,12 +1,11 @@
 //! Gains of the depth and pitch loops for an identified vehicle, and flights of the vehicles that its model allows.
 
-use std::fmt::Write as _;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use planesman_console::{Format, Table, print_wrapped};
+use planesman_console::{Format, Outcome, Table, called, file_line};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::write_text;
 use planesman_flight::sweep::Sweep;
@@ -21,7 +20,7 @@ use planesman_vehicle::vehicle_file;
 use serde_json::json;
 
 use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
-use crate::arguments::{output_file, speed, within};
+use crate::arguments::{make_way, output_file, speed, within};
 
 /// The vehicles that are drawn at most.
 const MOST_DRAWS: usize = 100;
@@ -95,15 +94,27 @@ impl DiveArgs {
 
 impl DiveFileArgs {
     /// Prints the gains, writes what is asked for, flies.
-    pub(super) fn write(&self, task: &DiveTask, found: &DiveGains, json: bool) -> Result<()> {
-        if json {
-            planesman_console::print(serde_json::to_string_pretty(&as_json(task, found))? + "\n")?;
-        } else {
-            print_wrapped(text(task, found))?;
-        }
+    pub(super) fn write(
+        &self,
+        task: &DiveTask,
+        found: &DiveGains,
+        json: bool,
+        verbose: bool,
+    ) -> Result<()> {
         if let Some(path) = &self.gains {
             write_text(path, found.parameter_file())?;
-            planesman_console::err!("{}: the gains, for ros2 param load", path.display());
+        }
+        if json {
+            planesman_console::print(serde_json::to_string_pretty(&as_json(task, found))? + "\n")?;
+            if let Some(path) = &self.gains {
+                planesman_console::err!("{}", file_line("Gains", path));
+            }
+        } else {
+            let mut outcome = outcome(task, found, verbose);
+            if let Some(path) = &self.gains {
+                outcome = outcome.file("Gains", path);
+            }
+            outcome.print()?;
         }
         if let Some(folder) = &self.fly {
             fly(folder, task, found)?;
@@ -197,34 +208,48 @@ fn table(rows: &[(&'static str, Spread, bool, usize)]) -> Table {
     table
 }
 
-fn text(task: &DiveTask, found: &DiveGains) -> String {
-    let model = &task.model;
-    let mut text = format!(
-        "{} to {} on {}, behind {}, {} Hz\nU = {}\n{}\n",
-        model.input,
-        model.output,
-        task.base,
-        task.subject.actuator,
-        task.subject.rate,
-        speed_text(found.speed),
-        gains_text(&found.gains)
-    );
-    text += &described(&found.model);
-    let worst = match found.draws.len() {
-        0 => "the model has no covariance: taken as exact".to_owned(),
-        n => format!("{n} vehicles drawn from the model's covariance, all margins kept by 95 %:"),
+/// The gains, their margins over the vehicles drawn, and the commands to go on with.
+fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
+    let kept = match found.draws.len() {
+        0 => "The model has no covariance: it is taken as exact.".to_owned(),
+        n => format!("95 % of {n} vehicles drawn from the model's covariance keep all limits."),
     };
-    let _ = writeln!(text, "\n{worst}");
-    if let Some((reason, count)) = &found.left_out {
-        let _ = writeln!(text, "{count} more are no vehicles and left out ({reason})");
-    }
-    text += &table(&rows(found)).text(Format::Table);
     let set = found
         .parameters()
-        .map(|(name, value)| format!("--set depth_controller.{name}={value:.4}"));
-    text + "\nNext: planesman sim dive "
-        + &set.join(" ")
-        + ", or --gains gains.yaml, or --fly FOLDER\n"
+        .map(|(name, value)| format!(" --set depth_controller.{name}={value:.4}"));
+    let mut outcome = Outcome::new(format!(
+        "Gains at {}: {}\n{kept}",
+        speed_text(found.speed),
+        gains_text(&found.gains)
+    ))
+    .numbers(table(&rows(found)).text(Format::Table));
+    if let Some((reason, count)) = &found.left_out {
+        outcome = outcome.numbers(format!(
+            "\n{count} more draws are not possible vehicles and were left out: {reason}"
+        ));
+    }
+    if verbose {
+        outcome = outcome.numbers(format!(
+            "\n{} to {} on {}, behind {}, {} Hz\n{}",
+            task.model.input,
+            task.model.output,
+            task.base,
+            task.subject.actuator,
+            task.subject.rate,
+            described(&found.model)
+        ));
+    }
+    let fly = format!("planesman sim dive{}", set.concat());
+    outcome = outcome.next(fly, "fly them");
+    outcome
+        .next(
+            format!("{} --gains gains.yaml", called()),
+            "for ros2 param load",
+        )
+        .next(
+            format!("{} --fly FOLDER", called()),
+            "fly the drawn vehicles",
+        )
 }
 
 pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
@@ -257,6 +282,7 @@ pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
 
 /// Flies a depth step by the model's vehicle and by drawn ones, each a model file in the folder.
 fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
+    make_way(folder, Some("scenario.yaml"))?;
     std::fs::create_dir(folder).with_context(|| format!("'{}'", folder.display()))?;
     let own = std::iter::once(&task.model);
     let mut vehicles = Vec::new();
@@ -292,7 +318,7 @@ fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
     );
     let unsettled: u32 = each().map(|it| it.unsettled).sum();
     planesman_console::err!(
-        "{}: {} vehicles flown, {} broke off, {unsettled} did not settle; settling time (5 %) {} s at the median, {} s at 95 %; planes moved {} deg at the \
+        "Flown: {}\n{} vehicles flown, {} broke off, {unsettled} did not settle; settling time (5 %) {} s at the median, {} s at 95 %; planes moved {} deg at the \
          median, {} deg at 95 %",
         flown.file.display(),
         outcomes.cases,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use planesman_console::print_wrapped;
+use planesman_console::{called, file_line};
 use planesman_fit::{FitData, FitError, FitOptions, FitResult, MethodChoice};
 use planesman_flight::sink::write_text;
 use planesman_identification::estimators::Method as Estimator;
@@ -54,6 +54,9 @@ pub struct TuneArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Print also the model, the method, and what limits the margins
+    #[arg(long, help_heading = "Output")]
+    verbose: bool,
     /// Write an HTML page: responses, Bode and Nyquist plot, each with the band of the plants that the model allows
     #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
     html: Option<PathBuf>,
@@ -124,17 +127,28 @@ impl TuneArgs {
 /// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; a page that cannot be written.
 pub fn run(args: &TuneArgs) -> Result<()> {
     let found = match args.gains.gains(args.model()?)? {
-        Gains::Dive(task, found) => return args.files.write(&task, &found, args.json),
+        Gains::Dive(task, found) => {
+            return args.files.write(&task, &found, args.json, args.verbose);
+        }
         Gains::Controller(found) => found,
     };
-    if args.json {
-        planesman_console::print(serde_json::to_string_pretty(&found.as_json())? + "\n")?;
-    } else {
-        print_wrapped(tuning::text(&found))?;
-    }
     if let Some(path) = &args.html {
         write_text(path, tuning::page(&found))?;
-        planesman_console::err!("{}: the page", path.display());
     }
-    Ok(())
+    if args.json {
+        planesman_console::print(serde_json::to_string_pretty(&found.as_json())? + "\n")?;
+        if let Some(path) = &args.html {
+            planesman_console::err!("{}", file_line("Page", path));
+        }
+        return Ok(());
+    }
+    let outcome = tuning::outcome(&found, args.verbose);
+    Ok(match &args.html {
+        Some(path) => outcome.file("Page", path),
+        None => outcome.next(
+            format!("{} --html tune.html", called()),
+            "responses, Bode and Nyquist plot over all these plants",
+        ),
+    }
+    .print()?)
 }

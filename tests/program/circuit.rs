@@ -120,7 +120,7 @@ fn designs_behind_lines_tell_the_pressures_at_the_valves_and_what_the_lines_hold
         "--controllers",
         "model",
     ]);
-    arguments.extend(["--seeds", "1", "--format", "md"]);
+    arguments.extend(["--seeds", "1", "--format", "md", "--verbose"]);
     let designs = stage.run(&arguments).success().stdout;
     for part in [
         "At the valves' end of the lines the oil's pressure is from -",

@@ -241,10 +241,12 @@ fn a_doctor_finds_nothing_wrong_where_the_tests_run_and_names_what_is() {
         );
     }
     assert!(well.stdout.contains("planesman_msgs"), "{well:#?}");
+    assert!(well.stdout.contains("Ready: dives work here."), "{well:#?}");
     let variables = [("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")];
     let ill = stage.start_as(&["doctor"], &variables).finish();
     assert_eq!(ill.status.code(), Some(1), "{ill:#?}");
     assert!(ill.stdout.contains("TROUBLE  middleware"), "{ill:#?}");
+    assert!(ill.complaints()[0].contains("unset it"), "{ill:#?}");
 }
 
 #[test]

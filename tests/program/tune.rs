@@ -44,7 +44,7 @@ fn data_and_its_model_file_lead_to_gains_that_keep_their_limits() {
     let from_data = [
         &["tune", &data][..],
         &signals,
-        &["--quiet", "--html", &page],
+        &["--quiet", "--verbose", "--html", &page],
     ]
     .concat();
     let outcome = stage.run(&from_data).success();
@@ -53,7 +53,7 @@ fn data_and_its_model_file_lead_to_gains_that_keep_their_limits() {
         "Ti ",
         "(ideal form)",
         "worst of 95 %",
-        "limits kept by 95 % of 500 plants",
+        "Limits kept by 95 % of 500 plants",
         "what limits: ",
     ] {
         assert!(

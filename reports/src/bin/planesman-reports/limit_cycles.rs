@@ -59,7 +59,7 @@ pub(crate) fn run(args: &LimitCyclesArgs) -> Result<()> {
     if let Some(file) = &args.html {
         write_text(file, page(&rows))?;
         if matches!(format, Format::Table | Format::Md) {
-            planesman_console::out!("{}", file.display())?;
+            planesman_console::out!("{}", planesman_console::file_line("Page", file))?;
         }
     }
     Ok(())

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use crate::pages::{document, figures};
 use crate::plot::{Plot, Series, Style};
 use maud::html;
+use planesman_console::Outcome;
 use planesman_control::design::dive_loop::{DiveLoop, Judgement};
 use planesman_flight::During as _;
 use planesman_flight::summary::step_text;
@@ -195,36 +196,46 @@ impl Analysis {
         Ok(document(&title, "", &body, ""))
     }
 
-    /// Poles, margins and step response in lines.
+    /// All numbers in lines.
     ///
     /// # Errors
     /// As [`Analysis::page`].
     pub fn text(&self) -> Result<String> {
+        Ok(self.outcome(true)?.to_string())
+    }
+
+    /// Stability and margins at each speed, and the numbers behind them; with `verbose` also the poles in z, Routh's
+    /// column, and the continuous approximation.
+    ///
+    /// # Errors
+    /// As [`Analysis::page`].
+    pub fn outcome(&self, verbose: bool) -> Result<Outcome> {
         let law = self.law;
         let drive = self.subject.drive()?;
-        let mut text = heading(&self.subject, &drive);
-        text += &law_text(&law.0, &law.1);
-        text.push('\n');
+        let mut verdicts = Vec::new();
+        let mut text = law_text(&law.0, &law.1) + "\n" + &heading(&self.subject, &drive);
         for speed in &self.speeds {
             let dive_loop = self.subject.dive_loop(&drive, law, *speed)?;
             let judged = |dive_loop: &DiveLoop| {
                 let judged = dive_loop.judge(self.duration);
                 judged.during(|| format!("the loop at {speed} m/s"))
             };
+            let sampled = judged(&dive_loop)?;
+            verdicts.push(format!("{}: {}", speed_text(*speed), stability(&sampled)));
             text += &format!(
                 "\nU = {}\n{}",
                 speed_text(*speed),
-                described(&judged(&dive_loop)?)
+                lines_of(&sampled, verbose)
             );
-            if drive.sampling.is_some() {
+            if drive.sampling.is_some() && verbose {
                 let delay = 1e3 * drive.path.delay;
                 text += &format!(
-                    "  continuous approximation, hold and actuator as {delay:.1} ms of dead time, whose fast poles are Pade's\n{}",
+                    "  continuous approximation: hold and actuator as a dead time of {delay:.1} ms, whose fast poles are those of Pade's approximation\n{}",
                     described(&judged(&dive_loop.continuous())?)
                 );
             }
         }
-        Ok(text)
+        Ok(Outcome::new(verdicts.join("\n")).numbers(text))
     }
 }
 
@@ -244,25 +255,27 @@ fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
 }
 
 /// Stability and margins in a sentence.
-fn stability(judged: &Judgement) -> String {
+#[must_use]
+pub fn stability(judged: &Judgement) -> String {
     if !judged.is_stable() {
         return "UNSTABLE".to_owned();
     }
-    let mut text = "stable".to_owned();
+    let mut parts = vec!["stable".to_owned()];
     if let Some(margin) = judged.phase_margin() {
-        text += &format!(", phase margin {:.1} deg", margin.to_degrees());
+        parts.push(format!("phase margin {:.1} deg", margin.to_degrees()));
     }
     if let (Some(above), _) = judged.gain_limits() {
-        let factor = above.factor;
-        text += &format!(
-            ", gain margin {:+.1} dB (factor {factor:.3})",
-            decibels(factor)
-        );
+        parts.push(format!("gain margin {:.1} dB", decibels(above.factor)));
     }
     if let Some(step) = &judged.step {
-        text += &format!(": {}", step_text(step));
+        let settled = step.settling_time.map_or_else(
+            || "a depth step does not settle within 2 %".to_owned(),
+            |t| format!("a depth step settles in {t:.1} s (2 %)"),
+        );
+        parts.push(settled);
+        parts.push(format!("overshoot {:.1} %", step.overshoot));
     }
-    text
+    parts.join(", ")
 }
 
 /// Vehicle, actuator and sampling, and the conditions under which the analysis holds.
@@ -280,6 +293,11 @@ pub fn heading(subject: &Subject, drive: &Drive) -> String {
 /// A judgement in lines.
 #[must_use]
 pub fn described(judged: &Judgement) -> String {
+    lines_of(judged, true)
+}
+
+/// The same; without `verbose` only the poles in s, the margins and the step.
+fn lines_of(judged: &Judgement, verbose: bool) -> String {
     let mut text = String::new();
     let mut line = |line: String| {
         text += &line;
@@ -294,15 +312,18 @@ pub fn described(judged: &Judgement) -> String {
                 0 => String::new(),
                 n => format!("  and {n} within {FAST} of z = 0"),
             };
-            line(format!(
-                "  poles in z    {}{more}",
-                discrete_poles_text(&slow)
-            ));
+            if verbose {
+                line(format!(
+                    "  poles in z    {}{more}",
+                    discrete_poles_text(&slow)
+                ));
+            }
             line(format!("  poles in s    {}", poles_text(&s)));
         }
         None => line(format!("  poles         {}", poles_text(&judged.poles))),
     }
     match &judged.routh {
+        _ if !verbose => {}
         Some(routh) => {
             let verdict = match routh.unstable_roots() {
                 Some(0) => "stable".to_owned(),

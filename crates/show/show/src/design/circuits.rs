@@ -21,6 +21,7 @@ use maud::{Markup, html};
 use planesman_circuit::coding::Coding;
 use planesman_circuit::{ATMOSPHERE, Circuit, Edge, Figures, Law, Ledger, LoadCycle, run};
 use planesman_console::Table;
+use planesman_linear::digits::significant;
 use planesman_parameters::Choice as _;
 use planesman_text::number;
 
@@ -264,6 +265,26 @@ impl Outcome {
             ]);
         }
         table
+    }
+
+    /// The best compromise in a sentence, or that no design follows the load cycle.
+    #[must_use]
+    pub fn winner(&self) -> String {
+        let of = self.designs.len();
+        if !self.front.contains(&true) {
+            return format!("None of {of} designs follows the load cycle.");
+        }
+        let (design, it) = &self.designs[self.middle()];
+        let figures = &it.mean;
+        format!(
+            "Best compromise of {of} designs between tracking and energy: {}, tracking {} mm, energy {} J ({:.0} % of an ideal proportional valve's), peak pressure {} MPa, {:.0} switchings/h.",
+            design.name(),
+            significant(1e3 * figures.tracking, 3),
+            significant(figures.energy, 3),
+            100.0 * figures.energy / self.proportional,
+            significant(figures.peak_pressure / 1e6, 3),
+            figures.switchings
+        )
     }
 
     /// What is printed above the table.

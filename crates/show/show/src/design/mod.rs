@@ -22,7 +22,7 @@ mod subject;
 mod uncertain;
 
 pub use actuator::{frequency_text, gain_and_phase, size_table, size_text};
-pub use analysis::{Analysis, described, heading};
+pub use analysis::{Analysis, described, heading, stability};
 pub use error::{Error, Result};
 pub use harmonic_balance::{DepthLoop, Describing, MOST_RESIDUAL, Prediction};
 pub use locus::{Locus, Varied};

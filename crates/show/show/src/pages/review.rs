@@ -311,6 +311,35 @@ pub fn page(review: &Review<'_>) -> String {
     document(&title, STYLE, &body, "")
 }
 
+/// One page to hand on: the conclusion, the gains with their margins, and the plots of validation and step.
+#[must_use]
+pub fn brief(review: &Review<'_>) -> String {
+    let record = &review.data.prepared.resampled.record;
+    let [input, output] = [&record.inputs, &record.outputs].map(|names| {
+        let name = names.first().map_or("", String::as_str);
+        titles::title(review.data.prepared.reading.column(name))
+    });
+    let evidence = Evidence::new(review.data, review.analysis());
+    let close_up = (review.analysis()).and_then(|it| evidence.close_up(it, &output));
+    let gains = review.gains.as_ref().ok();
+    let steps = gains.and_then(|it| it.plots[1].first());
+    let title = format!("Review: {input} to {output}");
+    let body = html! {
+        div data-paper=(PAPER) {
+            h1 { (title) }
+            ul.verdict { @for text in review.sentences() { li { (text) } } }
+            @if let Some(gains) = gains {
+                div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (value) } } } } }
+                (gains.margins.html())
+            }
+            div.plots { @for plot in close_up.iter().chain(steps).filter(|it| !it.is_empty()) { (figure(plot)) } }
+            p { "Data, excitation, residuals and the samples behind each number: the same command without --brief." br;
+                code { (review.command) } br; (review.program) }
+        }
+    };
+    document(&title, STYLE, &body, "")
+}
+
 /// What there is not, and why.
 fn missing(reason: &str) -> Markup {
     html! { p.warn { "None: " (reason) } }

@@ -3,7 +3,7 @@
 
 use crate::plot::{Plot, Series, Style};
 use maud::html;
-use planesman_console::{Format, Table};
+use planesman_console::{Format, Outcome, Table};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
 use planesman_text::option;
@@ -28,46 +28,54 @@ const AROUND: f64 = 30.0;
 /// The plots over the time after a step have one axis.
 const STEP: &str = "step";
 
-/// Model, method, gains, margins, responses and what limits them, in lines.
+/// The gains with their verdict, margins and responses; with `verbose` also the model, the method, and what limits the margins.
 #[must_use]
-pub fn text(of: &Tuning) -> String {
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| text += &format!("{name:13}{value}\n");
-    line(
-        "model",
-        format!(
-            "{} to {}: {}",
-            of.model.input, of.model.output, of.model.description
-        ),
-    );
-    for note in &of.notes {
-        line("", note.clone());
-    }
-    let delay = match of.sampling.computing_delay {
-        0.0 => String::new(),
-        delay => format!(", commands {} s after its sample", number(delay)),
+pub fn outcome(of: &Tuning, verbose: bool) -> Outcome {
+    let kind = match of.controller.kd {
+        0.0 => "PI",
+        _ => "PID",
     };
-    line(
-        "controller",
-        format!("every {} s{delay}", number(of.sampling.tick)),
-    );
-    if let Some(reduced) = reduced_text(of) {
-        line("reduced", reduced);
+    let mut notes = String::new();
+    let mut line = |name: &str, value: String| notes += &format!("{name:13}{value}\n");
+    for note in &of.notes {
+        line("note", note.clone());
     }
-    line("method", method_text(of));
-    line("gains", parallel_text(of));
-    line("", ideal_text(of));
-    text.push('\n');
-    text += &margins(of).text(Format::Table);
-    text += &format!("\n{}\n", verdict(of));
-    text.push('\n');
-    text += &responses(of).text(Format::Table);
-    if !of.causes.is_empty() {
-        text += &format!("\n{}\n", limiting(of));
-        text.push('\n');
-        text += &causes(of).text(Format::Table);
+    if verbose {
+        let delay = match of.sampling.computing_delay {
+            0.0 => String::new(),
+            delay => format!(", commands {} s after its sample", number(delay)),
+        };
+        line(
+            "model",
+            format!(
+                "{} to {}: {}",
+                of.model.input, of.model.output, of.model.description
+            ),
+        );
+        line(
+            "controller",
+            format!("every {} s{delay}", number(of.sampling.tick)),
+        );
+        if let Some(reduced) = reduced_text(of) {
+            line("reduced", reduced);
+        }
+        line("method", method_text(of));
     }
-    text
+    let mut outcome = Outcome::new(format!(
+        "{kind} gains: {}; {}\n{}",
+        parallel_text(of),
+        ideal_text(of),
+        verdict(of)
+    ))
+    .numbers(margins(of).text(Format::Table))
+    .numbers(responses(of).text(Format::Table))
+    .numbers(notes);
+    if verbose && !of.causes.is_empty() {
+        outcome = outcome
+            .numbers(limiting(of))
+            .numbers(causes(of).text(Format::Table));
+    }
+    outcome
 }
 
 /// The page of a tuning.
@@ -261,7 +269,7 @@ pub(crate) fn verdict(of: &Tuning) -> String {
         _ => format!("; {:.1} % are unstable", 100.0 * share),
     };
     match of.keeps_limits() {
-        true => format!("limits kept by {over}{stable}"),
+        true => format!("Limits kept by {over}{stable}."),
         false => format!(
             "LIMITS NOT KEPT by {over}{stable}. Next: leave the pace to the method, without {} and {}",
             option("closed_loop_time"),

@@ -93,15 +93,15 @@ pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
     }
     if let Some(path) = &args.html {
         write_text(path, page.text())?;
-        planesman_console::out!("{}: the numbers and the redrawn figures", path.display())?;
+        planesman_console::out!("{}", planesman_console::file_line("Page", path))?;
     }
     if let Some(path) = &args.json {
         write_text(path, json(&all_rows)?)?;
-        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
+        planesman_console::out!("{}", planesman_console::file_line("Numbers", path))?;
     }
     if let Some(path) = &args.csv {
         write_text(path, csv(&all_rows)?)?;
-        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
+        planesman_console::out!("{}", planesman_console::file_line("Table", path))?;
     }
     match changes {
         0 => Ok(()),
