@@ -21,7 +21,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let _ = BagInfo::of(&bag).to_string();
     let listed: u64 = bag.topics().iter().map(|it| it.messages).sum();
-    for order in [Order::File, Order::LogTimeInChunk] {
+    for order in [Order::File, Order::LogTime] {
         let mut count = 0;
         let mut is_damaged = false;
         for message in bag.messages(order) {

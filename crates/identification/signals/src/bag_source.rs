@@ -62,9 +62,9 @@ impl BagSource {
     }
 
     /// The messages of the wanted topics, of those types in which the signals were found.
-    fn messages<'a>(&'a self, wanted: &'a [Wanted]) -> Messages<'a> {
+    fn messages<'a>(&'a self, wanted: &'a [Wanted], order: Order) -> Messages<'a> {
         self.bag
-            .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), Order::File)
+            .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), order)
     }
 
     /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why. With the stamps that were seen.
@@ -95,7 +95,7 @@ impl BagSource {
     /// The stamps of the first messages.
     fn first_stamps(&self, wanted: &[Wanted]) -> Result<Vec<Stamps>> {
         let mut plans = Plans::new(&self.bag, wanted, Clock::Log);
-        let mut messages = self.messages(wanted);
+        let mut messages = self.messages(wanted, Order::File);
         for _ in 0..ALL_STAMPS {
             let Some(Ok(message)) = messages.next() else {
                 break;
@@ -176,7 +176,7 @@ impl Source for BagSource {
             .to_owned(),
             ..Reading::default()
         };
-        let messages = self.messages(&wanted);
+        let messages = self.messages(&wanted, Order::LogTime);
         let mut plans = Plans::new(&self.bag, &wanted, clock);
         for (stamps, seen) in plans.stamps.iter_mut().zip(&seen) {
             *stamps = seen.anew();

@@ -41,6 +41,8 @@ pub enum Order {
     /// As written.
     #[default]
     File,
-    /// By log time within each chunk; equal times as written. Chunks stay as written.
-    LogTimeInChunk,
+    /// By log time, equal times as written, where they are not written so ([`SORTED`](crate::reader::SORTED) bytes of them are in memory then).
+    /// Their numbers, which may count them as written, are 0 then. A clock that is set back now and then leaves them as written: what follows is
+    /// of another time.
+    LogTime,
 }

@@ -363,6 +363,7 @@ impl BagReader {
             passed: 0,
             current: None,
             order,
+            ahead: None,
             unpack: self.unpack.as_ref(),
             unpacked: 0,
             wanted: Box::new(wanted),
@@ -379,6 +380,8 @@ pub struct Messages<'a> {
     /// The file being read.
     current: Option<(&'a Recording, Stream)>,
     order: Order,
+    /// What has been read ahead, to be put in order.
+    ahead: Option<Ahead>,
     unpack: Option<&'a Limits>,
     /// Bytes of the current file's messages that were packed one by one, unpacked so far.
     unpacked: u64,
@@ -387,16 +390,112 @@ pub struct Messages<'a> {
     are_wanted: BTreeMap<u16, bool>,
 }
 
+/// Bytes of messages that are read ahead to see whether they are in order.
+const SEEN: usize = 16 << 20;
+
+/// Bytes of messages that wait to be put in order at most.
+pub const SORTED: usize = 256 << 20;
+
+/// The bytes of a message beside its payload.
+const BESIDE: usize = 128;
+
+/// The share of messages behind later ones from which they are in no order.
+const DISORDER: f64 = 0.05;
+
+/// Messages that were read ahead, by time and place.
+struct Ahead {
+    messages: BTreeMap<(i64, u64), Message>,
+    /// Whether those that follow are put in order too.
+    is_sorted: bool,
+    bytes: usize,
+    count: u64,
+    /// Why no more can be read.
+    failure: Option<ReadError>,
+}
+
+/// Whether messages are in no order: many are behind later ones, or blocks of them that do not overlap.
+fn are_disordered(times: &[i64]) -> bool {
+    let mut runs: Vec<(i64, i64)> = times
+        .chunk_by(|a, b| a <= b)
+        .map(|it| (it[0], it[it.len() - 1]))
+        .collect();
+    let is_mostly = runs.len() as f64 > 1.0 + DISORDER * times.len() as f64;
+    let is_one = runs.len() < 2;
+    runs.sort_unstable();
+    !is_one && (is_mostly || runs.windows(2).all(|it| it[0].1 <= it[1].0))
+}
+
 impl Iterator for Messages<'_> {
     type Item = Result<Message, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
+        if self.order == Order::File {
+            return self.read();
+        }
+        let mut ahead = match self.ahead.take() {
+            Some(ahead) => ahead,
+            None => self.look_ahead(),
+        };
+        if ahead.is_sorted {
+            self.fill(&mut ahead, SORTED);
+        }
+        let mut next = ahead.messages.pop_first().map(|it| it.1);
+        if let Some(message) = next.as_mut().filter(|_| ahead.is_sorted) {
+            message.sequence = 0;
+        }
+        ahead.bytes -= next.as_ref().map_or(0, |it| it.payload.len() + BESIDE);
+        let next = next.map(Ok).or_else(|| ahead.failure.take().map(Err));
+        self.ahead = Some(ahead);
+        next.or_else(|| self.read())
+    }
+}
+
+impl Messages<'_> {
+    /// Reads ahead until so many bytes wait.
+    fn fill(&mut self, ahead: &mut Ahead, most: usize) {
+        while ahead.bytes < most && ahead.failure.is_none() {
+            match self.read() {
+                Some(Ok(message)) => {
+                    ahead.bytes += message.payload.len() + BESIDE;
+                    ahead.count += 1;
+                    let time = if ahead.is_sorted { message.log_time } else { 0 };
+                    ahead.messages.insert((time, ahead.count), message);
+                }
+                Some(Err(failure)) => ahead.failure = Some(failure),
+                None => return,
+            }
+        }
+    }
+
+    /// Reads the first messages, and puts them in order where they are in none.
+    fn look_ahead(&mut self) -> Ahead {
+        let mut ahead = Ahead {
+            messages: BTreeMap::new(),
+            is_sorted: false,
+            bytes: 0,
+            count: 0,
+            failure: None,
+        };
+        self.fill(&mut ahead, SEEN);
+        let times: Vec<i64> = ahead.messages.values().map(|it| it.log_time).collect();
+        ahead.is_sorted = are_disordered(&times);
+        if ahead.is_sorted {
+            let messages = std::mem::take(&mut ahead.messages).into_iter();
+            ahead.messages = messages
+                .map(|((_, place), it)| ((it.log_time, place), it))
+                .collect();
+        }
+        ahead
+    }
+
+    /// The next message as written.
+    fn read(&mut self) -> Option<Result<Message, ReadError>> {
         loop {
             let Some((recording, stream)) = &mut self.current else {
                 let recording = self.remaining.next()?;
                 self.are_wanted.clear();
                 self.unpacked = 0;
-                match recording.stream(self.order) {
+                match recording.stream() {
                     Ok(stream) => self.current = Some((recording, stream)),
                     Err(error) => return self.end_with(error),
                 }

@@ -18,7 +18,7 @@ use crate::{
     definitions::Channels,
     fields::{Header, op},
     input::Input,
-    limits::{Limits, Order},
+    limits::Limits,
     read_error::ReadError,
     records::{Damage, Records, read_up_to},
     sqlite::{self, Rows},
@@ -136,7 +136,7 @@ impl Recording {
         }
         check_beginning(path, &mut input)?;
         if input.is_packed() {
-            let walk = Walk::new(open()?, u64::MAX, Order::File, &limits, None);
+            let walk = Walk::new(open()?, u64::MAX, &limits, None);
             return Ok(Self::counted(path, walk.map_err(unreadable)?, None, limits));
         }
         let mut file = File::open(path).map_err(unreadable)?;
@@ -159,7 +159,7 @@ impl Recording {
             };
             return Ok((recording, summary.counts));
         }
-        let walk = Walk::new(open()?, size, Order::File, &limits, None).map_err(unreadable)?;
+        let walk = Walk::new(open()?, size, &limits, None).map_err(unreadable)?;
         let closed = Some((size, summary_start.is_some()));
         Ok(Self::counted(path, walk, closed, limits))
     }
@@ -242,16 +242,16 @@ impl Recording {
     }
 
     /// Its messages, from the first to the last that can be read.
-    pub(crate) fn stream(&self, order: Order) -> Result<Stream, ReadError> {
+    pub(crate) fn stream(&self) -> Result<Stream, ReadError> {
         if let Some(database) = &self.database {
             let channels = Arc::clone(&self.channels);
-            return Rows::new(database.file(&self.path), channels, order, &self.limits)
+            return Rows::new(database.file(&self.path), channels, &self.limits)
                 .map(|rows| Stream::Database(Box::new(rows)))
                 .map_err(|error| ReadError::database(&self.path, &error));
         }
         let found = Some(Arc::clone(&self.channels));
         Input::open(&self.path)
-            .and_then(|input| Walk::new(input, self.readable, order, &self.limits, found))
+            .and_then(|input| Walk::new(input, self.readable, &self.limits, found))
             .map(|walk| Stream::Mcap(Box::new(walk)))
             .map_err(|source| ReadError::open(&self.path, source))
     }

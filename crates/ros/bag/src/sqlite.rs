@@ -13,7 +13,7 @@ use crate::{
     defect::Defect,
     definitions::{Channels, printable},
     fields,
-    limits::{Limits, Order},
+    limits::Limits,
     qos,
     records::Damage,
     walk::Raw,
@@ -187,7 +187,6 @@ pub(crate) struct Rows {
     channels: Arc<Channels>,
     /// Channels by the number of the topic in the database.
     numbers: BTreeMap<i64, u16>,
-    order: Order,
     /// The number of the last message taken.
     last: i64,
     batch: VecDeque<Row>,
@@ -210,7 +209,6 @@ impl Rows {
     pub(crate) fn new(
         path: &Path,
         channels: Arc<Channels>,
-        order: Order,
         limits: &Limits,
     ) -> rusqlite::Result<Self> {
         let connection = open(path, limits)?;
@@ -223,7 +221,6 @@ impl Rows {
             connection,
             numbers: kept.zip(0..=u16::MAX).collect(),
             channels,
-            order,
             last: i64::MIN,
             batch: VecDeque::new(),
             current: Row::default(),
@@ -289,9 +286,6 @@ impl Rows {
             });
         }
         self.bytes += bytes as u64;
-        if self.order == Order::LogTimeInChunk {
-            self.batch.make_contiguous().sort_by_key(|row| row.time);
-        }
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use crate::{
     definitions::{Channels, Definitions, Known},
     fields::{self, op},
     input::Input,
-    limits::{Limits, Order},
+    limits::Limits,
     records::{Damage, Records, record_at},
 };
 
@@ -25,7 +25,6 @@ pub(crate) struct Raw<'a> {
 /// The messages of a file, one after the other.
 pub(crate) struct Walk {
     records: Records<Take<Input>>,
-    order: Order,
     limits: Limits,
     pub(crate) definitions: Definitions,
     /// A chunk's records unpacked, or one message.
@@ -48,8 +47,6 @@ enum Left {
     Message,
     /// The records from this byte on.
     From(usize),
-    /// The messages whose records begin at these bytes, each behind its log time.
-    Sorted(std::vec::IntoIter<(i64, usize)>),
 }
 
 impl Walk {
@@ -57,7 +54,6 @@ impl Walk {
     pub(crate) fn new(
         mut input: Input,
         readable: u64,
-        order: Order,
         limits: &Limits,
         found: Option<Arc<Channels>>,
     ) -> io::Result<Self> {
@@ -66,7 +62,6 @@ impl Walk {
         let rest = input.take(readable.saturating_sub(start));
         Ok(Self {
             records: Records::new(rest, start, limits.chunk),
-            order,
             limits: limits.clone(),
             definitions: Definitions::within(limits.definitions, found),
             unpacked: Vec::new(),
@@ -125,7 +120,6 @@ impl Walk {
                     return Some(place);
                 }
             },
-            Left::Sorted(messages) => Some(record(messages.next()?.1)?.1),
         }
     }
 
@@ -170,29 +164,17 @@ impl Walk {
 
     /// Checks every record of the unpacked chunk and takes its schemas and channels.
     fn open_chunk(&mut self) -> Result<(), Defect> {
-        let mut sorted = Vec::new();
         let mut at = 0;
         while let Some((opcode, place)) = record_at(&self.unpacked, at)? {
             let body = &self.unpacked[place.clone()];
             match opcode {
                 op::SCHEMA | op::CHANNEL => self.definitions.take(opcode, body)?,
-                op::MESSAGE => {
-                    let log_time = checked(body, &self.definitions)?;
-                    if self.order == Order::LogTimeInChunk {
-                        sorted.push((log_time, at));
-                    }
-                }
+                op::MESSAGE => checked(body, &self.definitions)?,
                 _ => {}
             }
             at = place.end;
         }
-        self.left = match self.order {
-            Order::File => Left::From(0),
-            Order::LogTimeInChunk => {
-                sorted.sort_unstable();
-                Left::Sorted(sorted.into_iter())
-            }
-        };
+        self.left = Left::From(0);
         Ok(())
     }
 }
@@ -206,11 +188,11 @@ fn within(bytes: &mut u64, more: u64, limits: &Limits) -> Result<(), Defect> {
     }
 }
 
-/// The log time of a message that is as it should be.
-fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, Defect> {
+/// Checks that a message is as it should be.
+fn checked(body: &[u8], definitions: &Definitions) -> Result<(), Defect> {
     let message = fields::Message::read(body)?;
     match definitions.topic(message.channel_id) {
-        Known::Topic(_) | Known::Omitted => Ok(message.log_time),
+        Known::Topic(_) | Known::Omitted => Ok(()),
         Known::Unknown => Err(Defect::UnknownChannel(message.channel_id)),
     }
 }
