@@ -2,6 +2,8 @@
 //! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
 //! The pair is then fitted as the command would fit it; a pair whose model is not usable gives way to the next.
 
+use std::path::PathBuf;
+
 use planesman_identification::analysis::{CurveChoice, Options, analyse, may_integrate};
 use planesman_identification::estimators::Method;
 use planesman_identification::frequency::MeasuredResponse;
@@ -11,7 +13,8 @@ use planesman_signals::{KeptSource, Request, Role, Source, Trend};
 use planesman_text::{option, shell_word};
 
 use crate::data::{DataOptions, Sources};
-use crate::options::SignalOptions;
+use crate::fit::fit;
+use crate::options::{FitOptions, SignalOptions};
 use crate::record::Expected;
 
 /// Words in the name of a command, and of a measurement.
@@ -43,6 +46,34 @@ const NOT_SIGNALS: [&str; 12] = [
     "orientation.y",
     "orientation.z",
     "orientation.w",
+];
+
+/// Words for input, output, reference and error in the names of a control loop's signals; the rest of a name is the loop's, as of `u_speed`,
+/// `y_speed`, `r_speed`.
+const LOOP: [&[&str]; 4] = [
+    &[
+        "u", "cmd", "command", "control", "effort", "input", "actuator",
+    ],
+    &[
+        "y",
+        "measured",
+        "measurement",
+        "meas",
+        "feedback",
+        "output",
+        "actual",
+    ],
+    &[
+        "r",
+        "ref",
+        "reference",
+        "setpoint",
+        "sp",
+        "desired",
+        "target",
+        "goal",
+    ],
+    &["e", "err", "error"],
 ];
 
 /// How the names of fields end that say how a node is, and what a controller has computed from an output.
@@ -102,10 +133,7 @@ fn ranked<'s>(signals: impl Iterator<Item = (&'s str, &'s str)>) -> (Vec<Ranked>
             let rank = [topic, path].map(|it| place(it).unwrap_or(last));
             (rank != [last, last]).then_some(rank)
         };
-        let signal = match topic {
-            "" => path.to_owned(),
-            topic => format!("{topic}:{path}"),
-        };
+        let signal = full_name((topic, path));
         match (rank(&INPUTS), rank(&OUTPUTS)) {
             (Some(rank), _) => inputs.push((rank, signal)),
             (None, Some(rank)) => outputs.push((rank, signal)),
@@ -115,6 +143,45 @@ fn ranked<'s>(signals: impl Iterator<Item = (&'s str, &'s str)>) -> (Vec<Ranked>
     inputs.sort_by_key(|it| it.0);
     outputs.sort_by_key(|it| it.0);
     (inputs, outputs)
+}
+
+/// The signals of a control loop by their names: those of the parts in [`LOOP`], where there are any.
+type NamedLoop = [Option<String>; 4];
+
+/// The part of a loop that a signal is, and the loop's name.
+fn part_of_loop(signal: &str) -> Option<(usize, String)> {
+    let name = signal.to_ascii_lowercase();
+    let words: Vec<&str> = name.split(|it: char| !it.is_ascii_alphanumeric()).collect();
+    let part = |word: &&str| LOOP.iter().position(|words| words.contains(word));
+    let parts: Vec<usize> = words.iter().filter_map(part).collect();
+    let part_of_all = *parts.iter().max()?;
+    let is_one = part_of_all == 3 || parts.iter().all(|it| *it == part_of_all);
+    let rest: Vec<&str> = words
+        .iter()
+        .copied()
+        .filter(|it| part(it).is_none())
+        .collect();
+    is_one.then(|| (part_of_all, rest.join(" ")))
+}
+
+/// The loops of which an input and an output are there.
+fn loops(signals: &[String]) -> Vec<NamedLoop> {
+    let mut loops: Vec<(String, NamedLoop)> = Vec::new();
+    for signal in signals {
+        let Some((part, name)) = part_of_loop(signal) else {
+            continue;
+        };
+        let at = loops.iter().position(|it| it.0 == name);
+        let at = at.unwrap_or_else(|| {
+            loops.push((name, NamedLoop::default()));
+            loops.len() - 1
+        });
+        loops[at].1[part].get_or_insert_with(|| signal.clone());
+    }
+    let loops = loops.into_iter().map(|it| it.1);
+    loops
+        .filter(|it| it[0].is_some() && it[1].is_some())
+        .collect()
 }
 
 /// A command that fits the output most likely to the input most likely, with the others to choose from, of signals that vary: topic, empty
@@ -130,7 +197,17 @@ pub(crate) fn suggestion<'s>(
     let Sources::Files(paths) = &data.sources else {
         return Ok(None);
     };
-    let (mut inputs, outputs) = ranked(signals);
+    let signals: Vec<(&str, &str)> = signals.collect();
+    let (mut inputs, mut outputs) = ranked(signals.iter().copied());
+    let loops = loops(&signals.iter().map(|it| full_name(*it)).collect::<Vec<_>>());
+    // Neither a loop's reference nor its error is a signal of the plant.
+    let is_beside = |signal: &String| {
+        loops
+            .iter()
+            .any(|it| it[2..].iter().flatten().any(|it| it == signal))
+    };
+    inputs.retain(|it| !is_beside(&it.1));
+    outputs.retain(|it| !is_beside(&it.1));
     let mut tried = data.clone();
     if !has_time {
         // Which model there is does not depend on the unit of time.
@@ -140,6 +217,23 @@ pub(crate) fn suggestion<'s>(
         return Ok(None);
     }
     let first = |of: &[Ranked], most| of.iter().take(most).map(|it| it.1.clone()).collect();
+    let in_a_loop = loops.iter().take(OBEYED).find_map(|it| {
+        let [Some(input), Some(output), Some(reference), _] = it else {
+            return None;
+        };
+        let place = |of: &[Ranked], signal: &String| of.iter().position(|it| it.1 == *signal);
+        let (at, place) = (place(&inputs, input)?, place(&outputs, output)?);
+        has_model(&tried, input, output, reference).then_some((at, place, reference))
+    });
+    if let Some((at, place, reference)) = in_a_loop {
+        inputs[..=at].rotate_right(1);
+        outputs[..=place].rotate_right(1);
+        let reference = shell_word(reference);
+        let options = format!(" --reference {reference}{}", time(data, has_time));
+        return Ok(Some(
+            command(paths, &inputs, &outputs, &options) + &format!("\n  reference {reference}"),
+        ));
+    }
     let mut trial = Trial::new(&tried, first(&inputs, TRIED.0), first(&outputs, TRIED.1));
     let found = WAYS.iter().find_map(|(orders, in_second_half)| {
         trial.from = match in_second_half {
@@ -149,6 +243,8 @@ pub(crate) fn suggestion<'s>(
         (0..inputs.len()).take(TRIED.0).find_map(|at| {
             let input = &inputs[at].1;
             let mut going = trial.going_with(input, &outputs);
+            let own = loops.iter().find(|it| it[0].as_ref() == Some(input));
+            going.sort_by_key(|it| own.is_some_and(|own| own[1].as_ref() != Some(&it.1)));
             let (place, order) = trial.first_usable(input, &going, orders)?;
             going[..=place].rotate_right(1);
             Some((at, going, order))
@@ -172,6 +268,11 @@ pub(crate) fn suggestion<'s>(
     if let Some(from) = trial.from {
         options += &format!(" --window {from}..");
     }
+    Ok(Some(command(paths, &inputs, &outputs, &options)))
+}
+
+/// The command that fits the first output to the first input, and the others to choose from.
+fn command(paths: &[PathBuf], inputs: &[Ranked], outputs: &[Ranked], options: &str) -> String {
     let (input, output) = (shell_word(&inputs[0].1), shell_word(&outputs[0].1));
     let files: Vec<String> = paths
         .iter()
@@ -185,12 +286,36 @@ pub(crate) fn suggestion<'s>(
             false => format!(" (or {})", names.join(", ")),
         }
     };
-    Ok(Some(format!(
+    format!(
         "planesman sysid fit {} -i {input} -o {output}{options}\n  input {input}{}\n  output {output}{}",
         files.join(" "),
-        others(&inputs),
-        others(&outputs)
-    )))
+        others(inputs),
+        others(outputs)
+    )
+}
+
+/// Whether a fit with the loop's reference, as the command would do it, gives a usable model.
+fn has_model(data: &DataOptions, input: &str, output: &str, reference: &str) -> bool {
+    let signals = SignalOptions {
+        data: data.clone(),
+        input: input.to_owned(),
+        output: output.to_owned(),
+        reference: Some(reference.to_owned()),
+        ..SignalOptions::default()
+    };
+    let options = FitOptions {
+        signals,
+        ..FitOptions::default()
+    };
+    fit(&options, &()).is_ok_and(|it| it.analysis.verdict.is_usable())
+}
+
+/// A signal's topic, empty in a table, and its path, as a command has them.
+fn full_name((topic, path): (&str, &str)) -> String {
+    match topic {
+        "" => path.to_owned(),
+        topic => format!("{topic}:{path}"),
+    }
 }
 
 impl<'d> Trial<'d> {

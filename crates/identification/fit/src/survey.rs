@@ -576,7 +576,7 @@ fn of_bag(
         let key = (topic.name.as_str(), topic.kind.type_name.as_str());
         places.get(&key).copied()
     };
-    let messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
+    let messages = bag.messages_of(|topic| place(topic).is_some(), Order::LogTime);
     let broken = signals::each_message(messages, progress, |message| {
         if let Some(scan) = place(&message.topic).and_then(|place| scans.get_mut(place)) {
             scan.take(message);
@@ -639,7 +639,12 @@ fn of_fields(
     let requests: Vec<Request> = requests.flatten().collect();
     let mut fields: Vec<Field> = (0..requests.len()).map(Field::inspected).collect();
     let mut rows = vec![Row::default(); topics.len()];
-    let mut take = |signal: usize, stamp, value| {
+    // Each part of a table has its own rows.
+    let are_parts = topics.len() > 1 && topics.iter().all(|it| it.type_name.is_empty());
+    let mut take = |signal: usize, stamp, value: Option<f64>| {
+        if are_parts && value.is_none() {
+            return true;
+        }
         if let Some(row) = topic_of.get(signal).and_then(|it| rows.get_mut(*it)) {
             row.take(signal, stamp, value);
         }

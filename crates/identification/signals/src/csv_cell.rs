@@ -1,6 +1,10 @@
 //! A cell of a table: a number, or nothing.
 
 use crate::time_unit::TimeUnit;
+use crate::unit_name::is_unit;
+
+/// The longest unit behind a number, bytes.
+const LONGEST_UNIT: usize = 16;
 
 /// Words for a number that is not there, as loggers and pandas write them.
 const MISSING: [&str; 14] = [
@@ -37,6 +41,35 @@ pub(crate) fn number(cell: &str) -> Option<f64> {
         b'0'..=b'9' | b'+' | b'-' | b'.' | b',' => written(cell),
         _ => None,
     }
+}
+
+/// A number with its unit behind it: `19.95 °C`, `20%`. Without a blank between them, letters that may be hexadecimal digits (`1A`) are a unit
+/// only behind a fraction.
+pub(crate) fn quantity(cell: &str) -> Option<(f64, &str)> {
+    if !cell.starts_with(|it: char| it.is_ascii_digit() || "+-.,".contains(it)) {
+        return None;
+    }
+    let is_of_number = |it: char| it.is_ascii_digit() || "+-., eE'".contains(it);
+    let (amount, unit) = cell.split_at(cell.find(|it| !is_of_number(it))?);
+    let (bare, word) = (amount.trim_end(), unit.trim());
+    let is_parted = bare.len() < amount.len() || unit.starts_with(char::is_whitespace);
+    let is_hex = || word.bytes().all(|it| it.is_ascii_hexdigit()) && !bare.contains(['.', ',']);
+    let is_its = match is_parted {
+        true => {
+            word.chars()
+                .all(|it| it.is_alphabetic() || "%/°²³·^".contains(it))
+                || is_unit(word)
+        }
+        false => word.starts_with(|it: char| !it.is_ascii()) || (is_unit(word) && !is_hex()),
+    };
+    let is_its =
+        is_its && word.len() <= LONGEST_UNIT && !word.starts_with(|it: char| it.is_ascii_digit());
+    is_its.then_some((number(bare)?, word))
+}
+
+/// The number a cell holds, with a unit behind it or not.
+pub(crate) fn value(cell: &str) -> Option<f64> {
+    number(cell).or_else(|| Some(quantity(cell)?.0))
 }
 
 fn truth(cell: &str) -> Option<f64> {
@@ -101,12 +134,14 @@ pub(crate) fn decimal(text: &str, unit: TimeUnit) -> Option<i64> {
         return unit.in_nanoseconds(number(text)?);
     }
     let places = unit.places() as usize;
-    let padded = format!("{part:0<places$}");
-    let rounded = padded
+    let rounded = part
         .as_bytes()
         .get(places)
         .is_some_and(|digit| *digit >= b'5');
-    let nanoseconds: i64 = format!("{whole}{}", &padded[..places]).parse().ok()?;
+    let padded = part.bytes().chain(std::iter::repeat(b'0')).take(places);
+    let nanoseconds = whole.bytes().chain(padded).try_fold(0_i64, |sum, digit| {
+        sum.checked_mul(10)?.checked_add(i64::from(digit - b'0'))
+    })?;
     let nanoseconds = nanoseconds.checked_add(i64::from(rounded))?;
     Some(if negative { -nanoseconds } else { nanoseconds })
 }
@@ -147,6 +182,34 @@ mod tests {
             ("x", None),
         ] {
             assert_eq!(number(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_number_may_have_a_unit_behind_it() {
+        for (text, expected) in [
+            ("20%", Some((20.0, "%"))),
+            ("19.95 °C", Some((19.95, "°C"))),
+            ("19,95\u{a0}°C", Some((19.95, "°C"))),
+            ("11.9V", Some((11.9, "V"))),
+            ("-1.5 m/s^2", Some((-1.5, "m/s^2"))),
+            ("1.2e3 rpm", Some((1200.0, "rpm"))),
+            ("3 knots", Some((3.0, "knots"))),
+            ("1.5A", Some((1.5, "A"))),
+            // May be hexadecimal.
+            ("1A", None),
+            ("5C", None),
+            ("0x1A", None),
+            ("12:30 PM", None),
+            ("3 of 4", None),
+            ("12 Main Street", None),
+            ("10:00:00.000 -> 20", None),
+            ("x 5", None),
+            ("914018\t1", None),
+            ("%", None),
+            ("5", None),
+        ] {
+            assert_eq!(quantity(text), expected, "{text}");
         }
     }
 

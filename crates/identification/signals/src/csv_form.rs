@@ -12,8 +12,11 @@ use std::io::{self, BufRead, BufReader, Read};
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
 
-use crate::csv_cell::{is_missing, number};
+use crate::csv_cell::{is_missing, number, value};
+use crate::csv_heading::Heading;
+use crate::csv_serial::SerialForm;
 use crate::csv_time;
+use crate::time_unit;
 use crate::unit_name::is_unit;
 
 /// The longest line taken, bytes.
@@ -25,6 +28,12 @@ const PREFACE: usize = 1000;
 /// Lines, and bytes of them, from which the form is found.
 const SAMPLE: usize = 200;
 const SAMPLE_BYTES: usize = 1 << 20;
+
+/// The name of the column of stamps that a terminal puts in front.
+const STAMP: &str = "time";
+
+/// Lines of units, and of what was done to the numbers, between names and rows at most.
+const MOST_UNITS: usize = 3;
 
 /// What parts cells; of two that fit as well the first is taken.
 const DELIMITERS: [Delimiter; 5] = [
@@ -44,10 +53,14 @@ enum Delimiter {
 }
 
 /// The form of a table.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Form {
     delimiter: Delimiter,
     comment: u8,
+    /// How its lines are printed, if they are a microcontroller's.
+    pub(crate) serial: SerialForm,
+    /// What stands before it of an interval between its rows.
+    pub(crate) heading: Heading,
     /// Lines before the first row.
     pub(crate) skipped: u64,
     /// The names of the columns.
@@ -81,6 +94,8 @@ impl Form {
         let mut form = Self {
             delimiter: Delimiter::Blanks,
             comment: comment.map_or(b'#', |it| it.text[0]),
+            serial: SerialForm::default(),
+            heading: Heading::default(),
             skipped: 0,
             columns: Vec::new(),
             has_names: true,
@@ -95,10 +110,19 @@ impl Form {
             return Ok(Err(reason.to_owned()));
         }
         let body: Vec<&Line> = lines.iter().filter(|it| !it.is_comment).collect();
+        let texts = body[body.len() / 2..].iter().map(|it| &it.text[..]);
+        form.serial.has_stamps = SerialForm::have_stamps(texts);
         let grids = candidates.into_iter().map(|delimiter| {
             form.delimiter = delimiter;
-            Cells::of(body.iter().map(|it| form.cells(&it.text)).collect())
-                .map(|cells| (delimiter, cells))
+            form.serial.names.clear();
+            let rows = |form: &Self| body.iter().map(|it| form.cells(&it.text)).collect();
+            let mut cells: Vec<Vec<String>> = rows(&form);
+            form.serial.find_names(&cells[cells.len() / 2..]);
+            if !form.serial.names.is_empty() {
+                cells = rows(&form);
+            }
+            let names = form.serial.names.clone();
+            Cells::of(cells).map(|cells| (delimiter, cells, names))
         });
         // The first of those that fit as well.
         let best = grids.flatten().reduce(|best, next| {
@@ -108,12 +132,14 @@ impl Form {
                 best
             }
         });
-        let Some((delimiter, cells)) = best else {
+        let Some((delimiter, cells, names)) = best else {
             form.delimiter = Delimiter::Blanks;
+            form.serial.names.clear();
             form.columns = body.first().map_or(Vec::new(), |it| form.cells(&it.text));
             return Ok(Ok(form));
         };
         form.delimiter = delimiter;
+        form.serial.names = names;
         Ok(form.with_names(&lines, &body, &cells))
     }
 
@@ -125,12 +151,16 @@ impl Form {
         let first_line =
             number(first).unwrap_or_else(|| lines.last().map_or(1, |it| it.number + 1));
         self.skipped = first_line - 1;
+        for row in &cells.rows[..first] {
+            self.heading.take(row.iter().map(String::as_str));
+        }
         let of_blanks = self.delimiter == Delimiter::Blanks;
         let mut begins = first_line;
         // A title behind an empty line has not the rows' cells.
         let is_next = |row: usize| number(row).is_some_and(|it| it + 1 == first_line);
+        let printed = !self.serial.names.is_empty();
         let names = cells.names(first, of_blanks).filter(|(row, names, _)| {
-            names.len() == cells.width || is_next(*row) || first == body.len()
+            !printed && (names.len() == cells.width || is_next(*row) || first == body.len())
         });
         // Names of several words are parted by two blanks.
         let by_two = || {
@@ -149,13 +179,20 @@ impl Form {
             let names = attached(self.cells(&last.text[1..]), of_blanks);
             (names.len() == cells.width).then_some((last.number, names))
         };
-        if let Some((row, names, units)) = names {
+        if printed {
+            let stamp = self.serial.has_stamps.then(|| STAMP.to_owned());
+            let names = self.serial.names.iter().cloned();
+            self.columns = stamp.into_iter().chain(names).collect();
+        } else if let Some((row, names, units)) = names {
             begins = number(row).unwrap_or(first_line);
             self.columns = self.fitted(begins, names, cells, first)?;
             for (name, unit) in self.columns.iter_mut().zip(units) {
                 if !unit.is_empty() {
                     *name += &format!(" [{unit}]");
                 }
+            }
+            if self.serial.has_stamps {
+                STAMP.clone_into(&mut self.columns[0]);
             }
         } else if let Some((_, names)) = of_comment() {
             self.columns = names;
@@ -233,9 +270,12 @@ impl Form {
     }
 
     /// The rows of a table of this form, without what stands before them.
-    pub(crate) fn rows<R: Read>(&self, input: R) -> Reader<Lines<R>> {
+    pub(crate) fn rows<R: Read>(&self, input: R) -> RowReader<R> {
         let by_blanks = self.delimiter == Delimiter::Blanks;
-        self.reader(Lines::new(input, by_blanks, self.skipped))
+        RowReader {
+            reader: self.reader(Lines::new(input, by_blanks, self.skipped)),
+            serial: Some(self.serial.clone()).filter(|it| !it.is_plain()),
+        }
     }
 
     fn reader<R: Read>(&self, lines: Lines<R>) -> Reader<Lines<R>> {
@@ -261,8 +301,28 @@ impl Form {
             false => line,
         };
         let _ = (self.reader(Lines::new(line, by_blanks, 0))).read_byte_record(&mut row);
+        if !self.serial.is_plain() {
+            row = self.serial.row(&row);
+        }
         let text = |cell| String::from_utf8_lossy(cell).into_owned();
         row.iter().map(text).collect()
+    }
+}
+
+/// The rows of a table, as they are read.
+pub(crate) struct RowReader<R> {
+    reader: Reader<Lines<R>>,
+    serial: Option<SerialForm>,
+}
+
+impl<R: Read> RowReader<R> {
+    /// Reads the next row; returns whether there is one.
+    pub(crate) fn read(&mut self, row: &mut ByteRecord) -> csv::Result<bool> {
+        let is_row = self.reader.read_byte_record(row)?;
+        if let Some(serial) = self.serial.as_ref().filter(|_| is_row) {
+            *row = serial.row(row);
+        }
+        Ok(is_row)
     }
 }
 
@@ -416,6 +476,18 @@ impl Cells {
         while first > 0 && is_mostly(&self.rows[first - 1]) {
             first -= 1;
         }
+        // Rows of texts with a time, as of states, stand below the names too.
+        let is_stamped =
+            |row: &Vec<String>| row.len() == self.width && row.iter().any(|it| is_value(it));
+        let stamped = self.rows[..first]
+            .iter()
+            .rev()
+            .take_while(|it| is_stamped(it))
+            .count();
+        let head = (first - stamped).checked_sub(1).map(|it| &self.rows[it]);
+        if head.is_some_and(|it| it.len() == self.width && has_time(it)) {
+            first -= stamped;
+        }
         // As pandas numbers columns without names.
         let is_numbered = |row: &[String]| {
             let mut rest = row.iter().skip(1).enumerate();
@@ -439,14 +511,24 @@ impl Cells {
         let mut names = Some(line(at)).filter(near)?;
         let mut units = Vec::new();
         let is_units = |it: &String| it.is_empty() || is_unit(it);
-        while at > 0 && names.iter().all(is_units) {
+        let bare = |it: &String| it.trim_matches(['[', ']', '(', ')']).to_owned();
+        while at > 0 {
+            let fits = |row: &Vec<String>| near(row) && row.len() == names.len();
+            let is_of_time = |up: &usize| {
+                let row = line(at - up);
+                fits(&row) && has_time(&row) && !row.iter().any(|it| is_value(it))
+            };
             let upper = line(at - 1);
-            if !near(&upper) || upper.len() != names.len() {
-                break;
-            }
-            let bare = |it: &String| it.trim_matches(['[', ']', '(', ')']).to_owned();
-            units = names.iter().map(bare).collect();
-            (at, names) = (at - 1, upper);
+            let up = match (1..=at.min(MOST_UNITS)).find(is_of_time) {
+                Some(up) if !by_blanks && !has_time(&names) => up,
+                _ if !fits(&upper) => break,
+                _ if names.iter().all(is_units) => 1,
+                _ if !by_blanks && units.is_empty() && are_units(&names, &upper) => 1,
+                _ => break,
+            };
+            let below = if up == 1 { names } else { line(at + 1 - up) };
+            units = below.iter().map(bare).collect();
+            (at, names) = (at - up, line(at - up));
         }
         Some((at, names, units))
     }
@@ -467,9 +549,22 @@ impl Cells {
     }
 }
 
+fn has_time(names: &[String]) -> bool {
+    names.iter().any(|it| time_unit::is_name(it))
+}
+
+/// Whether words below names are units, whatever their words: each column has a name, all of which differ, and no word below is a number or the
+/// time's name.
+fn are_units(words: &[String], names: &[String]) -> bool {
+    let is_name =
+        |(at, it): (usize, &String)| !it.is_empty() && !is_value(it) && !names[..at].contains(it);
+    let is_word = |it: &String| !is_value(it) || it == "1";
+    names.iter().enumerate().all(is_name) && words.iter().all(is_word) && !has_time(words)
+}
+
 /// Whether a cell holds what a column of numbers or times does.
 fn is_value(cell: &str) -> bool {
-    number(cell).is_some() || csv_time::is_time(cell)
+    value(cell).is_some() || csv_time::is_time(cell)
 }
 
 /// Passes bytes on, and fails in a line that is longer than any table's. A run of blanks in a line becomes one tab, if
@@ -560,10 +655,13 @@ mod tests {
 
     fn read(text: &str) -> (Form, Vec<Vec<String>>) {
         let form = Form::of(text.as_bytes()).unwrap().unwrap();
-        let rows = form.rows(text.as_bytes()).into_byte_records();
-        let text = |cell: &[u8]| String::from_utf8_lossy(cell).into_owned();
-        let rows = rows.map(|row| row.unwrap().iter().map(text).collect());
-        (form, rows.collect())
+        let (mut reader, mut row) = (form.rows(text.as_bytes()), ByteRecord::new());
+        let mut rows = Vec::new();
+        while reader.read(&mut row).unwrap() {
+            let text = |cell: &[u8]| String::from_utf8_lossy(cell).into_owned();
+            rows.push(row.iter().map(text).collect());
+        }
+        (form, rows)
     }
 
     #[test]

@@ -9,16 +9,18 @@ use std::io;
 
 use csv::ByteRecord;
 
-use crate::csv_cell::{is_missing, number};
+use crate::csv_cell::{is_missing, value};
 use crate::csv_time;
 
 /// Names of the column that says what a row's number is, and of that number, without underscores in front.
 #[rustfmt::skip]
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 20] = [
     "field", "name", "metric", "variable", "signal", "series", "channel", "tag", "parameter", "param", "key", "measurement", "topic",
-    "sensor", "item", "legend", "quantity",
+    "sensor", "item", "legend", "quantity", "entity_id", "entity", "statistic_id",
 ];
-const VALUES: [&str; 6] = ["value", "val", "values", "reading", "data", "number"];
+const VALUES: [&str; 8] = [
+    "value", "val", "values", "reading", "data", "number", "state", "mean",
+];
 
 /// Names of texts that say nothing of what a number is of.
 #[rustfmt::skip]
@@ -113,17 +115,18 @@ impl LongForm {
         let free: Vec<usize> = (0..columns.len())
             .filter(|it| !others.contains(it) && given(*it).next().is_some())
             .collect();
-        let is_number = |at: &usize| given(*at).all(|it| number(it).is_some());
-        let is_text = |it: &String| number(it).is_none() && !csv_time::is_time(it);
+        let is_number = |at: &usize| given(*at).all(|it| value(it).is_some());
+        let is_text = |it: &String| value(it).is_none() && !csv_time::is_time(it);
         let is_key = |at: &usize| given(*at).all(is_text) && !is_one_of(*at, &NO_KEYS);
-        let mut keys: Vec<usize> = free.iter().copied().filter(is_key).collect();
-        keys.truncate(MOST_KEYS);
         let named = |names: &[&str], of: &[usize]| {
             let place = |name: &&str| of.iter().copied().find(|at| plain(&columns[*at]) == **name);
             names.iter().find_map(place)
         };
         // Of its values some may be texts.
-        let value = named(&VALUES, &free).filter(|at| given(*at).any(|it| number(it).is_some()));
+        let value = named(&VALUES, &free);
+        let mut keys: Vec<usize> = free.iter().copied().filter(is_key).collect();
+        keys.retain(|at| Some(*at) != value);
+        keys.truncate(MOST_KEYS);
         let of_name = value.and_then(|_| named(&KEYS, &keys));
         let of = |row: &Vec<String>| -> Vec<String> {
             let cells = keys.iter().map(|at| row.get(*at).cloned());
@@ -147,7 +150,9 @@ impl LongForm {
         let mut found: BTreeMap<Vec<u8>, usize> = BTreeMap::new();
         let (mut row, mut text, mut rows) = (ByteRecord::new(), Vec::new(), 0);
         while next(&mut row)? {
-            let has_value = |at: &usize| row.get(*at).is_some_and(|it| !it.is_empty());
+            // Names may stand again before each series.
+            let is_value = |at: usize, it: &[u8]| !it.is_empty() && it != columns[at].as_bytes();
+            let has_value = |at: &usize| row.get(*at).is_some_and(|it| is_value(*at, it));
             if row.len() < columns.len() || !values.iter().any(has_value) {
                 continue;
             }

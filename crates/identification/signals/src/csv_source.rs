@@ -12,11 +12,12 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use csv::{ByteRecord, Reader};
+use csv::ByteRecord;
 use planesman_text::{did_you_mean, option, setting, shown, unmarked};
 
-use crate::csv_cell::{decimal, number};
-use crate::csv_form::{Form, Lines};
+use crate::csv_cell::{decimal, is_missing, number, quantity};
+use crate::csv_form::{Form, RowReader};
+use crate::csv_heading::Heading;
 use crate::csv_long::LongForm;
 use crate::csv_time::{FORMS, Written};
 use crate::error::{Result, SourceError, listed, size};
@@ -24,6 +25,12 @@ use crate::request::{PROGRESS_INTERVAL, Reading, Request, Take, places};
 use crate::source::{Source, SourceTopic};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
+
+/// The share of cells that are not empty below which a table is sparse; rows that tell it, and columns and groups of them at most.
+const SPARSE: f64 = 0.6;
+const FEWEST_ROWS: usize = 10;
+const MOST_COLUMNS: usize = 10_000;
+const MOST_GROUPS: usize = 100;
 
 /// Rows in which a time is looked for that no name tells of.
 const LOOKED_AT: usize = 100;
@@ -75,6 +82,8 @@ pub struct CsvSource {
     known: Known,
     /// How it is known that the time is written so, where nobody said it.
     written_told: String,
+    /// Its columns by the rows in which they have cells, where most cells are empty: each group has its own rows.
+    groups: Vec<Vec<usize>>,
 }
 
 impl CsvSource {
@@ -102,26 +111,55 @@ impl CsvSource {
             written: Written::default(),
             known: Known::Named,
             written_told: String::new(),
+            groups: Vec::new(),
         };
         let start = table.start()?;
         table.time = table.find_time(time, &start)?;
-        table.find_written(time.unit, &start)?;
+        table.find_written(time, &start)?;
         let of_time = [table.time_column(), table.time_part()];
         let of_time: Vec<usize> = of_time.into_iter().flatten().collect();
         let mut reader = table.reader()?;
-        let next = |row: &mut ByteRecord| Ok(reader.read_byte_record(row)?);
+        let next = |row: &mut ByteRecord| Ok(reader.read(row)?);
         table.long = LongForm::find(&table.form.columns, &of_time, &start, next)
             .map_err(unreadable)?
             .filter(|_| table.has_time() && !matches!(table.time, Time::Rows(_)))
             .map(Box::new);
+        table.groups = table.find_groups(&of_time, &start);
         Ok(table)
+    }
+
+    /// The columns that have cells in the same of the first rows, where most of all cells are empty; none of any other table.
+    fn find_groups(&self, of_time: &[usize], start: &[Vec<String>]) -> Vec<Vec<usize>> {
+        let mut groups: BTreeMap<Vec<bool>, Vec<usize>> = BTreeMap::new();
+        let (mut cells, mut filled) = (0, 0);
+        if start.len() < FEWEST_ROWS || self.form.columns.len() > MOST_COLUMNS {
+            return Vec::new();
+        }
+        for at in (0..self.form.columns.len()).filter(|it| !of_time.contains(it)) {
+            let has_cell = |row: &Vec<String>| row.get(at).is_some_and(|it| !is_missing(it));
+            let rows: Vec<bool> = start.iter().map(has_cell).collect();
+            let count = rows.iter().filter(|it| **it).count();
+            if count > 0 {
+                (cells, filled) = (cells + rows.len(), filled + count);
+            }
+            groups.entry(rows).or_default().push(at);
+        }
+        let empty = groups.remove(&vec![false; start.len()]);
+        let are_sparse = (filled as f64) < SPARSE * cells as f64;
+        let are_few = (2..=MOST_GROUPS).contains(&groups.len());
+        if !are_sparse || !are_few || !self.has_time() || self.long.is_some() {
+            return Vec::new();
+        }
+        let mut groups: Vec<Vec<usize>> = groups.into_values().rev().collect();
+        groups[0].extend(empty.into_iter().flatten());
+        groups
     }
 
     /// The first rows.
     fn start(&self) -> Result<Vec<Vec<String>>> {
         let mut reader = self.reader()?;
         let (mut row, mut rows) = (ByteRecord::new(), Vec::new());
-        while rows.len() < LOOKED_AT && reader.read_byte_record(&mut row)? {
+        while rows.len() < LOOKED_AT && reader.read(&mut row)? {
             let text = |cell| String::from_utf8_lossy(cell).into_owned();
             rows.push(row.iter().take(self.form.columns.len()).map(text).collect());
         }
@@ -236,7 +274,7 @@ impl CsvSource {
         }
     }
 
-    fn reader(&self) -> Result<Reader<Lines<File>>> {
+    fn reader(&self) -> Result<RowReader<File>> {
         Ok(self.form.rows(text_at(&self.path)?))
     }
 
@@ -311,6 +349,9 @@ impl CsvSource {
             key: Vec::new(),
             signals,
             count: 0,
+            heading: self.form.heading.clone(),
+            part: (0, 0),
+            last: 0,
             timeless: Faults::default(),
             others: None,
             broken: None,
@@ -340,7 +381,7 @@ impl CsvSource {
     fn stamps(&self) -> String {
         let Some(column) = self.time_column() else {
             let step = self.sample_time().unwrap_or(1.0);
-            return format!("of the rows, {step} s apart");
+            return format!("of the rows, {step} s apart{}", self.written_told);
         };
         let name = |column: usize| &self.form.columns[column];
         let mut text = match self.time_part() {
@@ -383,7 +424,8 @@ impl Source for CsvSource {
         }
     }
 
-    /// All columns beside the time. The signals of a long table have each their own times.
+    /// All columns beside the time. The signals of a long table have each their own times, and so have the columns of a sparse one that have cells
+    /// in the same rows.
     fn topics(&self) -> Vec<SourceTopic> {
         let requests = self.signals().into_iter().map(Request::output);
         let topic = |requests| SourceTopic {
@@ -393,6 +435,11 @@ impl Source for CsvSource {
         };
         match self.long {
             Some(_) => requests.map(|it| topic(vec![it])).collect(),
+            None if !self.groups.is_empty() => {
+                let request = |at: &usize| Request::output(&self.form.columns[*at]);
+                let requests = |group: &Vec<usize>| group.iter().map(request).collect();
+                self.groups.iter().map(|it| topic(requests(it))).collect()
+            }
             None => vec![topic(requests.collect())],
         }
     }
@@ -449,13 +496,18 @@ pub(crate) fn read_rows(
 /// The rows of a table, as they are read.
 pub(crate) struct Rows<'a> {
     table: &'a CsvSource,
-    reader: Reader<Lines<File>>,
+    reader: RowReader<File>,
     row: ByteRecord,
     key: Vec<u8>,
     signals: Vec<(usize, usize)>,
     faults: Vec<Faults>,
     /// Rows read.
     count: u64,
+    /// The heading of the part that is read, the row with which that begins, and its time, ns.
+    heading: Heading,
+    part: (u64, i64),
+    /// The time of the last row, ns.
+    last: i64,
     timeless: Faults,
     /// The line in which names in another order stand.
     others: Option<u64>,
@@ -467,7 +519,8 @@ impl Rows<'_> {
     /// Goes to the next row that has a time; returns the time.
     pub(crate) fn next(&mut self) -> Option<i64> {
         loop {
-            match self.reader.read_byte_record(&mut self.row) {
+            match self.reader.read(&mut self.row) {
+                Ok(true) if self.is_of_heading() => continue,
                 Ok(true) => self.count += 1,
                 Ok(false) => return None,
                 Err(error) => {
@@ -475,9 +528,10 @@ impl Rows<'_> {
                     return None;
                 }
             }
-            let stamp = self.table.stamp(&self.row, self.count - 1);
-            if stamp.is_some() {
-                return stamp;
+            let (first, begin) = self.part;
+            if let Some(stamp) = self.table.stamp(&self.row, self.count - 1 - first) {
+                self.last = stamp.saturating_add(begin);
+                return Some(self.last);
             }
             let line = self.line();
             if self.others.is_none() && self.has_other_names() {
@@ -487,6 +541,26 @@ impl Rows<'_> {
             let cell = self.row.get(column).unwrap_or_default();
             self.timeless.count(cell, line);
         }
+    }
+
+    /// Whether the row is of a heading between rows without times; behind it they begin anew.
+    fn is_of_heading(&mut self) -> bool {
+        let first = &self.table.form.heading;
+        let text = |cell| std::str::from_utf8(cell).unwrap_or_default();
+        let key = text(self.row.get(0).unwrap_or_default());
+        if !first.has_interval() || key.is_empty() || number(key).is_some() {
+            return false;
+        }
+        if self.heading.take(self.row.iter().map(text)) && self.count > 0 {
+            self.part = (self.count, self.heading.begins(first, self.last));
+        }
+        if self.heading.interval != first.interval {
+            let line = self.line();
+            self.broken = Some(format!(
+                "from line {line} on the rows have another interval; make a file of each part"
+            ));
+        }
+        true
     }
 
     /// Whether the row holds the names of the columns in another order, or some of them: another table begins.
@@ -581,6 +655,18 @@ impl Rows<'_> {
                     self.table.name_of(*column)
                 )));
             }
+            if let Some((unit, line)) = faults.of_several_units(self.count) {
+                let named = |unit: &str| match unit {
+                    "" => "no unit".to_owned(),
+                    unit => format!("the unit '{}'", shown(unit)),
+                };
+                return Err(SourceError::Data(format!(
+                    "{path}: cells of '{}' are of several units: the first has {}, that in line {line} has {}; write all in one",
+                    self.table.name_of(*column),
+                    named(faults.unit.as_deref().unwrap_or_default()),
+                    named(unit)
+                )));
+            }
             let note = faults.note(self.table.name_of(*column), self.count - timeless);
             reading.notes.extend(note);
         }
@@ -602,6 +688,10 @@ struct Faults {
     /// Whether a number has no sign, and whether one has a sign that groups nothing.
     has_whole: bool,
     has_fraction: bool,
+    /// The unit behind the first number but 0, and the first other with its line; numbers that have one where the first has none.
+    unit: Option<String>,
+    other_unit: Option<(String, u64)>,
+    with_unit: u64,
 }
 
 impl Faults {
@@ -609,12 +699,41 @@ impl Faults {
     fn number(&mut self, cell: &[u8], line: u64) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok();
         let found = text.and_then(number);
-        if found.is_none() {
-            self.count(cell, line);
-        } else if !self.has_fraction {
-            self.see_sign(cell, line);
+        if let Some(number) = found {
+            if !self.has_fraction {
+                self.see_sign(cell, line);
+            }
+            match &self.unit {
+                None if number.abs() > 0.0 => self.unit = Some(String::new()),
+                Some(unit) if !unit.is_empty() && number.abs() > 0.0 => self.see_unit("", line),
+                _ => {}
+            }
+            return found;
         }
-        found
+        let Some((number, unit)) = text.and_then(quantity) else {
+            self.count(cell, line);
+            return None;
+        };
+        self.see_unit(unit, line);
+        if self.unit.as_deref() == Some("") {
+            self.with_unit += 1;
+            self.count(cell, line);
+            return None;
+        }
+        Some(number)
+    }
+
+    fn see_unit(&mut self, unit: &str, line: u64) {
+        if self.unit.get_or_insert_with(|| unit.to_owned()) != unit {
+            self.other_unit
+                .get_or_insert_with(|| (unit.to_owned(), line));
+        }
+    }
+
+    /// The first other unit, where numbers of several are read, or more than a few of one are left out.
+    fn of_several_units(&self, rows: u64) -> Option<&(String, u64)> {
+        let are_read = self.unit.as_deref() != Some("");
+        (self.other_unit.as_ref()).filter(|_| are_read || self.with_unit * 100 > rows)
     }
 
     /// Looks whether the number may have its thousands grouped.

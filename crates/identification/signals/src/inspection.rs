@@ -5,7 +5,8 @@ use crate::clock::{ClockFollower, Followed};
 use crate::mixture::Mixture;
 use crate::repeats::{Repeats, rows_per_sample};
 use crate::resample::PRELUDE;
-use crate::sieve::bursts;
+use crate::sieve::{bursts, interval};
+use crate::spread::{LostDigits, Spreader};
 use crate::timing::Meter;
 use crate::unwrap::{Unwrap, Unwrapper};
 
@@ -17,6 +18,37 @@ pub struct StampInspection {
     /// The first of them, up to where the clock goes back.
     first: Vec<i64>,
     has_returned: bool,
+    digits: DigitWatch,
+}
+
+/// Watches for stamps that lose digits, where the first come one by one; spreads them from there on.
+#[derive(Clone, Debug, Default)]
+struct DigitWatch {
+    lost: Option<LostDigits>,
+    spreader: Option<Spreader>,
+}
+
+impl DigitWatch {
+    fn of(first: &[i64]) -> Self {
+        let mut first = first.to_vec();
+        first.sort_unstable();
+        let is_even = bursts(&first).is_none();
+        Self {
+            lost: is_even.then(|| LostDigits::new(interval(&first))),
+            spreader: None,
+        }
+    }
+
+    fn next(&mut self, stamp: i64) -> i64 {
+        if let Some((mut spreader, samples)) = self.lost.as_mut().and_then(|it| it.take(stamp, 0.0))
+        {
+            for (stamp, _) in samples {
+                spreader.next(stamp);
+            }
+            (self.spreader, self.lost) = (Some(spreader), None);
+        }
+        self.spreader.as_mut().map_or(stamp, |it| it.next(stamp))
+    }
 }
 
 /// What stamps show.
@@ -41,6 +73,7 @@ impl Default for StampInspection {
             meter: Meter::default(),
             first: Vec::new(),
             has_returned: false,
+            digits: DigitWatch::default(),
         }
     }
 }
@@ -50,13 +83,16 @@ impl StampInspection {
     pub fn take(&mut self, stamp: i64, content: u64) {
         if !self.has_returned && self.first.len() < PRELUDE {
             self.first.push(stamp);
+            if self.first.len() == PRELUDE {
+                self.digits = DigitWatch::of(&self.first);
+            }
         }
         // Its upper bits are a finite number.
         let content = (content >> 12) as f64;
-        let meter = &mut self.meter;
+        let Self { meter, digits, .. } = self;
         let mut give = |followed| {
             if let Followed::Sample(_, stamp, _) = followed {
-                meter.take(stamp);
+                meter.take(digits.next(stamp));
             }
         };
         self.clock.take(0, stamp, Some(content), &mut give);
@@ -78,6 +114,13 @@ impl StampInspection {
                 meter.take(stamp);
             }
         });
+        // Of few they are known only now.
+        let mut digits = DigitWatch::of(&self.first);
+        let spread: Vec<i64> = self.first.iter().map(|it| digits.next(*it)).collect();
+        if digits.spreader.is_some() && self.first.len() < PRELUDE && !self.has_returned {
+            (self.digits, self.meter) = (digits, Meter::default());
+            spread.into_iter().for_each(|it| self.meter.take(it));
+        }
         self.first.sort_unstable();
         let bursts = bursts(&self.first);
         let timing = self.meter.timing();
@@ -85,7 +128,9 @@ impl StampInspection {
             bursts: self.meter.bursts(),
             rate: bursts.map_or(timing.rate(), |it| 1e9 / it.interval),
             clock: self.clock.notes(),
-            change: bursts.map(|it| it.change()),
+            change: bursts
+                .or(self.digits.spreader.map(|it| it.bursts))
+                .map(|it| it.change()),
             timing,
         }
     }

@@ -1,7 +1,8 @@
 //! Opens files as a source of samples: a bag, whole or split, tables, or a log of a vehicle.
 
-use planesman_bag::is_bag_file;
+use planesman_bag::{ReadError, is_bag_file};
 use planesman_text::option;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::bag_source::BagSource;
@@ -51,82 +52,287 @@ pub fn is_data(path: &Path) -> bool {
     (is_bag_file(path) && !is_again) || is_record(path)
 }
 
-/// A kind of file that is known and not read, by its endings.
+/// A kind of file that is known and not read.
 struct Foreign {
     endings: &'static [&'static str],
+    /// The bytes that it begins with, of any of its versions.
+    magic: &'static [&'static [u8]],
     kind: &'static str,
-    /// The command that converts it, FILE and NEW for the files.
-    command: &'static str,
+    remedy: Remedy,
 }
 
+/// What makes a file that is read, FILE and NEW for the files.
+enum Remedy {
+    Command(&'static str),
+    Words(&'static str),
+}
+
+use Remedy::{Command, Words};
+
+/// Reads CAN frames of any log with the names of a DBC file.
+const CAN: Foreign = Foreign {
+    endings: &["blf", "trc"],
+    magic: &[b"LOGG", b";$FILEVERSION"],
+    kind: "a log of CAN frames, whose bytes are no signals yet",
+    remedy: Command(
+        "python -c \"import can, cantools, pandas; d = cantools.database.load_file('SIGNALS.dbc'); ids = {m.frame_id for m in d.messages}; \
+         pandas.DataFrame({'time': m.timestamp, **d.decode_message(m.arbitration_id, m.data, decode_choices=False)} for m in \
+         can.LogReader('FILE') if m.arbitration_id in ids).to_csv('NEW.csv', index=False)\"",
+    ),
+};
+
+const ECHO: Foreign = Foreign {
+    endings: &[],
+    magic: &[],
+    kind: "messages as `ros2 topic echo` prints them",
+    remedy: Words(
+        "record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`",
+    ),
+};
+
+/// Beside those that are known by their text.
 const FOREIGN: &[Foreign] = &[
+    CAN,
     Foreign {
         endings: &["mat"],
+        magic: &[b"MATLAB 5.0"],
         kind: "a MATLAB file",
-        command: "python -c \"import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() \
-                  if k[0] != '_'}).to_csv('NEW.csv', index=False)\"",
+        remedy: Command(
+            "python -c \"import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() if k[0] != '_'})\
+             .to_csv('NEW.csv', index=False)\"",
+        ),
+    },
+    Foreign {
+        endings: &["mat"],
+        magic: &[b"MATLAB 7.3"],
+        kind: "a MATLAB file of version 7.3",
+        remedy: Command(OF_HDF5),
     },
     Foreign {
         endings: &["xlsx", "xls", "ods"],
+        magic: &[],
         kind: "a spreadsheet",
-        command: "python -c \"import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)\"",
+        remedy: Command(
+            "python -c \"import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)\"",
+        ),
     },
     Foreign {
         endings: &["parquet"],
+        magic: &[b"PAR1"],
         kind: "a Parquet file",
-        command: "python -c \"import pandas; pandas.read_parquet('FILE').to_csv('NEW.csv', index=False)\"",
+        remedy: Command(
+            "python -c \"import pandas; pandas.read_parquet('FILE').to_csv('NEW.csv', index=False)\"",
+        ),
     },
     Foreign {
         endings: &["feather", "arrow"],
+        magic: &[b"ARROW1"],
         kind: "an Arrow file",
-        command: "python -c \"import pandas; pandas.read_feather('FILE').to_csv('NEW.csv', index=False)\"",
+        remedy: Command(
+            "python -c \"import pandas; pandas.read_feather('FILE').to_csv('NEW.csv', index=False)\"",
+        ),
+    },
+    Foreign {
+        endings: &["nc", "nc4", "cdf"],
+        magic: &[b"CDF\x01", b"CDF\x02", b"CDF\x05", HDF5],
+        kind: "a netCDF file",
+        remedy: Command(
+            "python -c \"import xarray; xarray.open_dataset('FILE').to_dataframe().to_csv('NEW.csv')\"",
+        ),
     },
     Foreign {
         endings: &["h5", "hdf5", "hdf"],
+        magic: &[HDF5],
         kind: "an HDF5 file",
-        command: "python -c \"import h5py, pandas; pandas.DataFrame({k: v[()].ravel() for k, v in h5py.File('FILE').items()}).to_csv('NEW.csv', \
-                  index=False)\"",
+        remedy: Command(OF_HDF5),
     },
     Foreign {
         endings: &["npz"],
+        magic: &[],
         kind: "an archive of numpy",
-        command: "python -c \"import numpy, pandas; pandas.DataFrame(dict(numpy.load('FILE'))).to_csv('NEW.csv', index=False)\"",
+        remedy: Command(
+            "python -c \"import numpy, pandas; pandas.DataFrame(dict(numpy.load('FILE'))).to_csv('NEW.csv', index=False)\"",
+        ),
     },
     Foreign {
         endings: &["npy"],
+        magic: &[b"\x93NUMPY"],
         kind: "an array of numpy",
-        command: "python -c \"import numpy; numpy.savetxt('NEW.csv', numpy.load('FILE'), delimiter=',')\"",
+        remedy: Command(
+            "python -c \"import numpy; numpy.savetxt('NEW.csv', numpy.load('FILE'), delimiter=',')\"",
+        ),
     },
     Foreign {
         endings: &["pkl", "pickle"],
+        magic: &[],
         kind: "a pickle of Python",
-        command: "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
+        remedy: Command(
+            "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
+        ),
+    },
+    Foreign {
+        endings: &["jsonl", "ndjson"],
+        magic: &[],
+        kind: "JSON, an object a line",
+        remedy: Command(
+            "python -c \"import json, pandas; pandas.json_normalize([json.loads(line) for line in open('FILE')]).to_csv('NEW.csv', index=False)\"",
+        ),
+    },
+    Foreign {
+        endings: &["json"],
+        magic: &[],
+        kind: "JSON",
+        remedy: Command(
+            "python -c \"import json, pandas; pandas.json_normalize(json.load(open('FILE'))).to_csv('NEW.csv', index=False)\"",
+        ),
+    },
+    Foreign {
+        endings: &["tdms"],
+        magic: &[b"TDSm"],
+        kind: "a TDMS file of LabVIEW",
+        remedy: Command(
+            "python -c \"import nptdms; nptdms.TdmsFile.read('FILE').as_dataframe(time_index=True).to_csv('NEW.csv', index_label='time')\"",
+        ),
+    },
+    Foreign {
+        endings: &["mf4", "mdf"],
+        magic: &[b"MDF     ", b"UnFinMF "],
+        kind: "an MDF file",
+        remedy: Command(
+            "python -c \"import asammdf; asammdf.MDF('FILE').to_dataframe().to_csv('NEW.csv', index_label='time')\"",
+        ),
+    },
+    Foreign {
+        endings: &["rrd"],
+        magic: &[b"RRF"],
+        kind: "a recording of Rerun",
+        remedy: Command(
+            "python -c \"import rerun as rr; rr.dataframe.load_recording('FILE').view(index='log_time', contents='/**').select().read_pandas()\
+             .to_csv('NEW.csv', index=False)\"",
+        ),
+    },
+    Foreign {
+        endings: &["bbl", "bfl"],
+        magic: &[b"H Product:Blackbox"],
+        kind: "a log of Betaflight's or INAV's blackbox",
+        remedy: Command("blackbox_decode FILE"),
+    },
+    Foreign {
+        endings: &["wpilog", "rlog", "revlog", "dslog", "hoot"],
+        magic: &[b"WPILOG"],
+        kind: "a log of an FRC robot",
+        remedy: Words(
+            "open it in AdvantageScope, and save it by File > Export Data... as CSV (List), or as MCAP",
+        ),
     },
     Foreign {
         endings: &["bag"],
+        magic: &[b"#ROSBAG V"],
         kind: "a bag of ROS 1",
-        command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
+        remedy: Command("rosbags-convert --src FILE --dst NEW --dst-storage mcap"),
     },
     Foreign {
         endings: &["active"],
+        magic: &[],
         kind: "a bag of ROS 1 that was not closed",
-        command: "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
+        remedy: Command(
+            "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
+        ),
+    },
+    Foreign {
+        endings: &["gz"],
+        magic: &[b"\x1f\x8b"],
+        kind: "packed",
+        remedy: Command("gunzip -k FILE"),
+    },
+    Foreign {
+        endings: &["zip"],
+        magic: &[b"PK\x03\x04"],
+        kind: "packed",
+        remedy: Command("unzip FILE"),
     },
 ];
 
-/// The kind of a file, by its ending, if it is known and not read.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+const OF_HDF5: &str = "python -c \"import h5py, pandas; pandas.DataFrame({k: v[()].ravel() for k, v in h5py.File('FILE').items()}).to_csv('NEW.csv', \
+                       index=False)\"";
+
+/// Bytes of a file by which its kind is told.
+const BEGINNING: u64 = 4096;
+
+/// The share of lines that are a key with its value where messages are printed.
+const KEYS: f64 = 0.6;
+
+/// The kind of a file, if it is known and not read: by its first bytes, and its ending.
 fn foreign(path: &Path) -> Option<&'static Foreign> {
-    FOREIGN.iter().find(|it| ends_in(path, it.endings))
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).ok()?;
+    // A file that cannot be read is refused when it is opened.
+    let _ = file.take(BEGINNING).read_to_end(&mut bytes);
+    let begins = |it: &&Foreign| it.magic.iter().any(|magic| bytes.starts_with(magic));
+    let is_called = |it: &&Foreign| ends_in(path, it.endings);
+    let text = String::from_utf8_lossy(&bytes);
+    if are_frames(&text) {
+        return Some(&CAN);
+    }
+    if are_messages(&text) {
+        return Some(&ECHO);
+    }
+    let is_it = |it: &&Foreign| is_called(it) && (it.magic.is_empty() || begins(it));
+    let all = || FOREIGN.iter();
+    let found = all().find(is_it).or_else(|| all().find(begins));
+    found.or_else(|| all().find(is_called))
+}
+
+/// Whether the text is that of CAN frames: with the base of their numbers, as Vector's tools write it, or as candump does,
+/// `(1436509052.249713) can0 044#2A36`.
+fn are_frames(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim_start);
+    let is_base = |line: &str| {
+        let words: Vec<String> = line.split_whitespace().map(str::to_lowercase).collect();
+        matches!(&words[..], [base, of, times, ..] if base == "base" && (of == "hex" || of == "dec") && times == "timestamps")
+    };
+    let is_frame = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        matches!(words[..], [time, _, frame, ..] if time.starts_with('(') && time.ends_with(')') && frame.contains('#'))
+    };
+    lines.clone().take(10).any(is_base) || lines.next().is_some_and(is_frame)
+}
+
+/// Whether the text is that of messages in YAML, parted by `---`.
+fn are_messages(text: &str) -> bool {
+    let lines = || {
+        text.lines()
+            .map(str::trim)
+            .filter(|it| !it.is_empty() && *it != "---")
+    };
+    let is_key = |line: &&str| {
+        let key = line.trim_start_matches("- ").split_once(':');
+        key.is_some_and(|(key, value)| {
+            key.bytes()
+                .all(|it| it.is_ascii_alphanumeric() || it == b'_')
+                && (value.is_empty() || value.starts_with(' '))
+        })
+    };
+    let keys = lines().filter(is_key).count();
+    text.lines().any(|it| it == "---")
+        && keys as f64 > KEYS * lines().count() as f64
+        && !text.starts_with("rosbag2_bagfile_information")
 }
 
 impl Foreign {
-    /// Why the file is not read, and the command that makes of it one that is.
-    fn remedy(&self, path: &Path) -> String {
-        let command = self.command.replace("FILE", &path.display().to_string());
-        let new = path.with_extension("");
-        let command = command.replace("NEW", &new.display().to_string());
+    /// Why the file is not read, and what makes of it one that is.
+    fn refusal(&self, path: &Path) -> String {
+        let filled = |text: &str| {
+            let filled = text.replace("FILE", &path.display().to_string());
+            filled.replace("NEW", &path.with_extension("").display().to_string())
+        };
+        let remedy = match self.remedy {
+            Command(command) => format!("convert it: `{}`", filled(command)),
+            Words(words) => filled(words),
+        };
         format!(
-            "{}: {}, which is not read; convert it: `{command}`",
+            "{}: {}, which is not read; {remedy}",
             path.display(),
             self.kind
         )
@@ -142,7 +348,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
     if let Some((path, kind)) =
         (data.paths.iter().filter(exists)).find_map(|path| Some((path, foreign(path)?)))
     {
-        return Err(SourceError::Data(kind.remedy(path)));
+        return Err(SourceError::Data(kind.refusal(path)));
     }
     let is_csv = |path: &PathBuf| is_table(path);
     let log = data.paths.iter().find_map(|path| LogKind::of(path));
@@ -182,6 +388,13 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
             option("sample_time"),
             option("stamp")
         ))),
-        (paths, _) => Ok(Box::new(BagSource::open(paths, data.stamp, data.most_unpacked)?)),
+        (paths, _) => match BagSource::open(paths, data.stamp, data.most_unpacked) {
+            Err(SourceError::Bag(error @ ReadError::NotABag { .. })) => Err(SourceError::Data(format!(
+                "{error}; a table is a .{}, a log a .{}",
+                TABLES.join(", ."),
+                LogKind::all().iter().flat_map(|it| it.endings).copied().collect::<Vec<_>>().join(", .")
+            ))),
+            opened => Ok(Box::new(opened?)),
+        },
     }
 }

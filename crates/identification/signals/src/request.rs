@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use crate::error::{Result, SourceError};
-use crate::time_unit::{JudgedUnit, Known};
+use crate::time_unit::{JudgedUnit, Known, TimeUnit};
 use planesman_text::{number, option};
 use serde::Serialize;
 
 /// Rates that one expects of a log, Hz, and the one up to which seconds may be milliseconds.
 const PLAUSIBLE: RangeInclusive<f64> = 1e-3..=2e4;
 const SLOW: f64 = 0.1;
+
+/// Rates that speak for another unit, Hz.
+const USUAL: RangeInclusive<f64> = 0.5..=1e4;
 
 planesman_text::choices! {
     /// The clock whose stamps are taken.
@@ -104,10 +107,19 @@ impl Reading {
             "" => String::new(),
             how => format!(", {how},"),
         };
+        let unit = self.unit.unit;
+        let others = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns].into_iter();
+        let others = others.filter(|it| *it != unit).filter_map(|it| {
+            let rate = rate * unit.nanoseconds() as f64 / it.nanoseconds() as f64;
+            USUAL
+                .contains(&rate)
+                .then(|| format!(", in {} {} Hz", it.name(), number(rate)))
+        });
         let told = format!(
-            "nobody names the unit of the times: in {}{how} the rate is {} Hz ({} names it)",
-            self.unit.unit.name(),
+            "nobody names the unit of the times: in {}{how} the rate is {} Hz{} ({} names it)",
+            unit.name(),
             number(rate),
+            others.collect::<String>(),
             option("time_unit")
         );
         match is_doubtful {

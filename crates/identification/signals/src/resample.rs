@@ -5,7 +5,8 @@
 //!
 //! - **The grid** begins at the first output's first sample, so that data which lies on a grid
 //!   is taken as it is. Its interval is what was asked for, or the median interval of the
-//!   slowest output among the first [`PRELUDE`] samples, the mean where they come in bursts; within half a per cent of a whole number of hertz or milliseconds that is taken.
+//!   slowest output among the first [`PRELUDE`] samples, the mean where they come in bursts; within half a per cent of a whole number of hertz or milliseconds that is taken,
+//!   unless the stamps lie on a grid of another.
 //! - **The methods** are [`Method`]'s. An input acts over the interval that begins at an instant;
 //!   the last sample before a gap is held to the end of its interval.
 //! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
@@ -214,11 +215,12 @@ impl Resampler {
             sieves.push(sieve);
         }
         let slowest = |signals: &[f64]| signals.iter().copied().fold(0.0, f64::max);
-        let step = match (self.options.rate, slowest(&intervals[self.inputs..])) {
+        let steps: Vec<f64> = sieves.iter().map(|it| it.step).collect();
+        let step = match (self.options.rate, slowest(&steps[self.inputs..])) {
             (Some(rate), _) => 1e9 / rate,
             // One output sample, or none among so many: the inputs must do.
-            (None, 0.0) => rounded(slowest(&intervals)),
-            (None, interval) => rounded(interval),
+            (None, 0.0) => slowest(&steps),
+            (None, step) => step,
         };
         let step = if step >= 1.0 { step } else { 1e9 };
         let first = |wanted: &dyn Fn(usize) -> bool| {
@@ -425,22 +427,6 @@ fn span(channel: &Channel) -> String {
     )
 }
 
-/// A whole number of hertz or of milliseconds within half a per cent, the nearer; else the interval as it is.
-fn rounded(interval: f64) -> f64 {
-    if interval <= 0.0 {
-        return interval;
-    }
-    let off = |candidate: &f64| (candidate / interval - 1.0).abs();
-    [
-        1e9 / (1e9 / interval).round(),
-        (interval / 1e6).round() * 1e6,
-    ]
-    .into_iter()
-    .filter(|candidate| off(candidate) < 0.005)
-    .min_by(|a, b| off(a).total_cmp(&off(b)))
-    .unwrap_or(interval)
-}
-
 impl Running {
     /// Takes a sample, or a time of which nothing is known.
     fn take(&mut self, signal: usize, sample: Option<(i64, f64)>, meter: &mut Meter) {
@@ -537,6 +523,17 @@ impl Track {
 
     fn take(&mut self, stamp: i64, value: f64, grid: &Grid, meter: &mut Meter) {
         self.mixtures.take(stamp, value);
+        if let Some(samples) = self.sieve.find_lost_digits(stamp, value) {
+            let first = samples.first().map_or(stamp, |it| it.0);
+            self.pending.retain(|it| it.0 < first);
+            for (stamp, value) in samples {
+                self.put_in_order(stamp, value, grid, meter);
+            }
+        }
+        self.put_in_order(stamp, value, grid, meter);
+    }
+
+    fn put_in_order(&mut self, stamp: i64, value: f64, grid: &Grid, meter: &mut Meter) {
         let spreader = self.sieve.spreader.as_mut();
         let stamp = spreader.map_or(stamp, |it| it.next(stamp));
         match self.last {

@@ -3,8 +3,12 @@
 use crate::channel::Change;
 use crate::quantile::median;
 use crate::repeats::{Repeats, rows_per_sample};
-use crate::spread::{Bursts, Spreader, mean_interval};
+use crate::spread::{Bursts, LostDigits, Spreader, mean_interval};
 use crate::unwrap::{Unwrap, Unwrapper};
+
+/// Stamps in front of those that are shared, from which the interval is found, and the share of repeated ones behind them.
+const LONG: usize = 50;
+const SHARED: f64 = 0.3;
 
 /// A mean interval of so many medians says that the median is not what samples stand for.
 const UNEVEN: f64 = 1.5;
@@ -14,8 +18,11 @@ const UNEVEN: f64 = 1.5;
 pub(crate) struct Sieve {
     /// From sample to sample, ns; 0 where fewer than two are known.
     pub(crate) interval: f64,
+    /// The step of a grid for them, ns.
+    pub(crate) step: f64,
     bursts: Option<Bursts>,
     pub(crate) spreader: Option<Spreader>,
+    lost: LostDigits,
     pub(crate) repeats: Option<Repeats>,
     pub(crate) unwrapper: Unwrapper,
 }
@@ -34,16 +41,32 @@ impl Sieve {
         let repeats = rows_per_sample(&values)
             .filter(|_| is_output)
             .map(Repeats::new);
+        let lost = LostDigits::new(interval);
+        let mut step = grid_step(interval, &stamps);
         if let Some(repeats) = &repeats {
             interval *= repeats.rows;
+            step = rounded(interval);
         }
         Self {
             interval,
+            step,
             bursts,
+            lost,
             spreader: bursts.map(Spreader::new),
             repeats,
             unwrapper: Unwrapper::new(unwrap, &values),
         }
+    }
+
+    /// Takes a sample; where stamps begin to lack digits, gives the samples that are spread from there on.
+    pub(crate) fn find_lost_digits(&mut self, stamp: i64, value: f64) -> Option<Vec<(i64, f64)>> {
+        if self.spreader.is_some() {
+            return None;
+        }
+        let (spreader, samples) = self.lost.take(stamp, value)?;
+        self.bursts = Some(spreader.bursts);
+        self.spreader = Some(spreader);
+        Some(samples)
     }
 
     /// Samples in the order of their stamps, changed. Of those of one stamp the last counts.
@@ -75,17 +98,72 @@ impl Sieve {
     }
 }
 
+/// Sorted stamps up to where many begin to be shared, if that is far behind the first.
+fn with_all_digits(stamps: &[i64]) -> &[i64] {
+    let is_shared = |it: &[i64]| it[0] == it[1];
+    let end = stamps.windows(2).position(is_shared).unwrap_or(0) + 1;
+    let (first, rest) = stamps.split_at(end.min(stamps.len()));
+    let shared = rest.windows(2).filter(|it| is_shared(it)).count();
+    match first.len() >= LONG && shared as f64 > SHARED * rest.len() as f64 {
+        true => first,
+        false => stamps,
+    }
+}
+
 /// How sorted stamps are to be spread, if they are.
 pub(crate) fn bursts(stamps: &[i64]) -> Option<Bursts> {
+    let stamps = with_all_digits(stamps);
     Bursts::find(stamps).or_else(|| Bursts::in_steps(stamps))
 }
 
 /// The median interval of sorted stamps, or the mean without gaps where that is far longer, ns; repeated stamps count for nothing.
-fn interval(stamps: &[i64]) -> f64 {
-    let mut stamps = stamps.to_vec();
+pub(crate) fn interval(stamps: &[i64]) -> f64 {
+    let mut stamps = with_all_digits(stamps).to_vec();
     stamps.dedup();
     let intervals = stamps.windows(2).map(|it| (it[1] - it[0]) as f64);
     let median = median(&mut intervals.collect::<Vec<f64>>());
     let mean = mean_interval(&stamps);
     if mean > UNEVEN * median { mean } else { median }
+}
+
+/// The share of stamps on a grid, and how far from an instant they may be, in steps.
+const ON_GRID: f64 = 0.95;
+const NEAR: f64 = 0.1;
+
+/// The step of a grid for samples at this interval: rounded, unless the stamps lie on a grid of their own and leave the rounded one, as those
+/// of a camera with 29.97 pictures a second.
+fn grid_step(interval: f64, stamps: &[i64]) -> f64 {
+    let round = rounded(interval);
+    let [first, .., last] = stamps else {
+        return round;
+    };
+    let time = (last - first) as f64;
+    let measured = time / (time / interval).round();
+    let fits = |step: f64| {
+        let off = |stamp: &&i64| {
+            let steps = (**stamp - first) as f64 / step;
+            (steps - steps.round()).abs() <= NEAR
+        };
+        stamps.iter().filter(off).count() as f64 >= ON_GRID * stamps.len() as f64
+    };
+    match measured.is_finite() && !fits(round) && fits(measured) {
+        true => measured,
+        false => round,
+    }
+}
+
+/// A whole number of hertz or of milliseconds within half a per cent, the nearer; else the interval as it is.
+fn rounded(interval: f64) -> f64 {
+    if interval <= 0.0 {
+        return interval;
+    }
+    let off = |candidate: &f64| (candidate / interval - 1.0).abs();
+    [
+        1e9 / (1e9 / interval).round(),
+        (interval / 1e6).round() * 1e6,
+    ]
+    .into_iter()
+    .filter(|candidate| off(candidate) < 0.005)
+    .min_by(|a, b| off(a).total_cmp(&off(b)))
+    .unwrap_or(interval)
 }

@@ -47,6 +47,8 @@ pub(crate) struct Bursts {
     first: f64,
     /// Stamps nearer than this are of one burst, ns.
     together: f64,
+    /// Stamps have lost digits on the way: they are cut or rounded, and may lose more.
+    is_late: bool,
 }
 
 /// The mean interval of sorted stamps without gaps, ns; 0 for none.
@@ -129,6 +131,7 @@ impl Bursts {
             share_a_stamp,
             first,
             together,
+            is_late: false,
         })
     }
 
@@ -159,6 +162,7 @@ impl Bursts {
             share_a_stamp: true,
             first: (-least).min(step as f64),
             together: 0.0,
+            is_late: false,
         })
     }
 
@@ -185,10 +189,72 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     }
 }
 
+/// The interval between samples that share a stamp, in usual ones, for stamps that have lost digits; samples of one stamp that are kept.
+const LOST_DIGITS: std::ops::Range<f64> = 0.7..1.4;
+const MOST_KEPT: usize = 10_000;
+
+/// Watches stamps that come one by one, until so many share each stamp that the time between two stamps is theirs: digits are lost, as where
+/// all numbers have five and the seconds begin to need four.
+#[derive(Clone, Debug)]
+pub(crate) struct LostDigits {
+    /// The usual interval, ns.
+    interval: f64,
+    /// The stamps before those of `kept`, of the group before, and of this.
+    stamps: [Option<i64>; 3],
+    /// The samples of both groups, and how many are of the one before.
+    kept: Vec<(i64, f64)>,
+    before: usize,
+}
+
+impl LostDigits {
+    pub(crate) fn new(interval: f64) -> Self {
+        Self {
+            interval,
+            stamps: [None; 3],
+            kept: Vec::new(),
+            before: 0,
+        }
+    }
+
+    /// Takes a sample; where digits are lost, gives what spreads the samples from the two groups before on, and those samples.
+    pub(crate) fn take(&mut self, stamp: i64, value: f64) -> Option<(Spreader, Vec<(i64, f64)>)> {
+        let [last, first, current] = self.stamps;
+        if current.is_none_or(|it| stamp > it) {
+            if let (Some(first), Some(current)) = (first, current)
+                && self.before > 1
+                && self.kept.len() > self.before + 1
+            {
+                let interval = (stamp - first) as f64 / self.kept.len() as f64;
+                if LOST_DIGITS.contains(&(interval / self.interval)) {
+                    let bursts = Bursts {
+                        interval: self.interval,
+                        period: (stamp - current) as f64,
+                        share_a_stamp: true,
+                        first: 0.0,
+                        together: 1.0,
+                        is_late: true,
+                    };
+                    let mut spreader = Spreader::new(bursts);
+                    spreader.last = last.map(|it| (it, 0.0));
+                    spreader.burst = last;
+                    return Some((spreader, std::mem::take(&mut self.kept)));
+                }
+            }
+            self.kept.drain(..self.before);
+            self.before = self.kept.len();
+            self.stamps = [first, current, Some(stamp)];
+        }
+        if self.stamps[2] == Some(stamp) && self.kept.len() < MOST_KEPT {
+            self.kept.push((stamp, value));
+        }
+        None
+    }
+}
+
 /// Samples of one signal, spread as they come: each an interval behind the one before, within what its stamp allows.
 #[derive(Clone, Debug)]
 pub(crate) struct Spreader {
-    bursts: Bursts,
+    pub(crate) bursts: Bursts,
     /// The last sample's stamp, and what is added to it, ns.
     last: Option<(i64, f64)>,
     /// The stamps of the burst before this and of this, ns.
@@ -224,6 +290,8 @@ impl Spreader {
             None => self.bursts.first,
         };
         let since = match self.bursts.share_a_stamp {
+            true if self.bursts.is_late && !is_new => expected,
+            true if self.bursts.is_late => expected.clamp(-0.5 * period, period - 1.0),
             true => expected.min(period - 1.0).max(0.0),
             // Received at once, they were sent since the burst before.
             false => {

@@ -78,7 +78,7 @@ impl TimeUnit {
 }
 
 /// Names under which the time is looked for, without their unit.
-pub(crate) const NAMES: [&str; 14] = [
+pub(crate) const NAMES: [&str; 17] = [
     "time",
     "t",
     "stamp",
@@ -93,6 +93,9 @@ pub(crate) const NAMES: [&str; 14] = [
     "rosbagTimestamp",
     "time_boot",
     "x_value",
+    "last_changed",
+    "last_updated",
+    "date/time",
 ];
 
 /// Numbers that are looked at.
@@ -103,6 +106,10 @@ const NO_SECONDS: f64 = 1000.0;
 
 /// Whole numbers with such steps and longer ones may be milliseconds.
 const MILLISECONDS: f64 = 10.0;
+
+/// A clock that has run so long before the first number, as seconds four months, counts no seconds; with steps from here on it counts microseconds.
+const RUNNING: f64 = 1e7;
+const FAST: f64 = 100.0;
 
 /// Steps that are plainly microseconds, and from which on they are nanoseconds.
 const MICROSECONDS: (f64, f64) = (5e3, 2e5);
@@ -162,6 +169,16 @@ pub(crate) fn column<'a>(columns: impl Iterator<Item = &'a str> + Clone) -> Opti
     by_name.or_else(|| columns.clone().position(is_unit))
 }
 
+/// Whether a name is that of a time, and no unit's.
+pub(crate) fn is_name(column: &str) -> bool {
+    let is_it = |it: &&str| {
+        [column, named(column).0]
+            .iter()
+            .any(|name| name.eq_ignore_ascii_case(it))
+    };
+    column.eq_ignore_ascii_case("date") || NAMES.iter().any(|it| *it != "seconds" && is_it(&it))
+}
+
 /// The unit that a name ends in, and the name before: `t_ms`, `time [ms]`, `Time (s)`, `time/ms`, `TimeUS`, `micros`.
 pub(crate) fn named(column: &str) -> (&str, Option<TimeUnit>) {
     let column = column.trim().trim_end_matches([']', ')']);
@@ -215,10 +232,14 @@ pub(crate) fn judged(numbers: &[f64]) -> JudgedUnit {
     }
     let are_minutes = numbers.iter().all(|it| it % 60.0 == 0.0);
     if (MILLISECONDS..NO_SECONDS).contains(&step) && !are_minutes {
-        return is(
-            TimeUnit::S,
-            Known::Likely("though milliseconds have such steps"),
-        );
+        return match step {
+            _ if *first < RUNNING => is(
+                TimeUnit::S,
+                Known::Likely("though milliseconds have such steps"),
+            ),
+            step if step < FAST => is(TimeUnit::Ms, Known::Likely("by their size")),
+            _ => is(TimeUnit::Us, Known::Likely("by their size")),
+        };
     }
     if step < NO_SECONDS || are_minutes {
         return assumed;
@@ -295,6 +316,8 @@ mod tests {
             (0.0, 0.05, TimeUnit::S, Known::Assumed),
             (0.0, 60.0, TimeUnit::S, Known::Assumed),
             (0.0, 9.0, TimeUnit::S, Known::Assumed),
+            (4e7, 500.0, TimeUnit::Us, Known::Likely("by their size")),
+            (4e7, 20.0, TimeUnit::Ms, Known::Likely("by their size")),
             (
                 0.0,
                 50.0,

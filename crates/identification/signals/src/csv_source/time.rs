@@ -4,10 +4,10 @@ use csv::ByteRecord;
 use planesman_text::shown;
 
 use super::{CsvSource, TableTime, Time};
-use crate::csv_cell::{is_missing, number};
+use crate::csv_cell::{is_missing, number, value};
 use crate::csv_time::{self, Order, Written};
 use crate::error::{Result, SourceError};
-use crate::time_unit::{self, JudgedUnit, TimeUnit};
+use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
 
 /// Names of the whole seconds of a time in two columns, behind the last sign of a longer name, and of their parts.
@@ -48,6 +48,17 @@ const COUNTS: [&str; 14] = [
     "unnamed: 0",
 ];
 
+/// Names of a column that counts the turns of a loop or the pictures of a camera.
+const LOOPS: [&str; 7] = [
+    "loopiteration",
+    "iteration",
+    "iter",
+    "frame",
+    "frame_number",
+    "frameid",
+    "packet",
+];
+
 /// The whole seconds of a date from 1980 to 2096.
 const EPOCH: std::ops::Range<f64> = 315e6..4e9;
 
@@ -56,6 +67,16 @@ impl CsvSource {
         if let Some(seconds) = asked.sample_time {
             // As the grid of that rate has it: then every row lies on an instant.
             return Ok(Time::Rows(1e9 / (1.0 / seconds)));
+        }
+        if self.form.serial.has_stamps && asked.column.is_none() {
+            return Ok(Time::Named(0));
+        }
+        if let (true, None, Some(step)) = (
+            self.form.heading.has_interval(),
+            &asked.column,
+            self.form.heading.interval,
+        ) {
+            return Ok(Time::Rows(step));
         }
         let columns = &self.form.columns;
         if let Some(name) = &asked.column {
@@ -112,8 +133,25 @@ impl CsvSource {
                 }
                 _ => Time::Named(place),
             },
-            None => parts().unwrap_or_else(|| self.found_in(start)),
+            None => parts()
+                .or_else(|| self.dates_in(start))
+                .unwrap_or_else(|| self.found_in(start)),
         })
+    }
+
+    /// The first column of which every cell is a date with a time of day.
+    fn dates_in(&self, start: &[Vec<String>]) -> Option<Time> {
+        let is_date = |cell: &str| {
+            let date = |order| csv_time::date(cell, order).is_some_and(|it| it > csv_time::DAY);
+            date(Order::MonthFirst) || date(Order::DayFirst)
+        };
+        let are_dates = |at: &usize| {
+            start
+                .iter()
+                .all(|row| row.get(*at).is_some_and(|it| is_date(it)))
+        };
+        let place = (0..self.form.columns.len()).find(are_dates);
+        place.filter(|_| !start.is_empty()).map(Time::Named)
     }
 
     /// A time that no name tells of: an epoch with its nanoseconds in the first two columns, or a first column that rises.
@@ -134,7 +172,7 @@ impl CsvSource {
         }
         let is_text = |at: usize| {
             let mut cells = start.iter().filter_map(|row| row.get(at));
-            cells.all(|it| number(it).is_none() && !csv_time::is_time(it))
+            cells.all(|it| value(it).is_none() && !csv_time::is_time(it))
         };
         let has_text = (1..self.form.columns.len()).any(is_text);
         let stamp = |order| {
@@ -156,14 +194,20 @@ impl CsvSource {
             return Time::Unknown;
         }
         let name = &self.form.columns[0];
-        let is_count =
-            !self.form.has_names || COUNTS.iter().any(|it| it.eq_ignore_ascii_case(name));
+        let is_named = COUNTS.iter().any(|it| it.eq_ignore_ascii_case(name));
         let mut counts = start
             .windows(2)
             .map(|it| Some(whole(&it[1], 0)? - whole(&it[0], 0)?));
         let begins = start.first().and_then(|row| whole(row, 0));
         let from_start = begins == Some(0.0) || begins == Some(1.0);
-        match is_count && from_start && counts.all(|it| it == Some(1.0)) {
+        // A loop of which every so many are logged counts in steps of so many.
+        let is_loop = LOOPS.iter().any(|it| it.eq_ignore_ascii_case(name));
+        let first = counts.next().flatten();
+        let is_count = match is_loop {
+            true => first.is_some(),
+            false => (is_named || !self.form.has_names) && from_start && first == Some(1.0),
+        };
+        match is_count && counts.all(|it| it == first) {
             true => Time::Counted,
             false => Time::Rising,
         }
@@ -171,27 +215,31 @@ impl CsvSource {
 
     /// How the time is written: in the unit asked for, or that of the column's name; in that in which its first number is a date
     /// of our time; in days; with the day first or the month.
-    pub(super) fn find_written(
-        &mut self,
-        asked: Option<TimeUnit>,
-        start: &[Vec<String>],
-    ) -> Result<()> {
+    pub(super) fn find_written(&mut self, asked: &TableTime, start: &[Vec<String>]) -> Result<()> {
         let (Some(column), false) = (self.time_column(), matches!(self.time, Time::Parts(..)))
         else {
+            if asked.sample_time.is_none() && self.form.heading.has_interval() {
+                self.written_told = ", the Delta_X of its heading".to_owned();
+            }
             return Ok(());
         };
         let name = self.form.columns[column].clone();
         let first = cell(start, column);
         if csv_time::day_and_month(&self.dated(first, start)).is_some() {
             let (order, told) = self.find_order(column)?;
-            let unit = asked.unwrap_or_default();
+            let unit = asked.unit.unwrap_or_default();
             self.written = Written { unit, order };
             self.written_told = told;
             return Ok(());
         }
-        let named = asked.or(time_unit::named(&name).1);
+        let named = asked.unit.or(time_unit::named(&name).1);
+        let is_blackbox = || name == "time" && self.form.columns[0] == "loopIteration";
         let judged = match named {
             Some(unit) => JudgedUnit::from(unit),
+            None if is_blackbox() => JudgedUnit {
+                unit: TimeUnit::Us,
+                known: Known::Surely("as blackbox_decode writes it"),
+            },
             None if name.eq_ignore_ascii_case("seconds") => TimeUnit::S.into(),
             None => {
                 let numbers = start.iter().filter_map(|row| number(row.get(column)?));
@@ -225,7 +273,7 @@ impl CsvSource {
         let mut leaps = [0_u64; 2];
         let mut last = [None; 2];
         let mut first = None;
-        while reader.read_byte_record(&mut row)? {
+        while reader.read(&mut row)? {
             let text = |at: usize| {
                 std::str::from_utf8(row.get(at).unwrap_or_default()).unwrap_or_default()
             };
