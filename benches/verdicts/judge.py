@@ -20,14 +20,14 @@ SIGMAS = 1.96
 
 SHIFTED = {"held": (0, 2), "jitter": (-1, 1), "digits lost": (-1, 1)}
 """Samples by which a logger moves the output's times, or each row's, from one to another."""
-STATIC = r"y is u times (\S+) plus"
+STATIC = r"^planesman: y is u times (\S+) plus"
 """How a fit is refused that would be a static gain."""
 LEAST_SAMPLES = 100
 """Of a record with noise that should be called good."""
 
 NAMED = {
     "closed loop": r"^residuals correlate with later inputs|seems closed-loop",
-    "feedback alone": r"is feedback of the output alone",
+    "feedback alone": r"feedback of the output alone",
     "backlash": r"backlash",
     "dead zone": r"dead zone",
     "saturation": r"saturat",
@@ -194,7 +194,9 @@ def refused(situation, sentence, oracle):
     """The same of a fit that is refused: a gain that is named instead counts as a model that is called good."""
     plant, gain = PLANTS[situation.plant], re.search(STATIC, sentence)
     row = {"standing": "refused", "error": np.inf, "in_band": 0.0, "delay_held": None, "findings": sentence}
-    if gain:
+    named_here = named([sentence])
+    row |= {"named": ", ".join(sorted(named_here)), "false": ", ".join(sorted(named_here - causes(situation)))}
+    if gain and not named_here:
         truth = plant.num[0] if len(plant.den) == 1 and not plant.delay else 0.0
         row |= {"standing": "good", "code": "static_gain", "error": abs(float(gain[1]) - truth) / (truth or abs(float(gain[1])))}
     return row | conclusions(situation, row, oracle)

@@ -156,6 +156,7 @@ impl FitOptions {
             prewindow: self.structure.zeros_in_front(),
             at_rest: self.structure.at_rest,
             is_static: self.structure.order == Some(0),
+            is_simulated: false,
         };
         // A named method is given the data as it is.
         let automatic = MethodChoice::One(Method::Automatic);
@@ -362,6 +363,7 @@ pub(crate) fn doubted(readings: &[&Reading], verdict: Verdict) -> Verdict {
             | Verdict::Inseparable
             | Verdict::Unusable
             | Verdict::NotLinear { usable: false }
+            | Verdict::Disturbed { usable: false }
     );
     if is_none {
         verdict

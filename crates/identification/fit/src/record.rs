@@ -23,6 +23,8 @@ pub(crate) struct Expected {
     pub(crate) at_rest: bool,
     /// The output may be the input times a number.
     pub(crate) is_static: bool,
+    /// A model is given, whose simulation needs no input that moves.
+    pub(crate) is_simulated: bool,
 }
 
 impl Expected {
@@ -31,6 +33,7 @@ impl Expected {
         prewindow: 0,
         at_rest: false,
         is_static: true,
+        is_simulated: true,
     };
 }
 
@@ -227,7 +230,9 @@ impl SignalOptions {
         let begins = matches!(&in_words, Some(Ok(steps)) if steps.is_from_rest());
         let at_rest = expected.at_rest || begins;
         let unfit = (preparation.prefilter).and_then(|band| unreachable(record, band));
-        if let Some(reason) = without_dynamics(record, at_rest, expected.is_static).or(unfit) {
+        let still = || without_dynamics(record, at_rest, expected.is_static);
+        let still = (!expected.is_simulated).then(still).flatten();
+        if let Some(reason) = still.or(unfit) {
             return Err(FitError::Record(reason));
         }
         Ok(prepared.prepared(&Preparation {

@@ -6,10 +6,16 @@
 //! (Ljung 1999, sec. 5.2; Janczak, *Identification of Nonlinear Systems Using Neural Networks and Polynomial Models*, 2005, ch. 2 and 3.)
 //! The curve's largest slope is 1, so that the gain stands in `G`.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::structure::range;
 use planesman_record::{Record, Run};
+
+/// Values up to which a signal has few.
+const FEW_VALUES: usize = 40;
+/// The share of the signal's range by which a parameter is moved, and the least singular value of columns of size 1 that are independent.
+const SMALL_CHANGE: f64 = 1e-6;
+const INDEPENDENT: f64 = 1e-4;
 
 /// Which side of the linear dynamics a curve is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,6 +195,37 @@ impl StaticCurve {
         }
     }
 
+    /// Whether its values there, times a gain and with an offset, tell all its parameters, with one value more to test them by.
+    fn is_told_by(&self, values: &[f64]) -> bool {
+        if matches!(self, Self::Backlash { .. }) {
+            return true; // What it was before tells too.
+        }
+        let parameters: Vec<f64> = self.parameters().iter().map(|it| it.1).collect();
+        let numbers = parameters.len() + 2;
+        let small = SMALL_CHANGE * range(values);
+        let own = self.of(values);
+        let slopes = parameters.iter().enumerate().map(|(j, value)| {
+            let mut moved = parameters.clone();
+            moved[j] = value + small;
+            let moved = self
+                .with(&moved)
+                .map_or_else(|| own.clone(), |it| it.of(values));
+            moved
+                .iter()
+                .zip(&own)
+                .map(|(p, q)| (p - q) / small)
+                .collect::<Vec<f64>>()
+        });
+        let columns = [vec![1.0; values.len()], own.clone()];
+        let columns: Vec<Vec<f64>> = columns.into_iter().chain(slopes).collect();
+        let unit = |it: &Vec<f64>| DVector::from_column_slice(it).normalize();
+        let columns: Vec<DVector<f64>> = columns.iter().map(unit).collect();
+        let is_finite = columns.iter().all(|it| it.iter().all(|v| v.is_finite()));
+        values.len() > numbers
+            && is_finite
+            && DMatrix::from_columns(&columns).rank(INDEPENDENT) == numbers
+    }
+
     /// The same but for its size, with 1 as the largest slope of straight lines.
     pub(crate) fn normalised(self) -> Self {
         match self {
@@ -303,12 +340,14 @@ impl FittedCurve {
         }
     }
 
-    /// Whether no parameter is known less well than the signal's range tells.
+    /// Whether no parameter is known less well than the signal's range tells, and a signal of few values has enough of them: more than
+    /// the curve with a gain and an offset has numbers, of which none makes up for another at those values.
     #[must_use]
     pub fn is_determined(&self, signal: &[f64]) -> bool {
         let size = range(signal);
         let parameters = self.covariance.diagonal();
-        parameters.iter().all(|variance| variance.sqrt() < size)
+        let is_known = parameters.iter().all(|variance| variance.sqrt() < size);
+        is_known && few_values(signal).is_none_or(|values| self.curve.is_told_by(&values))
     }
 
     /// What was sought: name, value and standard deviation.
@@ -317,6 +356,20 @@ impl FittedCurve {
         let named = self.curve.parameters().into_iter().enumerate();
         named.map(move |(j, (name, value))| (name, value, deviation(j)))
     }
+}
+
+/// The values of a signal of few, rising.
+fn few_values(signal: &[f64]) -> Option<Vec<f64>> {
+    let mut values: Vec<f64> = Vec::new();
+    for value in signal {
+        if let Err(at) = values.binary_search_by(|it| it.total_cmp(value)) {
+            values.insert(at, *value);
+        }
+        if values.len() > FEW_VALUES {
+            return None;
+        }
+    }
+    Some(values)
 }
 
 /// Which slope is 1.

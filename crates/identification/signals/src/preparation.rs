@@ -206,9 +206,30 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     let is_proportional =
         !is_static && pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING_SHARE * deviation);
     let (input, output) = (record.inputs.first()?, record.outputs.first()?);
+    // A controller moves its output with each sample of a disturbed plant, and against it.
+    let steps = || inputs().zip(inputs().skip(1));
+    let is_held = 2 * steps().filter(|(u, next)| u != next).count() < record.samples();
+    let may_be_feedback = gain < 0.0 && !is_held;
+    let ends = || inputs().skip(2).zip(inputs().skip(1)).all(|(u, v)| u == v);
+    let is_impulse = || ends() && outputs().next() == Some(&0.0);
+    if is_proportional && record.samples() > 2 && is_impulse() {
+        return Some(format!(
+            "{input} moves in its first sample alone, and {output} behind it: that is {output} as {input} times {:.6}, or what an impulse \
+             leaves; {} takes it for an impulse from rest",
+            Short(gain),
+            option("at_rest")
+        ));
+    }
     is_proportional.then(|| {
+        let feedback = match may_be_feedback {
+            true => format!(
+                " if {input} does not follow {output}; as feedback of the output alone, by a gain of {:.6}, it says nothing of the plant",
+                Short(1.0 / gain)
+            ),
+            false => String::new(),
+        };
         format!(
-            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; {} takes it for a static gain",
+            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify; {} takes it for a static gain{feedback}",
             Short(gain),
             Short(y0 - gain * u0),
             setting("order", 0)

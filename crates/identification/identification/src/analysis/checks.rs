@@ -1,9 +1,12 @@
 //! Figures that a verdict rests on: how much of the output the input causes, and the noise by a measure that does not
 //! depend on the model.
 
-use planesman_linear::polynomial::product;
+use nalgebra::Complex;
+use planesman_linear::ComplexFunctions as _;
+use planesman_linear::polynomial::{self, product};
 
-use crate::estimators::{Estimate, whitened, whitening};
+use crate::batch::squares_left;
+use crate::estimators::{Estimate, through_poles, whitened, whitening};
 use crate::fit::fit;
 use crate::free_motion::without_free_motion;
 use crate::selection::{innovation_variance, process};
@@ -13,6 +16,13 @@ use planesman_record::{Record, Run, filter};
 /// Samples before a step that tell a trend from noise, and the standard deviations of a slope from which it is one.
 const FEW_SAMPLES: usize = 8;
 const TREND: f64 = 3.3;
+/// The share of the output's deviation from which a motion from before the record is seen in its second half, what is left of an
+/// amplitude at the end of the record if it lasts, and the share of such a motion below which the input hardly moves a mode.
+const SEEN: f64 = 0.03;
+const LASTS: f64 = 0.1;
+const HARDLY: f64 = 0.3;
+/// Samples by which the input may act later than in the model, where a straight line is sought in what it leaves.
+const MORE_LAGS: usize = 4;
 /// The share of the output's range within which it stands still.
 const STANDS_STILL: f64 = 0.05;
 
@@ -104,6 +114,69 @@ fn slow_variance_of(left: &[f64], parameters: usize) -> f64 {
         of.iter().map(|e| e * e).sum::<f64>() / freedom as f64
     };
     (variance(&white) / d.iter().sum::<f64>().powi(2)).max(variance(left))
+}
+
+/// The share of the output's variation that a straight line explains beyond what the model's poles make of the input, 0 to 1.
+pub(super) fn drift(found: &Estimate, run: Run<'_>) -> f64 {
+    let structure = &found.layout.structure;
+    let unknown = found.unknown(run).min(run.outputs.len());
+    let a = found.layout.denominator(found.theta.as_slice());
+    let caused = through_poles(&a, &found.driving(run));
+    let outputs = &run.outputs[unknown..];
+    let later = |by: usize| -> Vec<f64> {
+        let at = |row: usize| (row + unknown).checked_sub(by).map_or(0.0, |k| caused[k]);
+        (0..outputs.len()).map(at).collect()
+    };
+    let mut columns = vec![vec![1.0; outputs.len()]];
+    columns.extend((0..structure.numerator + MORE_LAGS).map(later));
+    let left = |columns: &[Vec<f64>]| squares_left(columns, outputs).unwrap_or_default();
+    let without = left(&columns);
+    columns.push((0..outputs.len()).map(|row| row as f64).collect());
+    let share = (without - left(&columns)) / (variance(outputs) * outputs.len() as f64);
+    if share.is_finite() { share } else { 0.0 }
+}
+
+/// A lightly damped mode, rad per sample, whose motion from before the record lasts through it and which the input hardly moves: it is
+/// not of the plant.
+pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    let unknown = found.unknown(run).min(run.outputs.len());
+    let a = found.layout.denominator(found.theta.as_slice());
+    let b = &found.theta.as_slice()[found.layout.b(number)];
+    let driving = &found.driving(run)[unknown..];
+    let poles = polynomial::roots(&a).ok()?;
+    let simulated = found.simulate(number, run).split_off(unknown);
+    let caused = filter(b, &a, driving);
+    let half = simulated.len() / 2;
+    let free: Vec<f64> = (simulated[half..].iter().zip(&caused[half..]))
+        .map(|(y, caused)| y - caused)
+        .collect();
+    let free = variance(&free).sqrt();
+    if free < SEEN * variance(&run.outputs[unknown..]).sqrt() {
+        return None;
+    }
+    // The mode's part of the response, 2 Re(r x) with x_k = p x_(k-1) + u_(k-1).
+    let moved = |pole: &Complex<f64>| {
+        let power = |k: usize| pole.powu(k as u32);
+        let above: Complex<f64> = (b.iter().enumerate())
+            .map(|(k, b)| power(poles.len().saturating_sub(k)) * *b)
+            .sum();
+        let beside = poles.iter().filter(|it| *it != pole);
+        let residue = above / beside.map(|it| pole - it).product::<Complex<f64>>();
+        let mut state = Complex::new(0.0, 0.0);
+        let mut squares = 0.0;
+        for u in driving {
+            squares += 4.0 * (residue * state).re.powi(2);
+            state = pole * state + *u;
+        }
+        (squares / driving.len().max(1) as f64).sqrt()
+    };
+    let lasts =
+        |it: &&Complex<f64>| it.im > 0.0 && libm::pow(it.modulus(), simulated.len() as f64) > LASTS;
+    let lasting = poles.iter().filter(lasts);
+    lasting
+        .filter(|it| moved(it) < HARDLY * free)
+        .map(|it| it.argument())
+        .next()
 }
 
 /// The input before the step of a step test, where the output stands still until then: a motion at the beginning could be

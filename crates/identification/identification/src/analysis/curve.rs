@@ -14,6 +14,9 @@ use crate::validation::nonlinearity::Cause;
 use planesman_linear::digits::with_interval;
 use planesman_record::Record;
 
+const NOT_DETERMINED: IdentificationError = IdentificationError::Undetermined(
+    "the record determines no curve of that kind: it needs an input of more values",
+);
 /// The share of the error's squares that a cause must take away for its curve to be tried.
 pub(super) const WORTH_A_TRY: f64 = 0.4;
 /// The share of the linear model's squares that a curve with its levels about right leaves at most, where nothing points to one.
@@ -146,14 +149,23 @@ impl Curved {
     }
 }
 
-/// Curves of an input without memory.
+/// Curves of an input, but for straight lines.
 pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     let choices = [
         CurveChoice::DeadZone,
         CurveChoice::Saturation,
         CurveChoice::Square,
+        CurveChoice::Backlash,
     ];
     choices.into_iter().flat_map(|choice| choice.starts(inputs))
+}
+
+/// Limits and dead zones of an output, where it has been.
+pub(super) fn of_outputs(outputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
+    let choices = [CurveChoice::OutputSaturation, CurveChoice::OutputDeadZone];
+    let starts = choices.map(|choice| choice.starts(outputs).into_iter());
+    // Every other pair of levels: each is a search of its own.
+    starts.into_iter().flat_map(|it| it.step_by(2))
 }
 
 /// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends. What bends may be told by a square,
@@ -169,8 +181,7 @@ pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<Stati
         curves
     };
     Some(match cause {
-        Cause::Input(curve @ StaticCurve::Backlash { .. }) => (Side::Input, vec![curve.clone()]),
-        Cause::Input(StaticCurve::Square { .. }) => (Side::Input, of_inputs(inputs).collect()),
+        // Which of them it is their own criterion tells, with levels that were sought.
         Cause::Input(curve) => {
             let all = of(curve).into_iter().chain(of_inputs(inputs));
             (Side::Input, all.collect())
@@ -209,7 +220,12 @@ pub(super) fn fitted(
             of_best_kind(&part.last_samples(SEARCHED), starts, most)?
         }
     };
-    Ok(near(&part, &start)?.0)
+    let (found, _) = near(&part, &start)?;
+    let signal: Vec<f64> = part.runs.iter().flat_map(|it| it.inputs).copied().collect();
+    match found.is_determined(&signal) {
+        true => Ok(found),
+        false => Err(NOT_DETERMINED),
+    }
 }
 
 /// The curve near one, and the errors that are left: without a part of the input itself beside its square that may be 0, the largest
@@ -256,9 +272,7 @@ fn of_best_kind(problem: &Problem<'_>, starts: &[StaticCurve], most: f64) -> Res
         let is_determined = found.is_determined(&signal);
         is_determined.then_some((found.curve.parameters().len(), errors, found.curve))
     });
-    of_least_criterion(found.collect()).ok_or(IdentificationError::Undetermined(
-        "the record determines no curve of that kind",
-    ))
+    of_least_criterion(found.collect()).ok_or(NOT_DETERMINED)
 }
 
 /// A curve in front of the input.

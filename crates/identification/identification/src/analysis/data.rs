@@ -9,6 +9,7 @@ use super::curve::problem;
 use crate::error::Result;
 use crate::estimators::{LeastSquares, Method, TwoStages};
 use crate::structure::{Problem, Structure};
+use crate::validation::identifiability::{Following, following};
 
 /// A record, and what the options ask of it.
 pub(super) struct Data<'a> {
@@ -19,6 +20,8 @@ pub(super) struct Data<'a> {
     pub(super) references: Vec<&'a [f64]>,
     /// The part of each input that its reference causes; empty outside a loop, and for a method that takes the references itself.
     caused: Vec<Vec<f64>>,
+    /// Whether the longest run's input follows its output.
+    pub(super) following: Following,
 }
 
 impl<'a> Data<'a> {
@@ -29,12 +32,16 @@ impl<'a> Data<'a> {
             true => Vec::new(),
             false => caused(&problem, references.clone())?,
         };
-        Ok(Self {
+        let mut data = Self {
             record,
             problem,
             references,
             caused,
-        })
+            following: Following::No,
+        };
+        let second = data.second_stage(&data.problem);
+        data.following = following(&second.runs[data.longest()]);
+        Ok(data)
     }
 
     pub(super) fn is_in_a_loop(&self) -> bool {

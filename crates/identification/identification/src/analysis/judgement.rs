@@ -13,7 +13,7 @@ use crate::estimators::{Error, Method, Property};
 use crate::selection::process::may_integrate;
 use crate::selection::{criteria, dead_time};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
-use crate::validation::identifiability::Doubt;
+use crate::validation::identifiability::{Doubt, Following};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
 use planesman_wording::{option, setting};
@@ -274,8 +274,12 @@ impl Analysis {
             true => self.predicted_fit,
             false => self.cross_validated().or(self.held_out.fit),
         };
+        // What all of a record without noise follows holds for each part of it.
+        let held = self.fit.filter(|_| self.is_exact()).or(held);
         let tests = self.residuals.as_ref();
-        let missing = tests.is_some_and(|it| misses_dynamics(it, self.fit));
+        // In a loop the noise is seen in the input, and so earlier inputs in the residual.
+        let missing = self.following != Following::Yes
+            && tests.is_some_and(|it| misses_dynamics(it, self.fit));
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.held_out.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
@@ -296,9 +300,13 @@ impl Analysis {
             Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
                 usable: held >= USABLE,
             },
-            Some(held) if self.finding.is_some() => Verdict::NotLinear {
-                usable: held >= USABLE,
-            },
+            Some(held) if let Some(finding) = &self.finding => {
+                let usable = held >= USABLE;
+                match finding.cause.is_disturbance() {
+                    true => Verdict::Disturbed { usable },
+                    false => Verdict::NotLinear { usable },
+                }
+            }
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
@@ -368,9 +376,13 @@ impl Analysis {
     fn is_unsteady(&self) -> bool {
         let chosen = self.search.selected.first();
         // Half of a step test may hold no step; and half of a record without noise may not determine what all of it does.
-        let is_exact = self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING);
-        let may_tell = !self.is_unstable() && !self.is_step_test && !is_exact;
+        let may_tell = !self.is_unstable() && !self.is_step_test && !self.is_exact();
         may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+    }
+
+    /// Whether the model leaves nothing of the record but rounding.
+    fn is_exact(&self) -> bool {
+        self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING)
     }
 
     /// Whether the standard deviations are those of a residual of any colour.
@@ -391,7 +403,7 @@ impl Analysis {
         may_tell
             && may_bias
             && feeds_back(tests)
-            && !self.is_input_determined
+            && self.following != Following::No
             && (self.estimate.frequency.is_none() || is_more())
     }
 
@@ -465,12 +477,18 @@ impl Analysis {
         let Some(tests) = &self.residuals else {
             return Vec::new();
         };
-        if self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING) {
+        if self.is_exact() {
             return vec![Reason::NoNoise];
         }
         let fit = self.held_out.fit.or(self.fit);
         let explains = self.is_caused() && fit.is_some_and(|fit| fit >= USABLE);
         let finding = residual_finding(tests, self.fit, explains, self.allows_for_colour());
+        let finding = match finding {
+            ResidualFinding::Correlated(earlier) if self.following == Following::Yes => {
+                ResidualFinding::InLoop(earlier)
+            }
+            other => other,
+        };
         let feedback = self.has_feedback(tests).then(|| tests.of_later_inputs());
         std::iter::once(Reason::Residuals(finding, self.closed_loop.is_some()))
             .chain(feedback.map(Reason::Feedback))

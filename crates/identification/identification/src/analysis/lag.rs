@@ -2,10 +2,19 @@
 //!
 //! With every delay all other parameters are fitted anew, the residual whitened by its autoregression; one whose sum of
 //! squares S has `N ln(S / S_least)` above 3.84 lies outside the 95 % interval (profile likelihood; Wilks 1938). A
-//! delay below 0 is tried as well: at one, the output moves before its input.
+//! delay below 0 is tried as well: at one, the output moves before its input. Not in a loop: there a model without delay is one of the
+//! controller.
+//!
+//! A model of too low an order has a delay for the lags that it lacks. So a part of the delay is given to one, two or three equal lags
+//! in front of the model, whose time constants about add up to it: as many numbers are sought, and where the model fits as well, the
+//! interval begins at what is left of the delay.
+
+use std::ops::Range;
 
 use crate::estimators::{Error, Estimate, NormalEquations, Search, radius_of_memory};
-use crate::structure::Problem;
+use crate::selection::Candidate;
+use crate::structure::{InitialState, Problem};
+use crate::validation::identifiability::Following;
 use planesman_record::Run;
 
 /// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
@@ -14,6 +23,12 @@ const BEYOND_DOUBT: f64 = 10.827_566;
 /// Samples by which a delay is moved at most, and by which the output may come before its input.
 pub(crate) const FARTHEST: i64 = 20;
 const EARLIEST: i64 = -10;
+/// Lags that a part of the delay is given to at most.
+const MOST_LAGS: usize = 3;
+/// Samples by which a delay may be longer with every output counting.
+const LATER: usize = 4;
+/// How many times as long as that part they are together: the model's own lags make up for the rest.
+const LONGER: [f64; 3] = [1.0, 1.5, 0.7];
 
 /// What the record says of the delay, samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,54 +41,158 @@ pub struct Lag {
     pub is_another: bool,
 }
 
-/// The lag of a model of the output error, from the longest record it was fitted to.
-pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
-    let has_dead_time = found.process.is_some() || found.frequency.is_some();
-    if found.error != Error::Output || found.physical.is_some() || has_dead_time {
-        return None;
+/// Equal lags in front of a model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lags {
+    count: usize,
+    pole: f64,
+}
+
+impl Lags {
+    pub(crate) const NONE: Self = Self {
+        count: 0,
+        pole: 0.0,
+    };
+
+    /// So many lags with the mean delay of so many samples together.
+    fn instead_of(delay: f64, count: usize) -> Self {
+        let pole = delay / (delay + count as f64);
+        Self { count, pole }
     }
-    let one = Problem {
-        runs: vec![*problem.runs.iter().max_by_key(|run| run.outputs.len())?],
-        structure: found.layout.structure.clone(),
-        sample_time: problem.sample_time,
-    };
-    let one = one.part().unwrap_or(one);
-    let chosen = i64::try_from(one.structure.delay).ok()?;
-    let poles = &found.theta.as_slice()[found.layout.a()];
-    let whitening = {
-        let equations = NormalEquations::new(&one, &[1.0]);
-        equations.whitening(&equations.completed(poles, &equations.whole())?)
-    };
-    let last = one.runs[0]
-        .outputs
-        .len()
-        .checked_sub(EARLIEST.unsigned_abs() as usize)?;
-    let cost = |delay: i64| -> Option<f64> {
-        if delay < EARLIEST {
+
+    /// An input behind the lags: from 0 where it began at rest, else from its first value.
+    pub(crate) fn of(self, input: &[f64], rests: bool) -> Vec<f64> {
+        let mut all = input.to_vec();
+        for _ in 0..self.count {
+            let mut state = all.first().copied().filter(|_| !rests).unwrap_or_default();
+            for value in &mut all {
+                state = self.pole * state + (1.0 - self.pole) * *value;
+                *value = state;
+            }
+        }
+        all
+    }
+}
+
+impl Lag {
+    /// With the delays of models that cross-validation does not tell apart: whose Bayesian criterion is within the bound of the best
+    /// one's.
+    pub(super) fn with_candidates(self, candidates: &[Candidate]) -> Self {
+        let stable = || candidates.iter().filter(|it| it.is_stable());
+        let criteria = stable().map(Candidate::criterion);
+        let best = criteria.fold(f64::INFINITY, f64::min);
+        let alike = stable().filter(|it| it.criterion() - best <= WITHIN);
+        let delays = alike.map(|it| it.structure.delay as i64);
+        let (least, most) = self.interval;
+        let interval = delays.fold((least, most), |(p, q), it| (p.min(it), q.max(it)));
+        Self { interval, ..self }
+    }
+}
+
+/// A model and the longest record it was fitted to, at other delays.
+struct Moved<'a> {
+    one: Problem<'a>,
+    poles: Vec<f64>,
+    whitening: Vec<f64>,
+    /// Outputs that count, from the first one on that the input is known for at every delay, to the last that one ahead is.
+    outputs: Range<usize>,
+    earliest: i64,
+}
+
+impl<'a> Moved<'a> {
+    /// `None` of a model that is not of the output error, or has a dead time of its own.
+    fn of(found: &Estimate, problem: &Problem<'a>, following: Following) -> Option<Self> {
+        let has_dead_time = found.process.is_some() || found.frequency.is_some();
+        if found.error != Error::Output || found.physical.is_some() || has_dead_time {
             return None;
         }
-        let (ahead, structure) = (delay.min(0).unsigned_abs() as usize, delay.max(0) as usize);
-        let mut of = one.clone();
-        of.structure.delay = structure;
-        of.runs[0] = Run {
-            inputs: &one.runs[0].inputs[ahead..last + ahead],
-            outputs: &one.runs[0].outputs[..last],
-            ..one.runs[0]
+        let one = Problem {
+            runs: vec![*problem.runs.iter().max_by_key(|run| run.outputs.len())?],
+            structure: found.layout.structure.clone(),
+            sample_time: problem.sample_time,
         };
-        let equations = NormalEquations::new(&of, &whitening);
+        let one = one.part().unwrap_or(one);
+        let poles = found.theta.as_slice()[found.layout.a()].to_vec();
+        let equations = NormalEquations::new(&one, &[1.0]);
+        let whitening = equations.whitening(&equations.completed(&poles, &equations.whole())?);
+        let count = one.runs[0].outputs.len();
+        let last = count.checked_sub(EARLIEST.unsigned_abs() as usize)?;
+        let first = match one.structure.start {
+            InitialState::Rest => 0,
+            InitialState::Estimated => (one.structure.history() + LATER).min(last / 4),
+        };
+        let earliest = match following {
+            Following::Yes => 1,
+            _ => EARLIEST,
+        };
+        Some(Self {
+            one,
+            poles,
+            whitening,
+            outputs: first..last,
+            earliest,
+        })
+    }
+
+    fn samples(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// The sum of squares that the least error leaves at a delay, behind these lags.
+    fn cost(&self, delay: i64, lags: Lags) -> Option<f64> {
+        if delay < self.earliest {
+            return None;
+        }
+        let (run, rests) = (
+            &self.one.runs[0],
+            self.one.structure.start == InitialState::Rest,
+        );
+        let inputs = lags.of(&[run.past, run.inputs].concat(), rests);
+        let ahead = delay.min(0).unsigned_abs() as usize;
+        let [first, end] =
+            [self.outputs.start, self.outputs.end].map(|it| run.past.len() + ahead + it);
+        let mut of = self.one.clone();
+        of.structure.delay = delay.max(0) as usize;
+        of.runs[0] = Run {
+            past: &inputs[..first],
+            inputs: &inputs[first..end],
+            outputs: &run.outputs[self.outputs.clone()],
+        };
+        let equations = NormalEquations::new(&of, &self.whitening);
         let whole = equations.whole();
         let search = Search {
             steps: 20,
             enough: 1e-7,
-            radius: radius_of_memory(last),
+            radius: radius_of_memory(self.outputs.end),
         };
-        Some(
-            equations
-                .minimised(equations.completed(poles, &whole)?, &whole, search)?
-                .1,
-        )
-    };
-    profile(chosen, last, cost)
+        let start = equations.completed(&self.poles, &whole)?;
+        Some(equations.minimised(start, &whole, search)?.1)
+    }
+}
+
+/// The lag of a model of the output error, from the longest record it was fitted to.
+pub(super) fn lag(found: &Estimate, problem: &Problem<'_>, following: Following) -> Option<Lag> {
+    let of = Moved::of(found, problem, following)?;
+    let chosen = i64::try_from(of.one.structure.delay).ok()?;
+    profile(chosen, of.samples(), |delay| of.cost(delay, Lags::NONE))
+}
+
+/// The same with what lags in place of a part of the delay leave.
+pub(super) fn with_lags(
+    lag: Lag,
+    found: &Estimate,
+    problem: &Problem<'_>,
+    following: Following,
+) -> Lag {
+    match Moved::of(found, problem, following) {
+        Some(of) => lag.with_lags(of.samples(), |delay, lags| of.cost(delay, lags)),
+        None => lag,
+    }
+}
+
+/// By how much so many samples say that one sum of squares is worse than another.
+fn worse(samples: usize, cost: f64, than: f64) -> f64 {
+    samples as f64 * libm::log(cost / than)
 }
 
 /// What so many samples say of the delay, by the sum of squares that the least error leaves of them at each: from the `chosen` one
@@ -84,7 +203,6 @@ pub(crate) fn profile(
     mut cost: impl FnMut(i64) -> Option<f64>,
 ) -> Option<Lag> {
     let own = cost(chosen)?;
-    let worse = |cost: f64, than: f64| samples as f64 * libm::log(cost / than);
     let mut costs = vec![(chosen, own)];
     for step in [-1, 1] {
         let mut delay = chosen;
@@ -98,7 +216,7 @@ pub(crate) fn profile(
             };
             let least = costs.iter().map(|it| it.1).fold(f64::INFINITY, f64::min);
             costs.push((delay, cost));
-            if worse(cost, least) > WITHIN {
+            if worse(samples, cost, least) > WITHIN {
                 break;
             }
         }
@@ -107,12 +225,42 @@ pub(crate) fn profile(
     let within = || {
         costs
             .iter()
-            .filter(|it| worse(it.1, least) <= WITHIN)
+            .filter(|it| worse(samples, it.1, least) <= WITHIN)
             .map(|it| it.0)
     };
     Some(Lag {
         best,
         interval: (within().min()?, within().max()?),
-        is_another: worse(own, least) > BEYOND_DOUBT,
+        is_another: worse(samples, own, least) > BEYOND_DOUBT,
     })
+}
+
+impl Lag {
+    /// With the delays, from the best one down, at which the model fits as well behind lags, by the sum of squares that so many samples
+    /// have at a delay behind lags.
+    pub(crate) fn with_lags(
+        self,
+        samples: usize,
+        mut cost: impl FnMut(i64, Lags) -> Option<f64>,
+    ) -> Self {
+        let Some(least) = cost(self.best, Lags::NONE) else {
+            return self;
+        };
+        let mut earliest = self.interval.0;
+        for count in 1..=MOST_LAGS {
+            let delays = (self.best - FARTHEST..self.best).rev();
+            let is_within = |delay: &i64| {
+                LONGER.into_iter().any(|longer| {
+                    let lags = Lags::instead_of(longer * (self.best - delay) as f64, count);
+                    cost(*delay, lags).is_some_and(|it| worse(samples, it, least) <= WITHIN)
+                })
+            };
+            let last = delays.take_while(is_within).last();
+            earliest = last.map_or(earliest, |it| earliest.min(it));
+        }
+        Self {
+            interval: (earliest, self.interval.1),
+            ..self
+        }
+    }
 }

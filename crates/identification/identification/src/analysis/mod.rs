@@ -65,10 +65,10 @@ use crate::selection::{Kind, process};
 use crate::static_curve::Side;
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
-use crate::validation::identifiability::{self, Doubt};
-use crate::validation::nonlinearity::{self, Finding};
+use crate::validation::identifiability::{self, Doubt, Following};
+use crate::validation::nonlinearity::{self, Cause, Finding};
 use crate::validation::residuals::ResidualTests;
-use planesman_record::{Record, Run, StraightLine};
+use planesman_record::{Record, Run};
 
 /// By how much a fit, %, lies below what the noise leaves where another model is asked for.
 const BELOW_NOISE: f64 = 5.0;
@@ -111,10 +111,12 @@ pub struct Analysis {
     pub input_part: Option<InputPart>,
     /// Whether the input stands but for one step or two.
     pub is_step_test: bool,
-    /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
+    /// The share of the output's variation in the longest run that a straight line explains beyond what the input does, 0 to 1.
     pub drift: f64,
-    /// Whether the longest run's input is determined by its own past, and so follows no output.
-    pub is_input_determined: bool,
+    /// Whether the longest run's input follows its output.
+    pub following: Following,
+    /// A lightly damped mode of the model that is not the plant's, rad per sample.
+    pub oscillation: Option<f64>,
     /// What the longest run says of the delay, for a model of the output error.
     pub lag: Option<Lag>,
     /// Intervals by a bootstrap, where one was asked for.
@@ -280,7 +282,13 @@ fn fitted(
         };
         bootstrap::bootstrap(again, &estimate, &second, longest, refits)
     };
-    let lag = || lag::lag(&estimate, &second).filter(|_| estimate.output_curve.is_none());
+    let lag =
+        || lag::lag(&estimate, &second, data.following).filter(|_| estimate.output_curve.is_none());
+    let lag = chosen.lag.or_else(lag);
+    let lag = lag.map(|it| {
+        let it = lag::with_lags(it, &estimate, &second, data.following);
+        it.with_candidates(&chosen.search.selected)
+    });
     Ok(Analysis {
         options: options.clone(),
         input: data.name(0).unwrap_or_default(),
@@ -297,9 +305,10 @@ fn fitted(
         predicted_fit: prediction::missed(&estimate, longest, run, AHEAD).fit(),
         input_part: checks::part_of_input(&estimate, longest, run),
         is_step_test: process::is_step_test(&second),
-        drift: StraightLine::nearest_to(run.outputs).share,
-        is_input_determined: identifiability::is_input_determined(&run),
-        lag: chosen.lag.or_else(lag),
+        drift: checks::drift(&estimate, run),
+        following: data.following,
+        oscillation: checks::oscillation(&estimate, longest, run),
+        lag,
         bootstrap: options.bootstrap.map(refits).transpose()?,
         validation: None,
         residuals: residuals.and_then(|it| ResidualTests::new(it, tested_against)),
@@ -356,14 +365,28 @@ impl Analysis {
     fn beyond_linear(&self, data: &Record) -> Option<Finding> {
         let run = data.segments[self.segments[self.longest]].run()?;
         let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
-        self.is_below_noise().then(finding).flatten()
+        let oscillation = self.oscillation.filter(|_| self.may_be_disturbed());
+        let oscillation = oscillation.map(|rate| Finding {
+            cause: Cause::Oscillation(rate),
+            gain: None,
+        });
+        oscillation.or_else(|| self.is_below_noise().then(finding).flatten())
     }
 
     /// Whether the noise would leave a better fit to another model.
     fn is_below_noise(&self) -> bool {
+        self.misses_much() && self.may_be_disturbed()
+    }
+
+    /// Whether the noise would leave a better fit than the model has.
+    fn misses_much(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
         fits.is_some_and(|(attainable, held)| attainable - held > BELOW_NOISE)
-            && self.closed_loop.is_none()
+    }
+
+    /// Whether what the model leaves may be asked for its cause.
+    fn may_be_disturbed(&self) -> bool {
+        self.closed_loop.is_none()
             && self.estimate.process.is_none()
             && self.estimate.output_curve.is_none()
             && !self.is_unstable()

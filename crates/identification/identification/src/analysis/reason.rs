@@ -192,6 +192,8 @@ pub enum ResidualFinding {
     Coloured(Correlation, bool),
     /// Correlated significantly, but little.
     LittleCorrelation(Correlation),
+    /// Correlated, with an input that follows the output.
+    InLoop(Correlation),
     /// Correlated.
     Correlated(Correlation),
 }

@@ -10,6 +10,7 @@ use crate::selection::criteria::{self, choice};
 use crate::selection::{self, process, select};
 use crate::structure::{Problem, Structure};
 use crate::uncertainty::{Reading, Uncertain};
+use crate::validation::identifiability::Following;
 
 /// Orders and delays cross-validated.
 pub(super) const MAX_ORDER: usize = 10;
@@ -123,7 +124,7 @@ pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<
     };
     let mut chosen = match options.method {
         Method::Process => process::choose(&whole, options.knowledge.process, stood)?.into(),
-        Method::Automatic => automatic(&whole, &part, options, stood)?,
+        Method::Automatic => automatic(&whole, &part, options, stood, data.following)?,
         Method::Frf => in_frequency(data, options)?,
         method if options.order.is_none() && method.has(Property::SearchedByCriteria) => {
             by_criteria(&part, options, given())
@@ -185,8 +186,9 @@ fn automatic(
     part: &Problem<'_>,
     options: &Options,
     stood: bool,
+    following: Following,
 ) -> Result<Chosen> {
-    let chosen = between_samples(problem, part, options);
+    let chosen = between_samples(problem, part, options, following);
     let is_free = options.order.is_none()
         && options.numerator.is_none()
         && options.delay.is_none()
@@ -202,12 +204,18 @@ fn automatic(
 
 /// The model that cross-validation chooses, for an input that is held between its samples; where the output seems to answer at
 /// once, or before, for one that moves on straight lines if that is better.
-fn between_samples(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+fn between_samples(
+    problem: &Problem<'_>,
+    part: &Problem<'_>,
+    options: &Options,
+    following: Following,
+) -> Result<Chosen> {
     let validation = |lines| CrossValidation {
         problem,
         part,
         options,
         lines,
+        following,
     };
     let held = validation(false).chosen()?;
     let answers_at_once = match held.lag {
@@ -241,6 +249,7 @@ struct CrossValidation<'a> {
     part: &'a Problem<'a>,
     options: &'a Options,
     lines: bool,
+    following: Following,
 }
 
 impl CrossValidation<'_> {
@@ -277,10 +286,11 @@ impl CrossValidation<'_> {
             .map_or(1..=MAX_ORDER, |order| order..=order)
     }
 
-    /// Planes move a vehicle only later; a model at a speed is one of a vehicle. On lines the input acts in the interval before
-    /// its sample.
+    /// Planes move a vehicle only later; a model at a speed is one of a vehicle. So does the input in a loop. On lines the input acts
+    /// in the interval before its sample.
     fn delays(&self) -> RangeInclusive<usize> {
-        let least = usize::from(self.options.speed.is_some() && !self.lines);
+        let is_later = self.options.speed.is_some() || self.following == Following::Yes;
+        let least = usize::from(!self.lines && is_later);
         let given = self.options.delay;
         given.map_or(least..=MAX_DELAY, |delay| delay..=delay)
     }
@@ -364,7 +374,7 @@ impl CrossValidation<'_> {
         let least = *self.delays().start();
         let mut estimator = selected[0].estimator();
         let mut of = self.whole(&selected[0].structure);
-        let mut lag = lag::lag(estimate, &of);
+        let mut lag = lag::lag(estimate, &of, self.following);
         for _ in 0..DELAYS {
             let another = lag.filter(|it| {
                 let interval = it.interval.0..=it.interval.1;
@@ -396,7 +406,7 @@ impl CrossValidation<'_> {
                 }
             }
             // With the other delay another may fit better still.
-            lag = lag::lag(estimate, &of);
+            lag = lag::lag(estimate, &of, self.following);
         }
         (of.structure, estimator, lag)
     }

@@ -364,6 +364,11 @@ fn cause(cause: &Cause, sample_time: f64) -> String {
                 times.join(", ")
             )
         }
+        Cause::Oscillation(rate) => format!(
+            "something that is not recorded oscillates at {} rad/s: the model has it as a mode that goes on by itself and that the \
+             input hardly moves",
+            significant(rate / sample_time, 3)
+        ),
         Cause::While(from, to, times) => format!(
             "from {} to {} s the error is {times:.1} times what it is elsewhere: something else acts then, or the system changes",
             seconds(from),
@@ -453,6 +458,10 @@ fn residuals(finding: &ResidualFinding, against: &str) -> String {
         ),
         ResidualFinding::LittleCorrelation(earlier) => format!(
             "residuals correlate with {against} significantly, but little ({})",
+            evidence(earlier)
+        ),
+        ResidualFinding::InLoop(earlier) => format!(
+            "residuals correlate with {against} ({}): the input follows the output, and with it its noise",
             evidence(earlier)
         ),
         ResidualFinding::Correlated(earlier) => format!(

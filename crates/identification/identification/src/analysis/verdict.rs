@@ -64,6 +64,11 @@ pub enum Verdict {
         /// Whether it simulates well enough to be used with care.
         usable: bool,
     },
+    /// Something that is not recorded moves the output.
+    Disturbed {
+        /// Whether it simulates well enough to be used with care.
+        usable: bool,
+    },
     /// No model could fit better than it does.
     NoiseLimited {
         /// Whether it simulates well for all that.
@@ -119,6 +124,8 @@ verdicts! {
     ClosedLoop { usable: true }: UsableWithCare, "closed_loop", "usable with care: the data seems closed-loop";
     NotLinear { usable: false }: NotUsable, "not_linear", "not usable for simulation: not linear, or varying";
     NotLinear { usable: true }: UsableWithCare, "not_linear", "usable with care: not linear, or varying";
+    Disturbed { usable: false }: NotUsable, "disturbed", "not usable for simulation: something that is not recorded moves the output";
+    Disturbed { usable: true }: UsableWithCare, "disturbed", "usable with care: something that is not recorded moves the output";
     NoiseLimited { good: false }: Usable, "noise_limited", "usable: the noise limits its fit";
     NoiseLimited { good: true }: Good, "noise_limited", "good: the noise limits its fit";
     Unusable: NotUsable, "does_not_simulate", "not usable for simulation";
@@ -212,6 +219,9 @@ impl Verdict {
             Self::NotLinear { .. } => format!(
                 "fit levels or times apart, {window}, or fit a curve that is named above with the dynamics: {}",
                 option("curve")
+            ),
+            Self::Disturbed { .. } => format!(
+                "record what acts there as one more input, or leave it out: {window}"
             ),
             Self::NoiseLimited { .. } => format!(
                 "record for longer or excite more, for narrower intervals; or write it: {write}"

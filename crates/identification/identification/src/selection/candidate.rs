@@ -84,6 +84,11 @@ impl Candidate {
         self.penalised(&self.errors)
     }
 
+    /// The same of all samples, as the Bayesian criterion is.
+    pub(crate) fn criterion(&self) -> f64 {
+        self.samples * self.score()
+    }
+
     fn penalised(&self, errors: &[f64]) -> f64 {
         mean_logarithm(errors) + self.parameters() as f64 * libm::log(self.samples) / self.samples
     }

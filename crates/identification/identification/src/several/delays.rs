@@ -6,7 +6,7 @@ use planesman_record::Segment;
 use super::equations::Equations;
 use super::estimate::Fitted;
 use crate::analysis::Lag;
-use crate::analysis::lag::{FARTHEST, profile};
+use crate::analysis::lag::{FARTHEST, Lags, profile};
 use crate::estimators::Search;
 
 /// The lag of each channel, from the longest record.
@@ -24,6 +24,7 @@ fn lag(fitted: &Fitted, one: &[Segment], number: usize, radius: f64) -> Option<L
     // The numerator of a channel that acts at once is one longer: it is as free at every delay.
     let mut layout = plain.layout;
     let chosen = layout.channels[number].structure.delay as i64;
+    let input = layout.channels[number].input;
     // The errors at every delay are of the same samples.
     layout.channels[number].structure.delay += FARTHEST as usize;
     let first = layout.unknown(&one[0].past).min(one[0].len() / 4);
@@ -34,11 +35,19 @@ fn lag(fitted: &Fitted, one: &[Segment], number: usize, radius: f64) -> Option<L
         enough: 1e-7,
         radius,
     };
-    let cost = |delay: i64| -> Option<f64> {
+    let mut cost = |delay: i64, lags: Lags| -> Option<f64> {
         layout.channels[number].structure.delay = usize::try_from(delay).ok()?;
-        let equations = Equations::from(one, layout.clone(), &whitening, first);
+        let mut behind = one.to_vec();
+        let before = one[0].past.get(input).map_or(&[][..], Vec::as_slice);
+        let mut past = lags.of(&[before, &one[0].inputs[input]].concat(), false);
+        behind[0].inputs[input] = past.split_off(before.len());
+        if let Some(it) = behind[0].past.get_mut(input) {
+            *it = past;
+        }
+        let equations = Equations::from(&behind, layout.clone(), &whitening, first);
         let start = equations.completed(&poles, &whole)?;
         Some(equations.minimised(start, &whole, search)?.1)
     };
-    profile(chosen, samples, cost)
+    let lag = profile(chosen, samples, |delay| cost(delay, Lags::NONE))?;
+    Some(lag.with_lags(samples, cost))
 }

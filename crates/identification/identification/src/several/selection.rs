@@ -539,6 +539,21 @@ impl<'a> Chooser<'a> {
             end = by_whitened.last()?.clone();
             effects = self.effects(&end);
         }
+        // One that went while another's work was not yet told from the noise comes back.
+        for _ in 0..self.inputs {
+            let absent = (0..self.inputs).filter(|input| !end.model.has(*input));
+            let of = |input: usize| (input, effects[input].f / effects[input].needed);
+            let Some((input, _)) =
+                (absent.map(of).filter(|it| it.1 >= 1.0)).max_by(|p, q| p.1.total_cmp(&q.1))
+            else {
+                break;
+            };
+            let with = self.with_input(&end.model, input);
+            let with = self.best_of(&with, &Weight::plain())?;
+            (by_whitened, beside) = self.downhill(with, &By::Present);
+            end = by_whitened.last()?.clone();
+            effects = self.effects(&end);
+        }
         let colour = self.colour(&end);
         // Which inputs do anything is settled; order and delay are cross-validated.
         let present: Vec<usize> = end.model.channels.iter().map(|it| it.input).collect();

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::batch::Triangle;
+use crate::batch::{Triangle, squares_left};
 use crate::estimators::regression;
 use crate::structure::{InitialState, Problem, variance};
 use planesman_record::Run;
@@ -18,13 +18,16 @@ use planesman_record::Run;
 /// largest; noise of a thousandth of the input's size excites nothing.
 const EXCITED: f64 = 1e-3;
 /// The share of the input's power that a controller leaves unexplained where neither plant nor loop is disturbed.
-const UNEXPLAINED: f64 = 1e-6;
-/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised.
-const FED: f64 = 0.05;
+const UNEXPLAINED: f64 = 1e-12;
+/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised, or a sensor's noise is in the log only.
+const FED: f64 = 0.15;
 /// The share of the output's power that its past must leave unexplained for disturbances to have moved it.
 const RENEWED: f64 = 0.05;
 /// The share of an input's power that its own past leaves where it is a sum of sines or a smooth curve.
 const DETERMINED: f64 = 1e-9;
+/// The F statistic of outputs from which an input follows them; one in 20 000 exceeds it by chance.
+const FOLLOWS: f64 = 8.0;
+const HALF: f64 = 0.5;
 /// Lags of both signals from which disturbances are told.
 const LAGS: usize = 20;
 /// Lags of a controller.
@@ -96,7 +99,8 @@ pub fn of_inputs(problem: &Problem<'_>, needed: usize, is_deficient: bool) -> Ve
         if order < needed && is_one {
             doubts.push(Doubt::Excitation(order, needed));
         }
-        let feedback = Pasts::of(run.inputs, run.outputs).and_then(|it| it.feedback());
+        let pasts = Pasts::new(run.inputs, run.outputs).filter(Pasts::may_be_fed);
+        let feedback = pasts.and_then(|it| it.feedback());
         if let Some(feedback) = feedback.filter(|it| it.is_alone(is_deficient)) {
             let record = (!is_one).then_some(r + 1);
             doubts.push(Doubt::FeedbackAlone(record, feedback.unexplained));
@@ -158,23 +162,27 @@ struct Pasts<'a> {
 }
 
 impl<'a> Pasts<'a> {
-    /// `None` of a record that is too short, of an input of two levels, and of one that is held, which a controller of a disturbed output is
-    /// not: a clean output knows how long it has been so.
-    fn of(inputs: &'a [f64], outputs: &'a [f64]) -> Option<Self> {
+    /// `None` of a record that is too short.
+    fn new(inputs: &'a [f64], outputs: &'a [f64]) -> Option<Self> {
         let from = inputs.len().saturating_sub(SAMPLES);
         let (inputs, outputs) = (&inputs[from..], &outputs[from..]);
+        let lags = LAGS.min(inputs.len() / SAMPLES_PER_LAG);
+        (lags >= CONTROLLER_LAGS).then_some(Self {
+            inputs,
+            outputs,
+            lags,
+        })
+    }
+
+    /// Whether a controller of a disturbed output may have made the input: it has more than two levels and is not held.
+    fn may_be_fed(&self) -> bool {
+        let inputs = self.inputs;
         let (least, largest) = (inputs.iter()).fold((f64::MAX, f64::MIN), |(least, largest), u| {
             (u.min(least), u.max(largest))
         });
         let has_two_levels = inputs.iter().all(|u| *u == least || *u == largest);
         let moves = inputs.windows(2).filter(|u| u[0] != u[1]).count();
-        let is_held = 2 * moves < inputs.len();
-        let lags = LAGS.min(inputs.len() / SAMPLES_PER_LAG);
-        (lags >= CONTROLLER_LAGS && !has_two_levels && !is_held).then_some(Self {
-            inputs,
-            outputs,
-            lags,
-        })
+        !has_two_levels && 2 * moves >= inputs.len()
     }
 
     /// The share of a signal's power, at the samples from the first that has all lags on, that a constant and both signals at these lags
@@ -189,18 +197,13 @@ impl<'a> Pasts<'a> {
         let rows: Vec<usize> = (self.lags..of.len())
             .filter(|k| !moves || self.inputs[*k] != self.inputs[k - 1])
             .collect();
-        let phi = DMatrix::from_fn(
-            rows.len(),
-            1 + of_inputs.len() + of_outputs.len(),
-            |i, j| match j.checked_sub(1 + of_inputs.len()) {
-                _ if j == 0 => 1.0,
-                None => self.inputs[rows[i] + 1 - j - of_inputs.start],
-                Some(j) => self.outputs[rows[i] - j - of_outputs.start],
-            },
-        );
-        let of = DVector::from_iterator(rows.len(), rows.iter().map(|k| of[*k]));
-        let power = variance(of.as_slice()) * of.len() as f64;
-        let left = Triangle::new(&phi, &of).ok()?.cost.max(0.0);
+        let at = |signal: &[f64], lag: usize| rows.iter().map(|k| signal[k - lag]).collect();
+        let mut columns: Vec<Vec<f64>> = vec![vec![1.0; rows.len()]];
+        columns.extend(of_inputs.map(|lag| at(self.inputs, lag)));
+        columns.extend(of_outputs.map(|lag| at(self.outputs, lag)));
+        let of: Vec<f64> = at(of, 0);
+        let power = variance(&of) * of.len() as f64;
+        let left = squares_left(&columns, &of)?;
         (power > 0.0).then_some(left / power)
     }
 
@@ -236,12 +239,46 @@ impl Feedback {
     }
 }
 
-/// Whether its own past determines the input of a run, as a sum of sines or a smooth curve: it then follows no output.
+/// Whether the input of a run follows its output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Following {
+    /// It does not.
+    No,
+    /// An input of two levels, or one that is held, seems to: a clean output knows how long it has been so.
+    Seems,
+    /// It does, as in a loop.
+    Yes,
+}
+
+/// Whether the input of a run follows its output: whether outputs predict it beyond its own past (Granger, *Econometrica* 37, 1969).
+/// An output of the same instant counts where it makes up less than half of what is new in the input: else the plant may answer at once.
 #[must_use]
-pub fn is_input_determined(run: &Run<'_>) -> bool {
-    let own = Pasts::of(run.inputs, run.outputs)
-        .and_then(|it| it.left(it.inputs, 1..it.lags + 1, 0..0, false));
-    own.is_some_and(|own| own < DETERMINED)
+pub fn following(run: &Run<'_>) -> Following {
+    let of = |pasts: Pasts<'_>| {
+        let own = 1..pasts.lags + 1;
+        let by_itself = pasts.left(pasts.inputs, own.clone(), 0..0, false)?;
+        let freedom = pasts.inputs.len() as f64 - (2 * pasts.lags + CONTROLLER_LAGS + 2) as f64;
+        let f_and_share = |outputs: Range<usize>| {
+            let count = outputs.len() as f64;
+            let by_both = pasts.left(pasts.inputs, own.clone(), outputs, false)?;
+            let f = (by_itself - by_both) / count / (by_both / freedom);
+            Some((f, by_both / by_itself))
+        };
+        let (earlier, _) = f_and_share(1..CONTROLLER_LAGS + 1)?;
+        let (with_own, left) = f_and_share(0..CONTROLLER_LAGS + 1)?;
+        let is_predicted = earlier > FOLLOWS || (with_own > FOLLOWS && left > HALF);
+        // A sum of sines or a smooth curve needs no output.
+        Some(freedom > 0.0 && by_itself > DETERMINED && is_predicted)
+    };
+    let Some(pasts) = Pasts::new(run.inputs, run.outputs) else {
+        return Following::No;
+    };
+    let may_tell = pasts.may_be_fed();
+    match (of(pasts), may_tell) {
+        (Some(true), true) => Following::Yes,
+        (Some(true), false) => Following::Seems,
+        _ => Following::No,
+    }
 }
 
 #[cfg(test)]
@@ -328,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_of_sines_is_determined_by_its_past_and_no_other_input_is() {
+    fn an_input_follows_the_output_in_a_loop_and_neither_levels_nor_sines_do() {
         let (e, moves) = (noise(7, 600), noise(8, 600));
         let reference: Vec<f64> = (0..600).map(|k| moves[k / 40]).collect();
         let (mut inputs, mut outputs, mut state, mut integral) = (vec![], vec![], 0.0, 0.0);
@@ -341,18 +378,18 @@ mod tests {
         let open = with_noise(&filter(&[0.0, 0.07], &[1.0, -0.97], &moves), 9, 0.05);
         let sines: Vec<f64> = (0..600).map(|k| libm::sin(0.1 * f64::from(k))).collect();
         for (inputs, outputs, expected) in [
-            (&inputs, &outputs, false),
-            (&moves, &open, false),
-            (&sines, &e, true),
+            (&inputs, &outputs, Following::Yes),
+            (&moves, &open, Following::No),
+            (&sines, &e, Following::No),
             // Levels that are held.
-            (&reference, &e, false),
+            (&reference, &e, Following::No),
         ] {
             let run = Run {
                 inputs,
                 outputs,
                 ..Run::default()
             };
-            assert_eq!(is_input_determined(&run), expected);
+            assert_eq!(following(&run), expected);
         }
     }
 
@@ -379,7 +416,7 @@ mod tests {
             for (b, a) in [(vec![0.0, 0.03], vec![1.0, -0.97]), (vec![2.0], vec![1.0])] {
                 let outputs = filter(&b, &a, &inputs);
                 assert!(
-                    !Pasts::of(&inputs, &outputs)
+                    !Pasts::new(&inputs, &outputs)
                         .and_then(|it| it.feedback())
                         .is_some_and(|it| it.is_alone(false)),
                     "{b:?}"

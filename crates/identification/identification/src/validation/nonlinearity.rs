@@ -20,9 +20,11 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::batch::squares_left;
 use crate::estimators::{Estimate, dot, impulse, through_poles, whitened, whitening};
 use crate::static_curve::StaticCurve;
 use crate::structure::range;
+use crate::validation::identifiability::{Following, following};
 use planesman_record::{LONGEST_PAST, Run, filter};
 
 /// Samples tested at most, the last of a record.
@@ -50,6 +52,10 @@ const NEXT_STEP: f64 = 30.0;
 const MATTERS: f64 = 0.1;
 /// The same of steps: a force at random has such a one as well.
 const STEPS_MATTER: f64 = 0.25;
+/// Lags of the difference equation beside which a term must predict, and of the term; the F from which it does.
+const PREDICTED_FROM: usize = 11;
+const TERM_LAGS: usize = 2;
+const PREDICTS: f64 = 10.0;
 /// The share of the whitened error's squares that a larger linear model must leave.
 const NOT_LINEAR: f64 = 0.5;
 /// Blocks of the cross-validation, and those in which a term must help.
@@ -85,8 +91,21 @@ pub enum Cause {
     Gain(Vec<(usize, f64)>),
     /// Something else steps at these times.
     Steps(Vec<usize>),
+    /// Something else oscillates, rad per sample.
+    Oscillation(f64),
     /// The error is so many times larger from one time to another.
     While(usize, usize, f64),
+}
+
+impl Cause {
+    /// Whether something that is not recorded acts, and not the plant.
+    #[must_use]
+    pub const fn is_disturbance(&self) -> bool {
+        matches!(
+            self,
+            Self::Steps(_) | Self::Oscillation(_) | Self::While(..)
+        )
+    }
 }
 
 /// A cause, and how sure it is.
@@ -94,7 +113,8 @@ pub enum Cause {
 pub struct Finding {
     /// What it is.
     pub cause: Cause,
-    /// The share of the simulated error's squares that it accounts for, 0 to 1, and F; `None` of [`Cause::While`].
+    /// The share of the simulated error's squares that it accounts for, 0 to 1, and F; `None` of [`Cause::While`] and
+    /// [`Cause::Oscillation`].
     pub gain: Option<(f64, f64)>,
 }
 
@@ -203,7 +223,11 @@ impl Tested<'_> {
             let counts = f * term.columns.len() as f64 > SIGNIFICANT
                 && share > matters
                 && (is_steps || left.helped(&term.columns) >= HELPED);
+            let in_loop = || following(&self.run) == Following::Yes;
             let cause = self.cause(term, &columns).filter(|_| counts)?;
+            if in_loop() && !self.predicts(term, &columns) {
+                return None;
+            }
             Some(Finding {
                 cause,
                 gain: Some((share, f)),
@@ -217,6 +241,36 @@ impl Tested<'_> {
                 gain: None,
             })
         })
+    }
+
+    /// Whether a term predicts the output beyond a difference equation with a past of both signals. In a loop the simulated error is
+    /// correlated with the input, what predictions leave is not.
+    fn predicts(&self, term: &Term, columns: &[Vec<f64>]) -> bool {
+        let past = |signal: &[f64], from: usize| -> Vec<Vec<f64>> {
+            let lags = from..PREDICTED_FROM;
+            lags.map(|by| self.delayed(signal, by as i64)).collect()
+        };
+        let later = |column: &Vec<f64>| -> Vec<Vec<f64>> {
+            let begins = |by: usize| std::iter::repeat_n(0.0, by);
+            let at = |by: usize| begins(by).chain(column.iter().copied()).take(column.len());
+            (0..TERM_LAGS).map(|by| at(by).collect()).collect()
+        };
+        let linear = [
+            vec![vec![1.0; columns[0].len()]],
+            past(self.run.outputs, 1),
+            past(self.run.inputs, 0),
+        ]
+        .concat();
+        let terms = (term.columns.iter()).flat_map(|it| later(&columns[*it]));
+        let all: Vec<Vec<f64>> = linear.iter().cloned().chain(terms).collect();
+        let outputs = &self.run.outputs[self.first..];
+        let left = |columns: &[Vec<f64>]| squares_left(columns, outputs);
+        let Some((linear_left, with)) = left(&linear).zip(left(&all)) else {
+            return false;
+        };
+        let more = (all.len() - linear.len()) as f64;
+        let freedom = outputs.len() as f64 - all.len() as f64;
+        (linear_left - with) / more > PREDICTS * with / freedom
     }
 
     fn a(&self) -> Vec<f64> {

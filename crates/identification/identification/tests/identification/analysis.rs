@@ -205,3 +205,102 @@ fn a_smooth_input_without_noise_gives_a_model_that_is_good_and_no_cause() {
     assert!((gain - 0.75).abs() < 1e-6, "{}", analysis.text());
     assert!(says(&analysis, "verdict: good"), "{}", analysis.text());
 }
+
+/// A PI controller, 2 + 1.2/s, around 2/(3 s + 1) in steps of 0.05 s, for a setpoint and a disturbance of the output: input and output.
+/// The plant is held (scipy: `cont2discrete(([2], [3, 1]), 0.05)`): gain 2.
+fn in_loop(setpoint: &[f64], disturbance: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (mut inputs, mut outputs, mut state, mut integral) = (vec![], vec![], 0.0, 0.0);
+    for (r, d) in setpoint.iter().zip(disturbance) {
+        let y = state + d;
+        integral += 1.2 * 0.05 * (r - y);
+        let u: f64 = integral + 2.0 * (r - y);
+        outputs.push(y);
+        inputs.push(u);
+        state = 0.983_471_453_82 * state + 0.033_057_092_36 * u;
+    }
+    (inputs, outputs)
+}
+
+#[test]
+fn in_a_loop_the_plant_is_found_whatever_the_noise_and_no_curve_is_made_up() {
+    let white = noise(3, 2400);
+    let coloured = filter(&[0.02], &[1.0, -0.97], &noise(5, 2400));
+    let telegraph: Vec<f64> = (0..2400)
+        .map(|k| noise(8, 24)[k / 100].signum() + 0.2)
+        .collect();
+    for disturbance in [white.iter().map(|e| 0.02 * e).collect(), coloured] {
+        let (inputs, outputs) = in_loop(&telegraph, &disturbance);
+        let analysis = found(inputs, outputs, &Options::default());
+        let gain = analysis.reading().steady_state_gain().unwrap();
+        let told = analysis.text();
+        assert!((gain.value.re - 2.0).abs() < 0.15, "{told}");
+        let delay = analysis.lag.unwrap();
+        assert!(delay.interval.0 >= 1, "{told}");
+        assert!(
+            analysis.curved.is_none() && analysis.finding.is_none(),
+            "{told}"
+        );
+        assert!(analysis.drift < 0.01, "{told}");
+    }
+}
+
+#[test]
+fn a_sine_that_the_input_does_not_cause_is_named_and_the_model_is_not_called_good() {
+    let inputs: Vec<f64> = (0..1500).map(|k| noise(4, 60)[k / 25].signum()).collect();
+    let sine = (0..1500).map(|k| 0.1 * libm::sin(0.07 * f64::from(k)));
+    let outputs: Vec<f64> = oscillating(&inputs)
+        .iter()
+        .zip(sine)
+        .map(|(y, d)| y + d)
+        .collect();
+    let analysis = found(inputs, with_noise(&outputs, 6, 0.005), &Options::default());
+    let told = analysis.text();
+    let rate = 0.07 / SAMPLE_TIME;
+    assert!(
+        says(&analysis, &format!("oscillates at {rate:.2}")),
+        "{told}"
+    );
+    assert!(
+        says(&analysis, "something that is not recorded moves the output"),
+        "{told}"
+    );
+}
+
+#[test]
+fn the_delays_interval_holds_the_true_one_where_lags_look_like_a_delay() {
+    // 7.5/((s + 0.5)(s + 1.5)(s + 5)), held in steps of 0.1 s (scipy), answers by one sample: a model of lower order has a longer delay.
+    let b = [
+        0.0,
+        0.001_053_250_394_1,
+        0.003_550_376_957_9,
+        0.000_742_324_227_3,
+    ];
+    let a = [
+        1.0,
+        -2.418_468_060_638,
+        1.917_726_340_219,
+        -0.496_585_303_791,
+    ];
+    let levels = [0.0, 1.0, -1.0, 0.5, -0.4];
+    let inputs: Vec<f64> = (0..500).map(|k| levels[k / 100]).collect();
+    for seed in [1, 2, 3] {
+        let outputs = with_noise(&filter(&b, &a, &inputs), seed, 0.2);
+        let analysis = found(inputs.clone(), outputs, &Options::default());
+        let (least, most) = analysis.lag.unwrap().interval;
+        assert!((least..=most).contains(&1), "{}", analysis.text());
+    }
+}
+
+#[test]
+fn a_limit_between_the_inputs_levels_is_not_determined() {
+    // Levels 0, 200 ... 1000, limited at 1: every limit between 0 and 200 with the gain that belongs to it gives the same output.
+    let draws = noise(5, 15);
+    let levels: Vec<f64> = (0..900)
+        .map(|k| 200.0 * f64::from((40.0 * draws[k / 60]).abs() as u32 % 6))
+        .collect();
+    let limited: Vec<f64> = levels.iter().map(|u| u.min(1.0)).collect();
+    let outputs = with_noise(&filter(&[0.0, 0.08], &[1.0, -0.92], &limited), 3, 0.005);
+    let analysis = found(levels, outputs, &Options::default());
+    assert!(analysis.curved.is_none(), "{}", analysis.text());
+    assert!(!says(&analysis, "verdict: good"), "{}", analysis.text());
+}

@@ -79,9 +79,13 @@ fn measured(input: &[f64], output: &[f64], seed: u32) -> Analysis {
 
 #[track_caller]
 fn cause(analysis: &Analysis) -> Cause {
-    let is_told = matches!(analysis.verdict, Verdict::NotLinear { .. });
+    let cause = analysis.finding.clone().unwrap().cause;
+    let is_told = match cause.is_disturbance() {
+        true => matches!(analysis.verdict, Verdict::Disturbed { .. }),
+        false => matches!(analysis.verdict, Verdict::NotLinear { .. }),
+    };
     assert!(is_told, "{}", analysis.text());
-    analysis.finding.clone().unwrap().cause
+    cause
 }
 
 fn near(found: f64, truth: f64, by: f64) -> bool {
