@@ -184,7 +184,10 @@ impl RunFolder {
         if let Some(reason) = &flown.flight.truncated {
             answer.insert(0, format!("The bag is not whole: {reason}."));
         }
-        let notes = summary.notes.iter().map(|it| format!("Note: {it}\n"));
+        let held = Some(summary.held_ticks).filter(|it| *it > 0);
+        let held = held.map(|it| format!("{it} ticks were flown without the actuator's answer"));
+        let notes = summary.notes.iter().chain(&held);
+        let notes = notes.map(|it| format!("Note: {it}\n"));
         let mut outcome = Outcome::new(answer.join(" ")).numbers(notes.collect::<String>());
         if verbose {
             let flown = std::slice::from_ref(&flown);

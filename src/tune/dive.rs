@@ -111,9 +111,13 @@ impl DiveFileArgs {
             }
         } else {
             let mut outcome = outcome(task, found, verbose);
-            if let Some(path) = &self.gains {
-                outcome = outcome.file("Gains", path);
-            }
+            outcome = match &self.gains {
+                Some(path) => outcome.file("Gains", path),
+                None => outcome.next(
+                    format!("{} --gains gains.yaml", called()),
+                    "for ros2 param load",
+                ),
+            };
             outcome.print()?;
         }
         if let Some(folder) = &self.fly {
@@ -239,17 +243,7 @@ fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
             described(&found.model)
         ));
     }
-    let fly = format!("planesman sim dive{}", set.concat());
-    outcome = outcome.next(fly, "fly them");
-    outcome
-        .next(
-            format!("{} --gains gains.yaml", called()),
-            "for ros2 param load",
-        )
-        .next(
-            format!("{} --fly FOLDER", called()),
-            "fly the drawn vehicles",
-        )
+    outcome.next(format!("planesman sim dive{}", set.concat()), "fly them")
 }
 
 pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {

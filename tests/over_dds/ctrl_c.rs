@@ -20,7 +20,7 @@ fn one_ctrl_c_ends_a_dive_with_a_frozen_identifier_and_names_it() {
 fn ends_with_a_frozen(node: &str) {
     let stage = Stage::new();
     let out = stage.path("out");
-    let launcher = stage.start(&["dive", "--keep-running", "--out", &out]);
+    let launcher = stage.start(&["dive", "--keep-running", "--verbose", "--out", &out]);
     eventually("a flight", || {
         launcher.stdout().contains("diving").then_some(())
     });
@@ -145,7 +145,7 @@ fn a_folder_moved_or_removed_in_flight_is_the_reason_that_is_given() {
     let stage = Stage::new();
     for remove in [false, true] {
         let out = stage.path("out");
-        let launcher = stage.start(&["dive", "--keep-running", "--out", &out]);
+        let launcher = stage.start(&["dive", "--keep-running", "--verbose", "--out", &out]);
         eventually("a flight", || {
             launcher.stdout().contains("diving").then_some(())
         });
@@ -165,7 +165,7 @@ fn a_folder_moved_or_removed_in_flight_is_the_reason_that_is_given() {
 fn ctrl_c_ends_a_dive_that_writes_its_report_too() {
     let stage = Stage::new();
     let out = stage.path("out");
-    let launcher = stage.start(&["dive", "--lockstep", "--out", &out]);
+    let launcher = stage.start(&["dive", "--lockstep", "--verbose", "--out", &out]);
     eventually("the dive's folder", || {
         Path::new(&out).join("log").exists().then_some(())
     });

@@ -166,7 +166,8 @@ fn a_speed_is_in_si_unless_its_unit_is_written() {
     assert_eq!(tf("1ft/s"), tf("0.3048"));
     assert!(tf("1ft/s").contains("0.3048 m/s"), "{}", tf("1ft/s"));
     let analyse = |speeds: &str| stage.run(&["design", "analyse", "--speed", speeds]).stdout;
-    assert_eq!(analyse("1ft/s,3ft/s"), analyse("0.3048,0.9144"));
+    let numbers = |speeds: &str| analyse(speeds).split_once("\nNext:").unwrap().0.to_owned();
+    assert_eq!(numbers("1ft/s,3ft/s"), numbers("0.3048,0.9144"));
     refused(
         &stage,
         2,
