@@ -333,6 +333,28 @@ fn a_nodes_log_has_the_form_the_colours_and_the_file_that_rcls_variables_ask_for
     assert!(!written.contains('\x1b'));
 }
 
+#[test]
+fn results_are_replaced_when_asked_and_nothing_else_is() {
+    let stage = Stage::new();
+    let page = stage.file("loop.html", "before");
+    let analyse = ["design", "analyse", "--html", &page];
+    refused(&stage, 2, &analyse, &["add --overwrite"]);
+    stage
+        .run(&[&analyse[..], &["--overwrite"]].concat())
+        .success();
+    assert!(std::fs::read_to_string(&page).unwrap().contains("</html>"));
+    let file = stage.file("short.yaml", stage::scenario(1.0, ""));
+    let sim = ["sim", &file, "--out", "flight.csv"];
+    stage.run(&sim).success();
+    refused(&stage, 1, &sim, &["exists already"]);
+    stage.run(&[&sim[..], &["--overwrite"]].concat()).success();
+    // A folder that no flight left stays.
+    std::fs::create_dir(stage.path("mine")).unwrap();
+    let dive = ["dive", &file, "--out", "mine", "--overwrite"];
+    refused(&stage, 1, &dive, &["exists already"]);
+    assert!(stage.content().contains(&"mine".to_owned()));
+}
+
 /// A sweep writes a row a case, resumes behind the last whole row, and its parts are the whole.
 #[test]
 fn a_sweep_goes_on_where_it_was_interrupted_and_its_parts_are_the_whole() {
