@@ -25,13 +25,17 @@ pub struct Triangle {
     pub rows: usize,
 }
 
-/// The squares of values that columns leave of them; `None` where there are too few or a number is not finite.
-pub(crate) fn squares_left(columns: &[Vec<f64>], values: &[f64]) -> Option<f64> {
+/// The regression of values on columns; `None` where there are too few or a number is not finite.
+pub(crate) fn regressed(columns: &[Vec<f64>], values: &[f64]) -> Option<Triangle> {
     let phi = DMatrix::from_fn(values.len(), columns.len(), |row, column| {
         columns[column][row]
     });
-    let triangle = Triangle::new(&phi, &DVector::from_column_slice(values)).ok()?;
-    Some(triangle.cost.max(0.0))
+    Triangle::new(&phi, &DVector::from_column_slice(values)).ok()
+}
+
+/// The squares that it leaves.
+pub(crate) fn squares_left(columns: &[Vec<f64>], values: &[f64]) -> Option<f64> {
+    Some(regressed(columns, values)?.cost.max(0.0))
 }
 
 impl Triangle {

@@ -214,8 +214,8 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     let is_impulse = || ends() && outputs().next() == Some(&0.0);
     if is_proportional && record.samples() > 2 && is_impulse() {
         return Some(format!(
-            "{input} moves in its first sample alone, and {output} behind it: that is {output} as {input} times {:.6}, or what an impulse \
-             leaves; {} takes it for an impulse from rest",
+            "{input} moves only in its first sample: {output} may be {input} times {:.6}, or the response to an impulse; {} takes it for an \
+             impulse from rest",
             Short(gain),
             option("at_rest")
         ));
@@ -223,7 +223,8 @@ pub fn without_dynamics(record: &Record, at_rest: bool, is_static: bool) -> Opti
     is_proportional.then(|| {
         let feedback = match may_be_feedback {
             true => format!(
-                " if {input} does not follow {output}; as feedback of the output alone, by a gain of {:.6}, it says nothing of the plant",
+                " if {input} does not follow {output}; if {input} is feedback of the output alone, with a gain of {:.6}, the record does not \
+                 show the plant",
                 Short(1.0 / gain)
             ),
             false => String::new(),

@@ -129,10 +129,12 @@ pub(super) fn drift(found: &Estimate, run: Run<'_>) -> f64 {
     };
     let mut columns = vec![vec![1.0; outputs.len()]];
     columns.extend((0..structure.numerator + MORE_LAGS).map(later));
-    let left = |columns: &[Vec<f64>]| squares_left(columns, outputs).unwrap_or_default();
-    let without = left(&columns);
+    let without = squares_left(&columns, outputs);
     columns.push((0..outputs.len()).map(|row| row as f64).collect());
-    let share = (without - left(&columns)) / (variance(outputs) * outputs.len() as f64);
+    let explained = without
+        .zip(squares_left(&columns, outputs))
+        .map(|(p, q)| p - q);
+    let share = explained.unwrap_or_default() / (variance(outputs) * outputs.len() as f64);
     if share.is_finite() { share } else { 0.0 }
 }
 
@@ -150,15 +152,28 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
     let free: Vec<f64> = (simulated[half..].iter().zip(&caused[half..]))
         .map(|(y, caused)| y - caused)
         .collect();
-    let free = variance(&free).sqrt();
-    if free < SEEN * variance(&run.outputs[unknown..]).sqrt() {
-        return None;
-    }
+    // Its part of the free motion, beside those of the other modes.
+    let motion = |pole: &Complex<f64>| -> Vec<Vec<f64>> {
+        let powers: Vec<_> = (0..free.len()).map(|k| pole.powu(k as u32)).collect();
+        vec![
+            powers.iter().map(|it| it.re).collect(),
+            powers.iter().map(|it| it.im).collect(),
+        ]
+    };
+    let part = |pole: &Complex<f64>| {
+        let others = (poles.iter()).filter(|it| it.im >= 0.0 && *it != pole);
+        let mut columns = vec![vec![1.0; free.len()]];
+        columns.extend(others.flat_map(motion));
+        let without = squares_left(&columns, &free)?;
+        columns.extend(motion(pole));
+        let with = squares_left(&columns, &free)?;
+        Some(((without - with).max(0.0) / free.len() as f64).sqrt())
+    };
+    let seen = SEEN * variance(&run.outputs[unknown..]).sqrt();
     // The mode's part of the response, 2 Re(r x) with x_k = p x_(k-1) + u_(k-1).
     let moved = |pole: &Complex<f64>| {
-        let power = |k: usize| pole.powu(k as u32);
         let above: Complex<f64> = (b.iter().enumerate())
-            .map(|(k, b)| power(poles.len().saturating_sub(k)) * *b)
+            .map(|(k, b)| pole.powi(poles.len() as i32 - k as i32) * *b)
             .sum();
         let beside = poles.iter().filter(|it| *it != pole);
         let residue = above / beside.map(|it| pole - it).product::<Complex<f64>>();
@@ -174,7 +189,7 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
         |it: &&Complex<f64>| it.im > 0.0 && libm::pow(it.modulus(), simulated.len() as f64) > LASTS;
     let lasting = poles.iter().filter(lasts);
     lasting
-        .filter(|it| moved(it) < HARDLY * free)
+        .filter(|it| part(it).is_some_and(|part| part > seen && moved(it) < HARDLY * part))
         .map(|it| it.argument())
         .next()
 }

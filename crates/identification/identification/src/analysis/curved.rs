@@ -121,6 +121,7 @@ fn structures(linear: &Analysis) -> Vec<Structure> {
     let simple = Structure {
         start: own.start,
         offset: own.offset,
+        delay: own.delay.max(1),
         ..linear.options.structure(SIMPLE)
     };
     let own = is_own.then(|| own.clone());
@@ -144,7 +145,8 @@ fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<(Side, Vec<S
         let of_cause = finding.and_then(|it| of_cause(&it.cause, inputs));
         return of_cause.into_iter().collect();
     }
-    if !linear.misses_much() || linear.following == Following::Yes {
+    let is_disturbed = finding.is_some_and(|it| it.cause.is_disturbance());
+    if is_disturbed || !linear.misses_much() || linear.following == Following::Yes {
         return Vec::new();
     }
     vec![

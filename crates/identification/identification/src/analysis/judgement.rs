@@ -11,10 +11,10 @@ use super::verdict::{GOOD, USABLE, VERY_GOOD, Verdict};
 use super::{Analysis, BELOW_NOISE, InputPart};
 use crate::estimators::{Error, Method, Property};
 use crate::selection::process::may_integrate;
-use crate::selection::{criteria, dead_time};
+use crate::selection::{Kind, criteria, dead_time};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::identifiability::{Doubt, Following};
-use crate::validation::residuals::ResidualTests;
+use crate::validation::residuals::{Correlation, ResidualTests};
 use planesman_record::Record;
 use planesman_wording::{option, setting};
 
@@ -275,11 +275,10 @@ impl Analysis {
             false => self.cross_validated().or(self.held_out.fit),
         };
         // What all of a record without noise follows holds for each part of it.
-        let held = self.fit.filter(|_| self.is_exact()).or(held);
+        let is_own = self.validation.is_none() && self.is_exact();
+        let held = self.fit.filter(|_| is_own).or(held);
         let tests = self.residuals.as_ref();
-        // In a loop the noise is seen in the input, and so earlier inputs in the residual.
-        let missing = self.following != Following::Yes
-            && tests.is_some_and(|it| misses_dynamics(it, self.fit));
+        let missing = tests.is_some_and(|it| self.misses_dynamics(it));
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.held_out.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
@@ -363,7 +362,7 @@ impl Analysis {
         undetermined_gain(&self.reading(), self.estimate.sample_time)
     }
 
-    fn is_caused(&self) -> bool {
+    pub(super) fn is_caused(&self) -> bool {
         let is_caused = |part: InputPart| match self.estimate.process {
             Some(_) => part.f >= BEYOND_DOUBT,
             None if self.is_unstable() => part.share >= CAUSED_OF_UNSTABLE,
@@ -378,6 +377,14 @@ impl Analysis {
         // Half of a step test may hold no step; and half of a record without noise may not determine what all of it does.
         let may_tell = !self.is_unstable() && !self.is_step_test && !self.is_exact();
         may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+    }
+
+    /// Whether earlier inputs are seen in the residual: of an input that follows the output those before this instant.
+    fn misses_dynamics(&self, tests: &ResidualTests) -> bool {
+        match self.following {
+            Following::Yes => seen(&tests.of_inputs_before()),
+            _ => misses_dynamics(tests, self.fit),
+        }
     }
 
     /// Whether the model leaves nothing of the record but rounding.
@@ -400,9 +407,15 @@ impl Analysis {
         let may_bias = self.fit.is_none_or(|fit| fit < LEAVES_LITTLE);
         // What a model of a band leaves outside it goes with the input, and so with later inputs that are like earlier ones.
         let is_more = || tests.of_later_inputs().largest() > tests.of_earlier_inputs().largest();
+        // White noise that goes round biases no model of the output error, and none of a noise model.
+        let is_modelled = self.kind() == Some(Kind::BoxJenkins) || tests.whiteness.passes();
+        let is_seen = match self.following {
+            Following::Yes => !is_modelled && seen(&tests.of_inputs_from_now()),
+            _ => feeds_back(tests),
+        };
         may_tell
             && may_bias
-            && feeds_back(tests)
+            && is_seen
             && self.following != Following::No
             && (self.estimate.frequency.is_none() || is_more())
     }
@@ -484,7 +497,7 @@ impl Analysis {
         let explains = self.is_caused() && fit.is_some_and(|fit| fit >= USABLE);
         let finding = residual_finding(tests, self.fit, explains, self.allows_for_colour());
         let finding = match finding {
-            ResidualFinding::Correlated(earlier) if self.following == Following::Yes => {
+            ResidualFinding::Correlated(earlier) if !self.misses_dynamics(tests) => {
                 ResidualFinding::InLoop(earlier)
             }
             other => other,
@@ -558,8 +571,12 @@ pub(crate) fn misses_dynamics(tests: &ResidualTests, fit: Option<f64>) -> bool {
 
 /// Whether the residual is seen in later inputs.
 pub(crate) fn feeds_back(tests: &ResidualTests) -> bool {
-    let later = tests.of_later_inputs();
-    !later.passes() && later.largest() > MATTERS
+    seen(&tests.of_later_inputs())
+}
+
+/// Whether a correlation is there and matters.
+fn seen(of: &Correlation) -> bool {
+    !of.passes() && of.largest() > MATTERS
 }
 
 /// Three decades up to half the sampling rate, rad/s, the highest first.

@@ -79,9 +79,10 @@ impl Lag {
     /// one's.
     pub(super) fn with_candidates(self, candidates: &[Candidate]) -> Self {
         let stable = || candidates.iter().filter(|it| it.is_stable());
-        let criteria = stable().map(Candidate::criterion);
-        let best = criteria.fold(f64::INFINITY, f64::min);
-        let alike = stable().filter(|it| it.criterion() - best <= WITHIN);
+        let Some(best) = stable().min_by(|p, q| p.criterion().total_cmp(&q.criterion())) else {
+            return self;
+        };
+        let alike = stable().filter(|it| it.is_alike(best, WITHIN));
         let delays = alike.map(|it| it.structure.delay as i64);
         let (least, most) = self.interval;
         let interval = delays.fold((least, most), |(p, q), it| (p.min(it), q.max(it)));
@@ -122,7 +123,7 @@ impl<'a> Moved<'a> {
             InitialState::Estimated => (one.structure.history() + LATER).min(last / 4),
         };
         let earliest = match following {
-            Following::Yes => 1,
+            Following::Yes => i64::try_from(one.structure.delay.min(1)).ok()?,
             _ => EARLIEST,
         };
         Some(Self {
@@ -248,7 +249,7 @@ impl Lag {
         };
         let mut earliest = self.interval.0;
         for count in 1..=MOST_LAGS {
-            let delays = (self.best - FARTHEST..self.best).rev();
+            let delays = ((self.best - FARTHEST).max(0)..self.best).rev();
             let is_within = |delay: &i64| {
                 LONGER.into_iter().any(|longer| {
                     let lags = Lags::instead_of(longer * (self.best - delay) as f64, count);

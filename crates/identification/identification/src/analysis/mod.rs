@@ -365,7 +365,8 @@ impl Analysis {
     fn beyond_linear(&self, data: &Record) -> Option<Finding> {
         let run = data.segments[self.segments[self.longest]].run()?;
         let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
-        let oscillation = self.oscillation.filter(|_| self.may_be_disturbed());
+        let oscillation =
+            (self.oscillation).filter(|_| self.may_be_disturbed() && self.is_caused());
         let oscillation = oscillation.map(|rate| Finding {
             cause: Cause::Oscillation(rate),
             gain: None,
@@ -378,10 +379,14 @@ impl Analysis {
         self.misses_much() && self.may_be_disturbed()
     }
 
-    /// Whether the noise would leave a better fit than the model has.
+    /// Whether the noise would leave a better fit than the model has, of a record that a curve may be sought in.
     fn misses_much(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
         fits.is_some_and(|(attainable, held)| attainable - held > BELOW_NOISE)
+            && self.closed_loop.is_none()
+            && self.estimate.output_curve.is_none()
+            && !self.is_unstable()
+            && !self.options.method.is_of_the_vehicle()
     }
 
     /// Whether what the model leaves may be asked for its cause.

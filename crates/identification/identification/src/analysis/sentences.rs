@@ -365,8 +365,7 @@ fn cause(cause: &Cause, sample_time: f64) -> String {
             )
         }
         Cause::Oscillation(rate) => format!(
-            "something that is not recorded oscillates at {} rad/s: the model has it as a mode that goes on by itself and that the \
-             input hardly moves",
+            "something that is not recorded oscillates at {} rad/s: the model has a mode there that the input hardly moves",
             significant(rate / sample_time, 3)
         ),
         Cause::While(from, to, times) => format!(

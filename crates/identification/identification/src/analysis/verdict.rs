@@ -217,11 +217,12 @@ impl Verdict {
                 setting("method", "armax")
             ),
             Self::NotLinear { .. } => format!(
-                "fit levels or times apart, {window}, or fit a curve that is named above with the dynamics: {}",
+                "fit levels or times apart, {window}, or the curve that is named above with the dynamics, where the input has more \
+                 levels than the curve has numbers: {}",
                 option("curve")
             ),
             Self::Disturbed { .. } => format!(
-                "record what acts there as one more input, or leave it out: {window}"
+                "record the disturbance as one more input, or leave out the time when it acts: {window}"
             ),
             Self::NoiseLimited { .. } => format!(
                 "record for longer or excite more, for narrower intervals; or write it: {write}"

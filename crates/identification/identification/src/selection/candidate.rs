@@ -1,5 +1,6 @@
 //! A candidate, and how two of them compare.
 
+use super::MIN_EFFECTIVE_SAMPLES;
 use super::folds::HALVES;
 use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted, lies_within};
 use crate::structure::Structure;
@@ -101,6 +102,13 @@ impl Candidate {
     /// their difference, or than `slack`.
     pub(super) fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
         are_within(&self.errors, standard_errors, slack, &best.errors)
+    }
+
+    /// Whether samples enough tell it from the best neither by that criterion, within a bound, nor block by block.
+    pub(crate) fn is_alike(&self, best: &Self, bound: f64) -> bool {
+        self.samples > 2.0 * MIN_EFFECTIVE_SAMPLES
+            && self.criterion() - best.criterion() <= bound
+            && self.is_within(1.0, 0.0, best)
     }
 
     /// Whether all poles but the known ones are stable.

@@ -540,14 +540,17 @@ impl<'a> Chooser<'a> {
             effects = self.effects(&end);
         }
         // One that went while another's work was not yet told from the noise comes back.
+        let mut came_back = Vec::new();
         for _ in 0..self.inputs {
-            let absent = (0..self.inputs).filter(|input| !end.model.has(*input));
+            let is_absent = |input: &usize| !end.model.has(*input) && !came_back.contains(input);
+            let absent = (0..self.inputs).filter(is_absent);
             let of = |input: usize| (input, effects[input].f / effects[input].needed);
             let Some((input, _)) =
                 (absent.map(of).filter(|it| it.1 >= 1.0)).max_by(|p, q| p.1.total_cmp(&q.1))
             else {
                 break;
             };
+            came_back.push(input);
             let with = self.with_input(&end.model, input);
             let with = self.best_of(&with, &Weight::plain())?;
             (by_whitened, beside) = self.downhill(with, &By::Present);

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::batch::{Triangle, squares_left};
+use crate::batch::{Triangle, regressed};
 use crate::estimators::regression;
 use crate::structure::{InitialState, Problem, variance};
 use planesman_record::Run;
@@ -19,8 +19,10 @@ use planesman_record::Run;
 const EXCITED: f64 = 1e-3;
 /// The share of the input's power that a controller leaves unexplained where neither plant nor loop is disturbed.
 const UNEXPLAINED: f64 = 1e-12;
-/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised, or a sensor's noise is in the log only.
-const FED: f64 = 0.15;
+/// The share of the input's innovations that the output leaves unexplained at most where the input is feedback alone: both are quantised; or, of one that
+/// works against the output, a sensor's noise is in the log only.
+const FED: f64 = 0.05;
+const FED_AGAINST: f64 = 0.15;
 /// The share of the output's power that its past must leave unexplained for disturbances to have moved it.
 const RENEWED: f64 = 0.05;
 /// The share of an input's power that its own past leaves where it is a sum of sines or a smooth curve.
@@ -185,8 +187,41 @@ impl<'a> Pasts<'a> {
         !has_two_levels && 2 * moves >= inputs.len()
     }
 
-    /// The share of a signal's power, at the samples from the first that has all lags on, that a constant and both signals at these lags
-    /// leave; of samples at which the input `moves` alone, where that is asked for.
+    /// A signal, at the samples from the first that has all lags on, on a constant and both signals at these lags; of samples at which
+    /// the input `moves` alone, where that is asked for.
+    fn regressed(
+        &self,
+        of: &[f64],
+        of_inputs: Range<usize>,
+        of_outputs: Range<usize>,
+        moves: bool,
+    ) -> Option<Regressed> {
+        let rows: Vec<usize> = (self.lags..of.len())
+            .filter(|k| !moves || self.inputs[*k] != self.inputs[k - 1])
+            .collect();
+        let at = |signal: &[f64], lag: usize| rows.iter().map(|k| signal[k - lag]).collect();
+        let mut columns: Vec<Vec<f64>> = vec![vec![1.0; rows.len()]];
+        columns.extend(of_inputs.map(|lag| at(self.inputs, lag)));
+        let outputs = columns.len();
+        columns.extend(of_outputs.map(|lag| at(self.outputs, lag)));
+        let of: Vec<f64> = at(of, 0);
+        let power = variance(&of) * of.len() as f64;
+        let found = regressed(&columns, &of)?;
+        let theta = found.solution().ok();
+        let sum = |from: usize, to: usize| {
+            let theta = theta
+                .as_ref()
+                .map(|it| it.as_slice()[from..to].iter().sum());
+            theta.unwrap_or_default()
+        };
+        (power > 0.0).then(|| Regressed {
+            left: found.cost.max(0.0) / power,
+            by_inputs: sum(1, outputs),
+            by_outputs: sum(outputs, columns.len()),
+        })
+    }
+
+    /// The share that is left alone.
     fn left(
         &self,
         of: &[f64],
@@ -194,17 +229,19 @@ impl<'a> Pasts<'a> {
         of_outputs: Range<usize>,
         moves: bool,
     ) -> Option<f64> {
-        let rows: Vec<usize> = (self.lags..of.len())
-            .filter(|k| !moves || self.inputs[*k] != self.inputs[k - 1])
-            .collect();
-        let at = |signal: &[f64], lag: usize| rows.iter().map(|k| signal[k - lag]).collect();
-        let mut columns: Vec<Vec<f64>> = vec![vec![1.0; rows.len()]];
-        columns.extend(of_inputs.map(|lag| at(self.inputs, lag)));
-        columns.extend(of_outputs.map(|lag| at(self.outputs, lag)));
-        let of: Vec<f64> = at(of, 0);
-        let power = variance(&of) * of.len() as f64;
-        let left = squares_left(&columns, &of)?;
-        (power > 0.0).then_some(left / power)
+        let found = self.regressed(of, of_inputs, of_outputs, moves)?;
+        Some(found.left)
+    }
+
+    /// Whether the outputs move the input against what the input does to the output, as a controller does. An input that is logged with
+    /// noise, or a plant that answers at once, has the signs alike.
+    fn is_against(&self) -> bool {
+        let own = 1..self.lags + 1;
+        let input = self.regressed(self.inputs, own.clone(), 0..CONTROLLER_LAGS + 1, false);
+        let output = self.regressed(self.outputs, own.clone(), own, false);
+        input
+            .zip(output)
+            .is_some_and(|(u, y)| u.by_outputs * y.by_inputs < 0.0)
     }
 
     /// What a linear controller, `u_k` of `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`, leaves of the input.
@@ -216,6 +253,7 @@ impl<'a> Pasts<'a> {
             unexplained,
             of_innovations: unexplained / own.max(f64::MIN_POSITIVE),
             renewed: self.left(self.outputs, 1..self.lags + 1, 1..self.lags + 1, true)?,
+            is_against: self.is_against(),
         })
     }
 }
@@ -228,13 +266,25 @@ struct Feedback {
     of_innovations: f64,
     /// The share of the output's power that the past of both signals leaves.
     renewed: f64,
+    /// Whether it works against the output.
+    is_against: bool,
+}
+
+/// What a regression on both signals finds.
+struct Regressed {
+    /// The share of the power that it leaves.
+    left: f64,
+    /// The sums of the coefficients.
+    by_inputs: f64,
+    by_outputs: f64,
 }
 
 impl Feedback {
     /// Whether nothing but the output moves the input. A smooth input without noise is made up by its output as well, but then
     /// disturbances move neither; where nothing does, the rows tell.
     fn is_alone(&self, is_deficient: bool) -> bool {
-        let is_disturbed = self.renewed > RENEWED && self.of_innovations < FED;
+        let most = if self.is_against { FED_AGAINST } else { FED };
+        let is_disturbed = self.renewed > RENEWED && self.of_innovations < most;
         is_disturbed || (is_deficient && self.unexplained < UNEXPLAINED)
     }
 }
@@ -251,7 +301,8 @@ pub enum Following {
 }
 
 /// Whether the input of a run follows its output: whether outputs predict it beyond its own past (Granger, *Econometrica* 37, 1969).
-/// An output of the same instant counts where it makes up less than half of what is new in the input: else the plant may answer at once.
+/// They must work against what the input does. An output of the same instant counts where it makes up less than half of what is new in
+/// the input: else the plant may answer at once.
 #[must_use]
 pub fn following(run: &Run<'_>) -> Following {
     let of = |pasts: Pasts<'_>| {
@@ -268,7 +319,7 @@ pub fn following(run: &Run<'_>) -> Following {
         let (with_own, left) = f_and_share(0..CONTROLLER_LAGS + 1)?;
         let is_predicted = earlier > FOLLOWS || (with_own > FOLLOWS && left > HALF);
         // A sum of sines or a smooth curve needs no output.
-        Some(freedom > 0.0 && by_itself > DETERMINED && is_predicted)
+        Some(freedom > 0.0 && by_itself > DETERMINED && is_predicted && pasts.is_against())
     };
     let Some(pasts) = Pasts::new(run.inputs, run.outputs) else {
         return Following::No;

@@ -162,6 +162,16 @@ impl ResidualTests {
         self.of_inputs_at(|lag| lag < 0)
     }
 
+    /// The same with inputs of the same instant.
+    pub(crate) fn of_inputs_from_now(&self) -> Correlation {
+        self.of_inputs_at(|lag| lag <= 0)
+    }
+
+    /// The lags at which an input before this instant is still seen in the residual.
+    pub(crate) fn of_inputs_before(&self) -> Correlation {
+        self.of_inputs_at(|lag| lag > 0)
+    }
+
     fn of_inputs_at(&self, wanted: impl Fn(i64) -> bool) -> Correlation {
         let values = self.input.values.iter().copied();
         Correlation {
