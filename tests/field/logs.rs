@@ -215,7 +215,12 @@ fn what_is_known_and_not_read_is_refused_with_the_command_that_converts_it() {
         ("dive.xlsx", "read_excel"),
         ("dive.parquet", "read_parquet"),
     ] {
-        fs::write(folder.path().join(name), "#ROSBAG V2.0\n").unwrap();
+        let bytes = if name.contains("bag") {
+            "#ROSBAG V2.0\n"
+        } else {
+            "something"
+        };
+        fs::write(folder.path().join(name), bytes).unwrap();
         fit(folder.path(), &[name, "-i", "a:x", "-o", "b:y"]).refused(&[name, words]);
     }
 }

@@ -2,6 +2,7 @@
 //! variation that goes with the input ranks them, and a quick fit has to find a model that is usable: of the whole record, or of its second half.
 //! The pair is then fitted as the command would fit it; a pair whose model is not usable gives way to the next.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use planesman_identification::analysis::{CurveChoice, Options, analyse, may_integrate};
@@ -148,37 +149,24 @@ fn ranked<'s>(signals: impl Iterator<Item = (&'s str, &'s str)>) -> (Vec<Ranked>
 /// The signals of a control loop by their names: those of the parts in [`LOOP`], where there are any.
 type NamedLoop = [Option<String>; 4];
 
-/// The part of a loop that a signal is, and the loop's name.
-fn part_of_loop(signal: &str) -> Option<(usize, String)> {
-    let name = signal.to_ascii_lowercase();
-    let words: Vec<&str> = name.split(|it: char| !it.is_ascii_alphanumeric()).collect();
-    let part = |word: &&str| LOOP.iter().position(|words| words.contains(word));
-    let parts: Vec<usize> = words.iter().filter_map(part).collect();
-    let part_of_all = *parts.iter().max()?;
-    let is_one = part_of_all == 3 || parts.iter().all(|it| *it == part_of_all);
-    let rest: Vec<&str> = words
-        .iter()
-        .copied()
-        .filter(|it| part(it).is_none())
-        .collect();
-    is_one.then(|| (part_of_all, rest.join(" ")))
-}
-
 /// The loops of which an input and an output are there.
-fn loops(signals: &[String]) -> Vec<NamedLoop> {
-    let mut loops: Vec<(String, NamedLoop)> = Vec::new();
+fn loops(signals: impl Iterator<Item = String>) -> Vec<NamedLoop> {
+    let mut loops: BTreeMap<String, NamedLoop> = BTreeMap::new();
     for signal in signals {
-        let Some((part, name)) = part_of_loop(signal) else {
+        let name = signal.to_ascii_lowercase();
+        let part = |word: &str| LOOP.iter().position(|words| words.contains(&word));
+        let words = || name.split(|it: char| !it.is_ascii_alphanumeric());
+        let parts: Vec<usize> = words().filter_map(part).collect();
+        // The error of an output is an error.
+        let Some(last) = parts.iter().copied().max() else {
             continue;
         };
-        let at = loops.iter().position(|it| it.0 == name);
-        let at = at.unwrap_or_else(|| {
-            loops.push((name, NamedLoop::default()));
-            loops.len() - 1
-        });
-        loops[at].1[part].get_or_insert_with(|| signal.clone());
+        if last == 3 || parts.iter().all(|it| *it == last) {
+            let rest: Vec<&str> = words().filter(|it| part(it).is_none()).collect();
+            loops.entry(rest.join(" ")).or_default()[last].get_or_insert(signal);
+        }
     }
-    let loops = loops.into_iter().map(|it| it.1);
+    let loops = loops.into_values();
     loops
         .filter(|it| it[0].is_some() && it[1].is_some())
         .collect()
@@ -199,7 +187,7 @@ pub(crate) fn suggestion<'s>(
     };
     let signals: Vec<(&str, &str)> = signals.collect();
     let (mut inputs, mut outputs) = ranked(signals.iter().copied());
-    let loops = loops(&signals.iter().map(|it| full_name(*it)).collect::<Vec<_>>());
+    let loops = loops(signals.iter().map(|it| full_name(*it)));
     // Neither a loop's reference nor its error is a signal of the plant.
     let is_beside = |signal: &String| {
         loops

@@ -133,6 +133,11 @@ fn a_row_of_units_stands_below_names_whatever_its_words() {
     ] {
         Log::new(name, head.to_owned() + &rows(plain)).is_the_plant("valve", "temp", 1.0);
     }
+    Log::new(
+        "letters.csv",
+        "Versuch,Stand,Prüfer\nZeit,u,y\n".to_owned() + &rows(plain),
+    )
+    .is_the_plant("u", "y", 1.0);
     // Without a name of time, with a decimal comma.
     let comma = |k: usize, u: f64, y: f64| format!("{k};{u};{y:.3}").replace('.', ",");
     let log = Log::new(
@@ -296,8 +301,8 @@ fn a_sketch_prints_stamps_and_names() {
 /// A part of a LabVIEW measurement: its heading, of that time and interval, and its rows.
 fn part(rows: std::ops::Range<usize>, time: &str, step: &str) -> String {
     let mut text = format!(
-        "Channels\t2\t\t\nSamples\t{0}\t{0}\t\nDate\t2026/02/19\t2026/02/19\t\nTime\t{time}\t{time}\t\nX_Dimension\tTime\tTime\t\n\
-         X0\t0,0E+0\t0,0E+0\t\nDelta_X\t{step}\t{step}\t\n***End_of_Header***\t\t\t\nX_Value\tvalve (V)\ttemp\tComment\n",
+        "Channels\t2\t\nSamples\t{0}\t{0}\nDate\t2026/02/19\t2026/02/19\nTime\t{time}\t{time}\nX_Dimension\tTime\tTime\n\
+         X0\t0,0E+0\t0,0E+0\nDelta_X\t{step}\t{step}\n***End_of_Header***\t\t\nX_Value\tvalve (V)\ttemp\tComment\n",
         rows.len()
     );
     for (_, u, y) in &plant()[rows] {

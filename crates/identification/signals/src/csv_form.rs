@@ -462,9 +462,12 @@ impl Cells {
 
     /// The first line that is a row.
     fn first_row(&self) -> usize {
+        // A key in front of numbers, where rows have nothing.
+        let is_of_heading = |row: &Vec<String>| self.is_empty(0) && !is_missing(&row[0]);
         let is_row = |row: &Vec<String>| {
             let counts = self.counts_of(row);
-            row.len() == self.width && counts.values > 0 && counts.others == 0
+            let is_whole = row.len() == self.width && counts.values > 0 && counts.others == 0;
+            is_whole && !is_of_heading(row)
         };
         let is_mostly = |row: &Vec<String>| {
             let counts = self.counts_of(row);
@@ -553,12 +556,13 @@ fn has_time(names: &[String]) -> bool {
     names.iter().any(|it| time_unit::is_name(it))
 }
 
-/// Whether words below names are units, whatever their words: each column has a name, all of which differ, and no word below is a number or the
-/// time's name.
+/// Whether words below names are units, whatever their words: each column has a name, all of which differ, and no word below is a number, a signal's
+/// letter or the time's name.
 fn are_units(words: &[String], names: &[String]) -> bool {
     let is_name =
         |(at, it): (usize, &String)| !it.is_empty() && !is_value(it) && !names[..at].contains(it);
-    let is_word = |it: &String| !is_value(it) || it == "1";
+    // A letter that is no unit names a signal.
+    let is_word = |it: &String| (!is_value(it) && it.len() != 1) || is_unit(it);
     names.iter().enumerate().all(is_name) && words.iter().all(is_word) && !has_time(words)
 }
 

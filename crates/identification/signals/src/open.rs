@@ -52,210 +52,59 @@ pub fn is_data(path: &Path) -> bool {
     (is_bag_file(path) && !is_again) || is_record(path)
 }
 
-/// A kind of file that is known and not read.
-struct Foreign {
-    endings: &'static [&'static str],
-    /// The bytes that it begins with, of any of its versions.
-    magic: &'static [&'static [u8]],
-    kind: &'static str,
-    remedy: Remedy,
-}
+/// A kind of file that is known and not read: its endings, the bytes with which it begins, its name, and what makes of FILE a NEW one that is read:
+/// a command, or what is to be done.
+type Foreign = (
+    &'static [&'static str],
+    &'static [&'static [u8]],
+    &'static str,
+    Remedy,
+);
 
-/// What makes a file that is read, FILE and NEW for the files.
+#[derive(Clone, Copy)]
 enum Remedy {
     Command(&'static str),
     Words(&'static str),
 }
-
 use Remedy::{Command, Words};
 
-/// Reads CAN frames of any log with the names of a DBC file.
-const CAN: Foreign = Foreign {
-    endings: &["blf", "trc"],
-    magic: &[b"LOGG", b";$FILEVERSION"],
-    kind: "a log of CAN frames, whose bytes are no signals yet",
-    remedy: Command(
-        "python -c \"import can, cantools, pandas; d = cantools.database.load_file('SIGNALS.dbc'); ids = {m.frame_id for m in d.messages}; \
-         pandas.DataFrame({'time': m.timestamp, **d.decode_message(m.arbitration_id, m.data, decode_choices=False)} for m in \
-         can.LogReader('FILE') if m.arbitration_id in ids).to_csv('NEW.csv', index=False)\"",
-    ),
-};
-
-const ECHO: Foreign = Foreign {
-    endings: &[],
-    magic: &[],
-    kind: "messages as `ros2 topic echo` prints them",
-    remedy: Words(
-        "record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`",
-    ),
-};
-
-/// Beside those that are known by their text.
-const FOREIGN: &[Foreign] = &[
-    CAN,
-    Foreign {
-        endings: &["mat"],
-        magic: &[b"MATLAB 5.0"],
-        kind: "a MATLAB file",
-        remedy: Command(
-            "python -c \"import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() if k[0] != '_'})\
-             .to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["mat"],
-        magic: &[b"MATLAB 7.3"],
-        kind: "a MATLAB file of version 7.3",
-        remedy: Command(OF_HDF5),
-    },
-    Foreign {
-        endings: &["xlsx", "xls", "ods"],
-        magic: &[],
-        kind: "a spreadsheet",
-        remedy: Command(
-            "python -c \"import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["parquet"],
-        magic: &[b"PAR1"],
-        kind: "a Parquet file",
-        remedy: Command(
-            "python -c \"import pandas; pandas.read_parquet('FILE').to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["feather", "arrow"],
-        magic: &[b"ARROW1"],
-        kind: "an Arrow file",
-        remedy: Command(
-            "python -c \"import pandas; pandas.read_feather('FILE').to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["nc", "nc4", "cdf"],
-        magic: &[b"CDF\x01", b"CDF\x02", b"CDF\x05", HDF5],
-        kind: "a netCDF file",
-        remedy: Command(
-            "python -c \"import xarray; xarray.open_dataset('FILE').to_dataframe().to_csv('NEW.csv')\"",
-        ),
-    },
-    Foreign {
-        endings: &["h5", "hdf5", "hdf"],
-        magic: &[HDF5],
-        kind: "an HDF5 file",
-        remedy: Command(OF_HDF5),
-    },
-    Foreign {
-        endings: &["npz"],
-        magic: &[],
-        kind: "an archive of numpy",
-        remedy: Command(
-            "python -c \"import numpy, pandas; pandas.DataFrame(dict(numpy.load('FILE'))).to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["npy"],
-        magic: &[b"\x93NUMPY"],
-        kind: "an array of numpy",
-        remedy: Command(
-            "python -c \"import numpy; numpy.savetxt('NEW.csv', numpy.load('FILE'), delimiter=',')\"",
-        ),
-    },
-    Foreign {
-        endings: &["pkl", "pickle"],
-        magic: &[],
-        kind: "a pickle of Python",
-        remedy: Command(
-            "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
-        ),
-    },
-    Foreign {
-        endings: &["jsonl", "ndjson"],
-        magic: &[],
-        kind: "JSON, an object a line",
-        remedy: Command(
-            "python -c \"import json, pandas; pandas.json_normalize([json.loads(line) for line in open('FILE')]).to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["json"],
-        magic: &[],
-        kind: "JSON",
-        remedy: Command(
-            "python -c \"import json, pandas; pandas.json_normalize(json.load(open('FILE'))).to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["tdms"],
-        magic: &[b"TDSm"],
-        kind: "a TDMS file of LabVIEW",
-        remedy: Command(
-            "python -c \"import nptdms; nptdms.TdmsFile.read('FILE').as_dataframe(time_index=True).to_csv('NEW.csv', index_label='time')\"",
-        ),
-    },
-    Foreign {
-        endings: &["mf4", "mdf"],
-        magic: &[b"MDF     ", b"UnFinMF "],
-        kind: "an MDF file",
-        remedy: Command(
-            "python -c \"import asammdf; asammdf.MDF('FILE').to_dataframe().to_csv('NEW.csv', index_label='time')\"",
-        ),
-    },
-    Foreign {
-        endings: &["rrd"],
-        magic: &[b"RRF"],
-        kind: "a recording of Rerun",
-        remedy: Command(
-            "python -c \"import rerun as rr; rr.dataframe.load_recording('FILE').view(index='log_time', contents='/**').select().read_pandas()\
-             .to_csv('NEW.csv', index=False)\"",
-        ),
-    },
-    Foreign {
-        endings: &["bbl", "bfl"],
-        magic: &[b"H Product:Blackbox"],
-        kind: "a log of Betaflight's or INAV's blackbox",
-        remedy: Command("blackbox_decode FILE"),
-    },
-    Foreign {
-        endings: &["wpilog", "rlog", "revlog", "dslog", "hoot"],
-        magic: &[b"WPILOG"],
-        kind: "a log of an FRC robot",
-        remedy: Words(
-            "open it in AdvantageScope, and save it by File > Export Data... as CSV (List), or as MCAP",
-        ),
-    },
-    Foreign {
-        endings: &["bag"],
-        magic: &[b"#ROSBAG V"],
-        kind: "a bag of ROS 1",
-        remedy: Command("rosbags-convert --src FILE --dst NEW --dst-storage mcap"),
-    },
-    Foreign {
-        endings: &["active"],
-        magic: &[],
-        kind: "a bag of ROS 1 that was not closed",
-        remedy: Command(
-            "rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap",
-        ),
-    },
-    Foreign {
-        endings: &["gz"],
-        magic: &[b"\x1f\x8b"],
-        kind: "packed",
-        remedy: Command("gunzip -k FILE"),
-    },
-    Foreign {
-        endings: &["zip"],
-        magic: &[b"PK\x03\x04"],
-        kind: "packed",
-        remedy: Command("unzip FILE"),
-    },
-];
-
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-const OF_HDF5: &str = "python -c \"import h5py, pandas; pandas.DataFrame({k: v[()].ravel() for k, v in h5py.File('FILE').items()}).to_csv('NEW.csv', \
-                       index=False)\"";
+const OF_HDF5: Remedy = Command(
+    r#"python -c "import h5py, pandas; pandas.DataFrame({k: v[()].ravel() for k, v in h5py.File('FILE').items()}).to_csv('NEW.csv', index=False)""#,
+);
+
+/// Reads the frames of any log with the names of a DBC file.
+const FRAMES: Remedy = Command(
+    r#"python -c "import can, cantools, pandas; d = cantools.database.load_file('SIGNALS.dbc'); ids = {m.frame_id for m in d.messages}; pandas.DataFrame({'time': m.timestamp, **d.decode_message(m.arbitration_id, m.data, decode_choices=False)} for m in can.LogReader('FILE') if m.arbitration_id in ids).to_csv('NEW.csv', index=False)""#,
+);
+
+/// The first two are known by their text too.
+#[rustfmt::skip]
+const FOREIGN: [Foreign; 23] = [
+    (&["blf", "trc"], &[b"LOGG", b";$FILEVERSION"], "a log of CAN frames, whose bytes are no signals yet", FRAMES),
+    (&[], &[], "what `ros2 topic echo` prints", Words("record a bag, `ros2 bag record TOPIC`, or print a table, `ros2 topic echo --csv TOPIC > NEW.csv`")),
+    (&["mat"], &[b"MATLAB 5.0"], "a MATLAB file", Command(r#"python -c "import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() if k[0] != '_'}).to_csv('NEW.csv', index=False)""#)),
+    (&["mat"], &[b"MATLAB 7.3"], "a MATLAB file of version 7.3", OF_HDF5),
+    (&["xlsx", "xls", "ods"], &[], "a spreadsheet", Command(r#"python -c "import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)""#)),
+    (&["parquet"], &[b"PAR1"], "a Parquet file", Command(r#"python -c "import pandas; pandas.read_parquet('FILE').to_csv('NEW.csv', index=False)""#)),
+    (&["feather", "arrow"], &[b"ARROW1"], "an Arrow file", Command(r#"python -c "import pandas; pandas.read_feather('FILE').to_csv('NEW.csv', index=False)""#)),
+    (&["nc", "nc4", "cdf"], &[b"CDF\x01", b"CDF\x02", b"CDF\x05", HDF5], "a netCDF file", Command(r#"python -c "import xarray; xarray.open_dataset('FILE').to_dataframe().to_csv('NEW.csv')""#)),
+    (&["h5", "hdf5", "hdf"], &[HDF5], "an HDF5 file", OF_HDF5),
+    (&["npz"], &[], "an archive of numpy", Command(r#"python -c "import numpy, pandas; pandas.DataFrame(dict(numpy.load('FILE'))).to_csv('NEW.csv', index=False)""#)),
+    (&["npy"], &[b"\x93NUMPY"], "an array of numpy", Command(r#"python -c "import numpy; numpy.savetxt('NEW.csv', numpy.load('FILE'), delimiter=',')""#)),
+    (&["pkl", "pickle"], &[], "a pickle of Python", Command(r#"python -c "import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')""#)),
+    (&["jsonl", "ndjson"], &[], "JSON, an object a line", Command(r#"python -c "import json, pandas; pandas.json_normalize([json.loads(line) for line in open('FILE')]).to_csv('NEW.csv', index=False)""#)),
+    (&["json"], &[], "JSON", Command(r#"python -c "import json, pandas; pandas.json_normalize(json.load(open('FILE'))).to_csv('NEW.csv', index=False)""#)),
+    (&["tdms"], &[b"TDSm"], "a TDMS file of LabVIEW", Command(r#"python -c "import nptdms; nptdms.TdmsFile.read('FILE').as_dataframe(time_index=True).to_csv('NEW.csv', index_label='time')""#)),
+    (&["mf4", "mdf"], &[b"MDF     ", b"UnFinMF "], "an MDF file", Command(r#"python -c "import asammdf; asammdf.MDF('FILE').to_dataframe().to_csv('NEW.csv', index_label='time')""#)),
+    (&["rrd"], &[b"RRF"], "a recording of Rerun", Command(r#"python -c "import os, rerun; server = rerun.server.Server(datasets={'d': [os.path.abspath('FILE')]}); client = server.client(); data = client.get_dataset('d'); data.reader(index='log_time').to_pandas().map(lambda v: v[0] if hasattr(v, 'ndim') and len(v) else v).to_csv('NEW.csv', index=False)""#)),
+    (&["bbl", "bfl"], &[b"H Product:Blackbox"], "a log of Betaflight's or INAV's blackbox", Command("blackbox_decode FILE")),
+    (&["wpilog", "rlog", "revlog", "dslog", "hoot"], &[b"WPILOG"], "a log of an FRC robot", Words("open it in AdvantageScope, and save it by File > Export Data... as CSV (List)")),
+    (&["bag"], &[b"#ROSBAG V"], "a bag of ROS 1", Command("rosbags-convert --src FILE --dst NEW --dst-storage mcap")),
+    (&["active"], &[], "a bag of ROS 1 that was not closed", Command("rosbag reindex FILE && mv FILE NEW && rosbags-convert --src NEW --dst NEW.ros2 --dst-storage mcap")),
+    (&["gz"], &[b"\x1f\x8b"], "packed", Command("gunzip -k FILE")),
+    (&["zip"], &[b"PK\x03\x04"], "packed", Command("unzip FILE")),
+];
 
 /// Bytes of a file by which its kind is told.
 const BEGINNING: u64 = 4096;
@@ -263,25 +112,24 @@ const BEGINNING: u64 = 4096;
 /// The share of lines that are a key with its value where messages are printed.
 const KEYS: f64 = 0.6;
 
-/// The kind of a file, if it is known and not read: by its first bytes, and its ending.
+/// The kind of a file, if it is known and not read: by its text, its first bytes or its ending.
 fn foreign(path: &Path) -> Option<&'static Foreign> {
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).ok()?;
     // A file that cannot be read is refused when it is opened.
-    let _ = file.take(BEGINNING).read_to_end(&mut bytes);
-    let begins = |it: &&Foreign| it.magic.iter().any(|magic| bytes.starts_with(magic));
-    let is_called = |it: &&Foreign| ends_in(path, it.endings);
+    let _ = std::fs::File::open(path)
+        .ok()?
+        .take(BEGINNING)
+        .read_to_end(&mut bytes);
     let text = String::from_utf8_lossy(&bytes);
-    if are_frames(&text) {
-        return Some(&CAN);
-    }
-    if are_messages(&text) {
-        return Some(&ECHO);
-    }
-    let is_it = |it: &&Foreign| is_called(it) && (it.magic.is_empty() || begins(it));
-    let all = || FOREIGN.iter();
-    let found = all().find(is_it).or_else(|| all().find(begins));
-    found.or_else(|| all().find(is_called))
+    let begins = |it: &&Foreign| it.1.iter().any(|magic| bytes.starts_with(magic));
+    let is_called = |it: &&Foreign| ends_in(path, it.0);
+    let is_both = |it: &&Foreign| is_called(it) && (it.1.is_empty() || begins(it));
+    let by_text = FOREIGN.iter().zip([are_frames(&text), are_messages(&text)]);
+    let by_text = by_text.filter(|it| it.1).map(|it| it.0).next();
+    let found = by_text.or_else(|| FOREIGN.iter().find(is_both));
+    found
+        .or_else(|| FOREIGN.iter().find(begins))
+        .or_else(|| FOREIGN.iter().find(is_called))
 }
 
 /// Whether the text is that of CAN frames: with the base of their numbers, as Vector's tools write it, or as candump does,
@@ -320,23 +168,18 @@ fn are_messages(text: &str) -> bool {
         && !text.starts_with("rosbag2_bagfile_information")
 }
 
-impl Foreign {
-    /// Why the file is not read, and what makes of it one that is.
-    fn refusal(&self, path: &Path) -> String {
-        let filled = |text: &str| {
-            let filled = text.replace("FILE", &path.display().to_string());
-            filled.replace("NEW", &path.with_extension("").display().to_string())
-        };
-        let remedy = match self.remedy {
-            Command(command) => format!("convert it: `{}`", filled(command)),
-            Words(words) => filled(words),
-        };
-        format!(
-            "{}: {}, which is not read; {remedy}",
-            path.display(),
-            self.kind
-        )
-    }
+/// Why a file of that kind is not read, and what makes of it one that is.
+fn refusal(kind: &Foreign, path: &Path) -> String {
+    let (file, new) = (
+        path.display().to_string(),
+        path.with_extension("").display().to_string(),
+    );
+    let filled = |text: &str| text.replace("FILE", &file).replace("NEW", &new);
+    let remedy = match kind.3 {
+        Command(command) => format!("convert it: `{}`", filled(command)),
+        Words(words) => filled(words),
+    };
+    format!("{file}: {}, which is not read; {remedy}", kind.2)
 }
 
 /// Opens the data.
@@ -348,7 +191,7 @@ pub fn open(data: &Data) -> Result<Box<dyn Source>> {
     if let Some((path, kind)) =
         (data.paths.iter().filter(exists)).find_map(|path| Some((path, foreign(path)?)))
     {
-        return Err(SourceError::Data(kind.refusal(path)));
+        return Err(SourceError::Data(refusal(kind, path)));
     }
     let is_csv = |path: &PathBuf| is_table(path);
     let log = data.paths.iter().find_map(|path| LogKind::of(path));

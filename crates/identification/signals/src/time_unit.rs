@@ -171,12 +171,12 @@ pub(crate) fn column<'a>(columns: impl Iterator<Item = &'a str> + Clone) -> Opti
 
 /// Whether a name is that of a time, and no unit's.
 pub(crate) fn is_name(column: &str) -> bool {
-    let is_it = |it: &&str| {
+    let is_it = |it: &str| {
         [column, named(column).0]
             .iter()
             .any(|name| name.eq_ignore_ascii_case(it))
     };
-    column.eq_ignore_ascii_case("date") || NAMES.iter().any(|it| *it != "seconds" && is_it(&it))
+    column.eq_ignore_ascii_case("date") || NAMES.iter().any(|it| *it != "seconds" && is_it(it))
 }
 
 /// The unit that a name ends in, and the name before: `t_ms`, `time [ms]`, `Time (s)`, `time/ms`, `TimeUS`, `micros`.
