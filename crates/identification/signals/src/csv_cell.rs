@@ -43,8 +43,8 @@ pub(crate) fn number(cell: &str) -> Option<f64> {
     }
 }
 
-/// A number with its unit behind it: `19.95 °C`, `20%`. Without a blank between them, letters that may be hexadecimal digits (`1A`) are a unit
-/// only behind a fraction.
+/// A number with its unit behind it, which is a known one: `19.95 °C`, `20%`. Without a blank between them, letters that may be hexadecimal
+/// digits (`1A`) are a unit only behind a fraction.
 pub(crate) fn quantity(cell: &str) -> Option<(f64, &str)> {
     if !cell.starts_with(|it: char| it.is_ascii_digit() || "+-.,".contains(it)) {
         return None;
@@ -54,16 +54,17 @@ pub(crate) fn quantity(cell: &str) -> Option<(f64, &str)> {
     let (bare, word) = (amount.trim_end(), unit.trim());
     let is_parted = bare.len() < amount.len() || unit.starts_with(char::is_whitespace);
     let is_hex = || word.bytes().all(|it| it.is_ascii_hexdigit()) && !bare.contains(['.', ',']);
-    let is_its = match is_parted {
-        true => {
-            word.chars()
-                .all(|it| it.is_alphabetic() || "%/°²³·^".contains(it))
-                || is_unit(word)
-        }
-        false => word.starts_with(|it: char| !it.is_ascii()) || (is_unit(word) && !is_hex()),
-    };
-    let is_its =
-        is_its && word.len() <= LONGEST_UNIT && !word.starts_with(|it: char| it.is_ascii_digit());
+    // `69h` may be hexadecimal too.
+    let may_be_hex = || !is_parted && (is_hex() || word == "h");
+    let is_known = word.starts_with(|it: char| !it.is_ascii()) || (is_unit(word) && !may_be_hex());
+    let is_word = (word.chars().any(char::is_alphabetic) || word.contains(['%', '°']))
+        && !word.contains(['(', '[']);
+    // `1/5` and `03/12/2024` have none.
+    let has_digits_behind = word
+        .split('/')
+        .skip(1)
+        .any(|it| it.starts_with(|it: char| it.is_ascii_digit()));
+    let is_its = is_known && is_word && !has_digits_behind && word.len() <= LONGEST_UNIT;
     is_its.then_some((number(bare)?, word))
 }
 

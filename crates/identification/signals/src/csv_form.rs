@@ -467,11 +467,11 @@ impl Cells {
         let is_row = |row: &Vec<String>| {
             let counts = self.counts_of(row);
             let is_whole = row.len() == self.width && counts.values > 0 && counts.others == 0;
-            is_whole && !is_of_heading(row)
+            is_whole && has_number(row) && !is_of_heading(row)
         };
         let is_mostly = |row: &Vec<String>| {
             let counts = self.counts_of(row);
-            row.len() == self.width && counts.values > counts.others
+            row.len() == self.width && counts.values > counts.others && has_number(row)
         };
         let Some(mut first) = self.rows.iter().position(is_row) else {
             return self.rows.len();
@@ -480,8 +480,9 @@ impl Cells {
             first -= 1;
         }
         // Rows of texts with a time, as of states, stand below the names too.
+        let are_units = |row: &Vec<String>| row.iter().all(|it| it.is_empty() || is_unit(it));
         let is_stamped =
-            |row: &Vec<String>| row.len() == self.width && row.iter().any(|it| is_value(it));
+            |row: &Vec<String>| row.len() == self.width && has_number(row) && !are_units(row);
         let stamped = self.rows[..first]
             .iter()
             .rev()
@@ -519,7 +520,8 @@ impl Cells {
             let fits = |row: &Vec<String>| near(row) && row.len() == names.len();
             let is_of_time = |up: &usize| {
                 let row = line(at - up);
-                fits(&row) && has_time(&row) && !row.iter().any(|it| is_value(it))
+                let is_below = names.iter().all(is_units) || are_units(&names, &row);
+                fits(&row) && has_time(&row) && is_below && !row.iter().any(|it| is_value(it))
             };
             let upper = line(at - 1);
             let up = match (1..=at.min(MOST_UNITS)).find(is_of_time) {
@@ -556,14 +558,24 @@ fn has_time(names: &[String]) -> bool {
     names.iter().any(|it| time_unit::is_name(it))
 }
 
-/// Whether words below names are units, whatever their words: each column has a name, all of which differ, and no word below is a number, a signal's
+/// Whether words below names are units, one of them known: each column has a name, all of which differ, and no word below is a number, a signal's
 /// letter or the time's name.
 fn are_units(words: &[String], names: &[String]) -> bool {
     let is_name =
         |(at, it): (usize, &String)| !it.is_empty() && !is_value(it) && !names[..at].contains(it);
     // A letter that is no unit names a signal.
     let is_word = |it: &String| (!is_value(it) && it.len() != 1) || is_unit(it);
-    names.iter().enumerate().all(is_name) && words.iter().all(is_word) && !has_time(words)
+    let is_known = |it: &String| !it.is_empty() && is_unit(it);
+    names.iter().enumerate().all(is_name)
+        && words.iter().all(is_word)
+        && words.iter().any(is_known)
+        && !has_time(words)
+}
+
+/// Whether a cell of a row is a number or a time by itself: `12 V` may be a name.
+fn has_number(row: &[String]) -> bool {
+    row.iter()
+        .any(|it| number(it).is_some() || csv_time::is_time(it))
 }
 
 /// Whether a cell holds what a column of numbers or times does.

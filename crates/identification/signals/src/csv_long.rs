@@ -22,6 +22,10 @@ const VALUES: [&str; 8] = [
     "value", "val", "values", "reading", "data", "number", "state", "mean",
 ];
 
+/// The last so many of them are values beside one of these names, as Home Assistant writes them.
+const OF_ENTITIES: usize = 2;
+const OF_STATES: [&str; 3] = ["entity_id", "entity", "statistic_id"];
+
 /// Names of texts that say nothing of what a number is of.
 #[rustfmt::skip]
 const NO_KEYS: [&str; 16] = [
@@ -123,7 +127,14 @@ impl LongForm {
             names.iter().find_map(place)
         };
         // Of its values some may be texts.
-        let value = named(&VALUES, &free);
+        let is_of_states = columns
+            .iter()
+            .any(|it| OF_STATES.contains(&plain(it).as_str()));
+        let values = match is_of_states {
+            true => &VALUES[..],
+            false => &VALUES[..VALUES.len() - OF_ENTITIES],
+        };
+        let value = named(values, &free);
         let mut keys: Vec<usize> = free.iter().copied().filter(is_key).collect();
         keys.retain(|at| Some(*at) != value);
         keys.truncate(MOST_KEYS);

@@ -118,11 +118,15 @@ impl SerialForm {
         let stamp = usize::from(self.has_stamps).min(cells.len());
         if let Some(pairs) = pairs(&cells[stamp..]).filter(|_| !self.names.is_empty()) {
             cells.truncate(stamp);
-            let number = |name: &String| {
-                let pair = pairs.iter().find(|it| it.0 == name.as_bytes());
+            let number = |(at, name): (usize, &String)| {
+                let is_it = |it: &&(&[u8], &[u8])| it.0 == name.as_bytes();
+                let pair = pairs
+                    .get(at)
+                    .filter(is_it)
+                    .or_else(|| pairs.iter().find(is_it));
                 pair.map_or(&b""[..], |it| it.1)
             };
-            cells.extend(self.names.iter().map(number));
+            cells.extend(self.names.iter().enumerate().map(number));
         }
         let mut changed = ByteRecord::from(cells);
         changed.set_position(row.position().cloned());

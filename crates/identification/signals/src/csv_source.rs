@@ -520,7 +520,10 @@ impl Rows<'_> {
     pub(crate) fn next(&mut self) -> Option<i64> {
         loop {
             match self.reader.read(&mut self.row) {
-                Ok(true) if self.is_of_heading() => continue,
+                Ok(true) if self.is_of_heading() => match self.broken {
+                    Some(_) => return None,
+                    None => continue,
+                },
                 Ok(true) => self.count += 1,
                 Ok(false) => return None,
                 Err(error) => {
@@ -557,7 +560,7 @@ impl Rows<'_> {
         if self.heading.interval != first.interval {
             let line = self.line();
             self.broken = Some(format!(
-                "from line {line} on the rows have another interval; make a file of each part"
+                "from line {line} on the rows have another interval, and are left out; make a file of each part"
             ));
         }
         true

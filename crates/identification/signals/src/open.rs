@@ -108,6 +108,9 @@ const FOREIGN: [Foreign; 23] = [
 
 /// Bytes of a file by which its kind is told.
 const BEGINNING: u64 = 4096;
+/// Letters that tell of a kind only where a control character is among so many bytes.
+const LETTERS: usize = 6;
+const TEXT: usize = 64;
 
 /// The share of lines that are a key with its value where messages are printed.
 const KEYS: f64 = 0.6;
@@ -121,7 +124,13 @@ fn foreign(path: &Path) -> Option<&'static Foreign> {
         .take(BEGINNING)
         .read_to_end(&mut bytes);
     let text = String::from_utf8_lossy(&bytes);
-    let begins = |it: &&Foreign| it.1.iter().any(|magic| bytes.starts_with(magic));
+    // A few letters may begin a table's first name too.
+    let is_binary = bytes.iter().take(TEXT).any(|it| *it < b'\t');
+    let tells = |magic: &&[u8]| magic.len() > LETTERS || is_binary || !magic.is_ascii();
+    let begins = |it: &&Foreign| {
+        it.1.iter()
+            .any(|magic| bytes.starts_with(magic) && tells(magic))
+    };
     let is_called = |it: &&Foreign| ends_in(path, it.0);
     let is_both = |it: &&Foreign| is_called(it) && (it.1.is_empty() || begins(it));
     let by_text = FOREIGN.iter().zip([are_frames(&text), are_messages(&text)]);
@@ -160,6 +169,7 @@ fn are_messages(text: &str) -> bool {
             key.bytes()
                 .all(|it| it.is_ascii_alphanumeric() || it == b'_')
                 && (value.is_empty() || value.starts_with(' '))
+                && !value.contains(": ")
         })
     };
     let keys = lines().filter(is_key).count();
