@@ -1,9 +1,11 @@
 //! Values on the command line, read and written: what several commands share.
 
 use std::any::TypeId;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::{fs, io};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -61,18 +63,172 @@ pub fn overwrites() -> bool {
     options.any(|it| it == OVERWRITE)
 }
 
-/// Removes a result that `--overwrite` lets a command replace: a file, or a folder that contains the file `mark`, by
-/// which it is known as one of this command's. Anything else stays, and is refused by whoever writes there.
+/// Removes the file that `--overwrite` lets a command replace. What is no file stays, and is refused by whoever writes there.
 ///
 /// # Errors
 /// When it cannot be removed.
-pub fn make_way(path: &Path, mark: Option<&str>) -> std::io::Result<()> {
-    match mark {
-        _ if !overwrites() => Ok(()),
-        None if path.is_file() => std::fs::remove_file(path),
-        Some(mark) if path.join(mark).is_file() => std::fs::remove_dir_all(path),
-        _ => Ok(()),
+pub fn make_way(path: &Path) -> io::Result<()> {
+    match overwrites() && path.is_file() {
+        true => fs::remove_file(path),
+        false => Ok(()),
     }
+}
+
+/// Removes the folder that `--overwrite` lets a command replace, as [`is_replaceable`] says. Any other stays, and is refused
+/// by whoever writes there.
+///
+/// # Errors
+/// As [`is_replaceable`]; when it cannot be removed.
+pub fn make_way_for_folder(folder: &Path, own: &[&str]) -> io::Result<()> {
+    match is_replaceable(folder, own)? {
+        true => fs::remove_dir_all(folder),
+        false => Ok(()),
+    }
+}
+
+/// Whether `--overwrite` lets a command replace a folder: the first of its `own` files is in it, by which the folder is known. The
+/// names of its own files are relative to it, with a `*` for any characters but `/`.
+///
+/// # Errors
+/// When such a folder is a link or the current folder or around it, holds a file that is not the command's own or that
+/// the command line names, or cannot be read.
+pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
+    let is_known = own.first().is_some_and(|it| folder.join(it).is_file());
+    if !overwrites() || !is_known {
+        return Ok(false);
+    }
+    let refused = |reason: String| {
+        let text = format!("'{}' is not replaced: {reason}", folder.display());
+        Err(io::Error::other(text))
+    };
+    // Without a slash at its end, which would follow a link.
+    let plain: PathBuf = folder.components().collect();
+    if plain.symlink_metadata()?.is_symlink() {
+        return refused("it is a link".to_owned());
+    }
+    let whole = folder.canonicalize()?;
+    let is_around = std::env::current_dir()?.canonicalize()?.starts_with(&whole);
+    if plain.file_name().is_none() || is_around {
+        return refused("it is the current folder or around it".to_owned());
+    }
+    if let Some(foreign) = first_foreign(folder, Path::new(""), own)? {
+        return refused(format!(
+            "'{}' in it is not this command's; name a new folder",
+            foreign.display()
+        ));
+    }
+    let mut named = std::env::args_os().skip(1).flat_map(|it| paths_in(&it));
+    let input = named.find(|it| {
+        let path = it.canonicalize();
+        path.is_ok_and(|it| it != whole && it.starts_with(&whole))
+    });
+    match input {
+        Some(input) => refused(format!("the command reads '{}'", input.display())),
+        None => Ok(true),
+    }
+}
+
+/// The first file or folder in `folder`, below `within`, whose name is none of its `own`.
+fn first_foreign(folder: &Path, within: &Path, own: &[&str]) -> io::Result<Option<PathBuf>> {
+    let entries = fs::read_dir(folder.join(within))?;
+    let mut entries = entries.collect::<io::Result<Vec<_>>>()?;
+    entries.sort_by_key(fs::DirEntry::file_name);
+    for entry in entries {
+        let path = within.join(entry.file_name());
+        let kind = entry.file_type()?;
+        let is_own = own.iter().any(|it| match kind.is_dir() {
+            true => Path::new(it).parent() == Some(path.as_path()),
+            false => kind.is_file() && is_like(&path, it),
+        });
+        let foreign = match (is_own, kind.is_dir()) {
+            (false, _) => Some(path),
+            (true, true) => first_foreign(folder, &path, own)?,
+            (true, false) => None,
+        };
+        if foreign.is_some() {
+            return Ok(foreign);
+        }
+    }
+    Ok(None)
+}
+
+/// Whether a path is the pattern, in which one `*` stands for any characters but `/`.
+fn is_like(path: &Path, pattern: &str) -> bool {
+    let Some(text) = path.to_str() else {
+        return false;
+    };
+    match pattern.split_once('*') {
+        None => text == pattern,
+        Some((begin, end)) => text
+            .strip_prefix(begin)
+            .and_then(|it| it.strip_suffix(end))
+            .is_some_and(|it| !it.contains('/')),
+    }
+}
+
+/// The paths that a word of the command line may name: itself, and what is behind `=`, commas or an option's letter.
+fn paths_in(word: &OsStr) -> Vec<PathBuf> {
+    let text = word.to_string_lossy();
+    let behind_letter = text.strip_prefix('-').and_then(|it| it.get(1..));
+    let parts = text.split(['=', ',']).chain(behind_letter);
+    let parts = parts.filter(|it| !it.is_empty()).map(PathBuf::from);
+    std::iter::once(PathBuf::from(word)).chain(parts).collect()
+}
+
+/// Why `--overwrite` does not let a command replace this file, which the command line names `given` times as an output: it
+/// names it once more, or the file is part of a recording.
+fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
+    let identity = |it: &Path| it.metadata().ok().map(|it| (it.dev(), it.ino()));
+    let own = identity(path)?;
+    let names = |word: &OsString| {
+        let mut paths = paths_in(word).into_iter();
+        paths.any(|it| identity(&it) == Some(own))
+    };
+    if std::env::args_os().skip(1).filter(names).count() > given {
+        return Some("the command line names it twice; name another file".to_owned());
+    }
+    let is_of_bag = path.file_name().is_some_and(|it| it == "metadata.yaml")
+        || ending(path).is_some_and(|it| ["mcap", "db3"].contains(&it));
+    (is_of_bag && path.with_file_name("metadata.yaml").is_file())
+        .then(|| "it is part of a recording; name another file".to_owned())
+}
+
+/// Whether `--overwrite` lets a command replace this file, if it is there; `is_named` when the command line names it.
+///
+/// # Errors
+/// When the command reads it, or it is part of a recording.
+pub fn overwritten(path: &Path, is_named: bool) -> io::Result<bool> {
+    match overwrites().then(|| reason_to_keep(path, usize::from(is_named))) {
+        Some(Some(reason)) => Err(io::Error::other(format!("'{}': {reason}", path.display()))),
+        may => Ok(may.is_some()),
+    }
+}
+
+fn ending(path: &Path) -> Option<&str> {
+    path.extension()?.to_str()
+}
+
+/// A page that a command is to write: as [`output_file`], and a file that is replaced is one.
+///
+/// # Errors
+/// A sentence: what keeps the page from being written.
+pub fn page_file(text: &str) -> Result<PathBuf, String> {
+    let path = output_file(text)?;
+    let is_page = ending(&path).is_some_and(|it| ["html", "htm"].contains(&it));
+    match path.is_file() && !is_page {
+        true => Err(format!(
+            "it exists already, and {OVERWRITE} replaces a page *.html alone"
+        )),
+        false => Ok(path),
+    }
+}
+
+/// The file that a command writes where none is named: as [`output_file`].
+///
+/// # Errors
+/// A sentence: what keeps the file from being written.
+pub fn default_file(text: &str) -> Result<PathBuf, String> {
+    output(text, 0)
 }
 
 /// A file that a command is to write. It is checked before the work is done: the folder exists and can be written,
@@ -81,6 +237,11 @@ pub fn make_way(path: &Path, mark: Option<&str>) -> std::io::Result<()> {
 /// # Errors
 /// A sentence: what keeps the file from being written.
 pub fn output_file(text: &str) -> Result<PathBuf, String> {
+    output(text, 1)
+}
+
+/// The same of a file that the command line names `given` times as an output.
+fn output(text: &str, given: usize) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.file_name().is_none() {
         return Err("the name of a file is expected".to_owned());
@@ -92,7 +253,11 @@ pub fn output_file(text: &str) -> Result<PathBuf, String> {
                 "it exists already; name a new file, or add {OVERWRITE}"
             ));
         }
-        Ok(there) if there.is_file() => {}
+        Ok(there) if there.is_file() => {
+            if let Some(reason) = reason_to_keep(path, given) {
+                return Err(reason);
+            }
+        }
         Ok(_) => return Ok(path.to_owned()),
         Err(_) => {}
     }
@@ -317,6 +482,26 @@ mod tests {
             assert!(refusal.contains("ft/s"), "{text}: {refusal}");
         }
         assert_eq!(length(0.0, 10.0)("3ft"), Ok(3.0 * FOOT));
+    }
+
+    #[test]
+    fn a_file_that_is_not_the_commands_own_is_found() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let own = ["scenario.yaml", "log/*.log", "cases-*.csv"];
+        fs::create_dir(folder.path().join("log")).expect("made");
+        let foreign = || first_foreign(folder.path(), Path::new(""), &own).expect("readable");
+        for name in ["scenario.yaml", "log/plant_sim.log", "cases-1-of-2.csv"] {
+            fs::write(folder.path().join(name), "").expect("written");
+        }
+        assert_eq!(foreign(), None);
+        for name in ["thesis.txt", "log/notes.txt", "my-cases-1.csv"] {
+            let path = folder.path().join(name);
+            fs::write(&path, "").expect("written");
+            assert_eq!(foreign(), Some(PathBuf::from(name)));
+            fs::remove_file(&path).expect("removed");
+        }
+        fs::create_dir(folder.path().join("photos")).expect("made");
+        assert_eq!(foreign(), Some(PathBuf::from("photos")));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use clap::Args;
 use planesman_bag::{BagInfo, BagReader, Order, is_bag_file};
 use sha2::{Digest as _, Sha256};
 
-use crate::arguments::output_file;
+use crate::arguments::page_file;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_console::{Format, print_wrapped};
 use planesman_decode::{StampDecoder, Values};
@@ -140,7 +140,7 @@ pub struct DiffArgs {
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     most_unpacked: Option<u32>,
     /// Write a page with the fields that differ over time
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
     /// Format of the table of topics [default: table, with the first difference]
     #[arg(long, value_parser = crate::arguments::format())]

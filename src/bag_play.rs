@@ -7,12 +7,12 @@
 mod plan;
 mod player;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use planesman_bag::{BagReader, BagWriter, Topic, WriterOptions};
 use planesman_node::{NodeSpec, Runtime, args};
 use planesman_show::diff::{Options, diff};
 
-use crate::arguments::{make_way, output_file};
+use crate::arguments::{default_file, make_way};
 use crate::bag_command::print;
 use plan::{Event, Plan, PlannedOutput, Role, Started};
 use player::Player;
@@ -31,14 +31,20 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
         Some(path) => path.clone(),
         None => {
             let name = format!("{}.mcap", args.through.name());
-            output_file(&name).map_err(|reason| anyhow!("{name}: {reason} with --out"))?
+            default_file(&name).map_err(|reason| anyhow!("{name}: {reason} with --out"))?
         }
     };
     let options = WriterOptions {
         flush_interval: None,
         ..WriterOptions::default()
     };
-    make_way(&out, None)?;
+    if out.is_file() && out.extension().is_none_or(|it| it != "mcap") {
+        bail!(
+            "'{}' exists already and is no bag *.mcap; name another file",
+            out.display()
+        );
+    }
+    make_way(&out)?;
     let writer = BagWriter::create_file(&out, options)?;
     let ticks = record(&plan, role.as_ref(), &bag, args, writer).inspect_err(|_| {
         // Half a recording is of no use, and would be in the way of the next one.

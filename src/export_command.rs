@@ -7,7 +7,7 @@ use planesman_fmu::{Kind, Options, fmu};
 use planesman_text::{shown, write_text};
 use planesman_units::Dimension;
 
-use crate::arguments::{output_file, quantity};
+use crate::arguments::{default_file, output_file, quantity};
 
 /// Write an FMU (FMI 3.0, co-simulation) for Simulink, OpenModelica, FMPy and other importers
 #[derive(Clone, Debug, clap::Args)]
@@ -52,7 +52,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
             let name = PathBuf::from(&args.fmi).with_extension("fmu");
             let name = name.file_name().map(PathBuf::from).unwrap_or_default();
             let name = name.display().to_string();
-            output_file(&name).map_err(|reason| anyhow::anyhow!("{name}: {reason}; see --out"))?
+            default_file(&name).map_err(|reason| anyhow::anyhow!("{name}: {reason}; see --out"))?
         }
     };
     write_text(&out, &made.bytes).with_context(|| format!("'{}'", out.display()))?;

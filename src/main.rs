@@ -10,7 +10,7 @@ use clap::builder::NonEmptyStringValueParser;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use planesman::arguments::{
-    command_of, completed, ended, is_help, make_way, parsed, refused, within,
+    command_of, completed, ended, is_help, overwritten, parsed, refused, within,
 };
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
@@ -25,7 +25,7 @@ use planesman_console::progress::Bars;
 use planesman_console::{Format, Outcome};
 use planesman_flight::nodes::NAMESPACE;
 use planesman_flight::scenario::{Scenario, builtin_names};
-use planesman_flight::{Parts, fly};
+use planesman_flight::{Parts, fly, fly_over};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
 use planesman_text::{did_you_mean, shell_word, shown};
@@ -513,7 +513,10 @@ fn simulate(args: &SimArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new(stem).with_extension("mcap")
     });
-    make_way(&out, None)?;
+    let fly = match overwritten(&out, args.out.is_some())? {
+        true => fly_over,
+        false => fly,
+    };
     let ticks = fly(
         &scenario,
         &Parts::default(),

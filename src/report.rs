@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
-use crate::arguments::output_file;
+use crate::arguments::{default_file, page_file};
 use crate::run_folder::RunFolder;
 use planesman_console::{Format, file_line};
 use planesman_flight::sink::write_text;
@@ -18,7 +18,7 @@ pub struct ReportArgs {
     #[arg(required = true, value_name = "FOLDER")]
     folders: Vec<PathBuf>,
     /// The page to write [default: report.html in the folder of one flight, flights.html here for several]
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
     /// Print all numbers of one flight
     #[arg(long)]
@@ -37,7 +37,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     }
     let path = match &args.html {
         Some(path) => path.clone(),
-        None => output_file("flights.html")
+        None => default_file("flights.html")
             .map_err(|reason| anyhow::anyhow!("flights.html: {reason} with --html"))?,
     };
     let mut flights = Vec::new();

@@ -15,7 +15,7 @@ use planesman_show::pages::review::{self, Review};
 use planesman_text::in_one_line;
 use serde_json::json;
 
-use crate::arguments::output_file;
+use crate::arguments::{overwrites, page_file};
 use crate::sysid::arguments::SignalArgs;
 use crate::tune::{GainArgs, Gains, model_for_gains, review_of_dive};
 
@@ -80,7 +80,7 @@ pub struct ReviewArgs {
     #[arg(long, help_heading = "Output")]
     brief: bool,
     /// The page
-    #[arg(long, value_name = "FILE", default_value = PAGE, value_parser = output_file, help_heading = "Output")]
+    #[arg(long, value_name = "FILE", default_value = PAGE, value_parser = page_file, help_heading = "Output")]
     html: PathBuf,
 }
 
@@ -195,7 +195,11 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
             .file("Page", &args.html);
         if !args.brief {
             outcome = outcome.next(
-                format!("{} --brief --overwrite", called()),
+                format!(
+                    "{} --brief{}",
+                    called(),
+                    if overwrites() { "" } else { " --overwrite" }
+                ),
                 "one page to hand on",
             );
         }

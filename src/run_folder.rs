@@ -13,7 +13,7 @@ use planesman_recording::parameters::RecorderParameters;
 use planesman_recording::selection::Selection;
 use planesman_text::{in_one_line, shell_word};
 
-use crate::arguments::{make_way, overwrites};
+use crate::arguments::{is_replaceable, make_way_for_folder};
 use planesman_flight::flight::{Flight, recorded};
 use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
@@ -23,6 +23,18 @@ use planesman_show::pages::flights::{self, Count, Flown, published_and_lost};
 
 /// The file of the scenario, by which a flight's folder is known.
 const SCENARIO: &str = "scenario.yaml";
+
+/// The files of a flight's folder, that of the scenario first.
+const OWN: [&str; 8] = [
+    SCENARIO,
+    "parameters.yaml",
+    "report.html",
+    "failed.txt",
+    "log/*.log",
+    "log/*.json",
+    "bag/metadata.yaml",
+    "bag/bag_*.mcap",
+];
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -48,7 +60,7 @@ impl RunFolder {
             },
             Path::to_owned,
         );
-        if path.exists() && !(overwrites() && path.join(SCENARIO).is_file()) {
+        if path.exists() && !is_replaceable(&path, &OWN)? {
             bail!(
                 "'{}' exists already; name a new folder, or add --overwrite where it is that of a flight",
                 path.display()
@@ -68,7 +80,7 @@ impl RunFolder {
     /// # Errors
     /// When it cannot be made.
     pub fn create(&self, scenario: &Scenario, parameters: &str) -> Result<()> {
-        make_way(&self.path, Some(SCENARIO))
+        make_way_for_folder(&self.path, &OWN)
             .and_then(|()| fs::create_dir_all(self.path.join("log")))
             .and_then(|()| fs::write(self.scenario_file(), scenario.to_yaml()))
             .and_then(|()| fs::write(self.parameter_file(), parameters))
@@ -159,6 +171,7 @@ impl RunFolder {
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::new(&flight, &scenario)?;
         let counts = self.counts(&flight.counts, &scenario)?;
+        let mut reports = NODES.iter().map(|it| published(&self.exit_report(it)));
         let name = self.path.file_name().unwrap_or(self.path.as_os_str());
         Ok(Flown {
             name: name.to_string_lossy().into_owned(),
@@ -166,6 +179,7 @@ impl RunFolder {
             scenario,
             summary,
             counts,
+            is_counted: reports.all(|it| it.is_some()),
         })
     }
 
@@ -180,7 +194,7 @@ impl RunFolder {
         write_text(&self.page(), html)?;
         let summary = &flown.summary;
         let mut answer = summary.conclusions();
-        answer.extend(flights::kept(&flown.counts));
+        answer.extend(flights::kept(&flown));
         if let Some(reason) = &flown.flight.truncated {
             answer.insert(0, format!("The bag is not whole: {reason}."));
         }

@@ -49,7 +49,7 @@ pub(crate) fn fly<'py>(
         let ticks = scenario.ticks() as usize;
         let mut columns = vec![Vec::with_capacity(ticks); COLUMNS.len()];
         let mut sink = bag
-            .map(|path| McapSink::create(&path, namespace))
+            .map(|path| McapSink::create(&path, namespace, false))
             .transpose()?;
         for tick in Composed::new(&scenario)? {
             let tick = tick?;
@@ -204,7 +204,7 @@ impl Loop {
                 });
             }
             let composed = Composed::of_parts(&parts, &scenario)?;
-            let sink = bag.map(|path| McapSink::create(&path, namespace));
+            let sink = bag.map(|path| McapSink::create(&path, namespace, false));
             Ok((composed, sink.transpose()?))
         };
         let inner = Mutex::new(begun().map_err(raised)?);

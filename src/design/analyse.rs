@@ -9,7 +9,7 @@ use planesman_flight::sink::write_text;
 use planesman_show::design::Analysis;
 
 use super::arguments::{GainArgs, SubjectArgs};
-use crate::arguments::{output_file, speed, within};
+use crate::arguments::{page_file, speed, within};
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]
@@ -26,7 +26,7 @@ pub struct AnalyseArgs {
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
     duration: f64,
     /// Also draw frequency response, poles and depth step on an HTML page
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
     /// Print also the poles in z, Routh's column and the continuous approximation
     #[arg(long)]

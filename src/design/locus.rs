@@ -9,7 +9,7 @@ use planesman_flight::sink::write_text;
 use planesman_show::design::{Locus, Varied, heading};
 
 use super::arguments::{GainArgs, SubjectArgs};
-use crate::arguments::{choice, output_file, speed, within};
+use crate::arguments::{choice, page_file, speed, within};
 
 /// The quantity that varies, and its range.
 #[derive(Args)]
@@ -35,7 +35,7 @@ pub struct LocusArgs {
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
     /// Also draw it on an HTML page, on which the cursor tells the value at each pole
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
 }
 

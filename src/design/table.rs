@@ -9,7 +9,7 @@ use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_flight::sink::write_text;
 use planesman_show::design::DepthSteps;
 
-use crate::arguments::{length, output_file, speed, within};
+use crate::arguments::{length, page_file, speed, within};
 
 /// The flights to simulate.
 #[derive(Args)]
@@ -33,7 +33,7 @@ pub struct TableArgs {
     #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
     /// Also write an HTML page with plots
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
 }
 

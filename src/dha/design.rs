@@ -18,7 +18,7 @@ use planesman_signals::{CsvSource, Request, Role, Source as _, TableTime};
 use planesman_text::did_you_mean;
 use planesman_units::{Dimension, Quantity};
 
-use crate::arguments::output_file;
+use crate::arguments::page_file;
 
 /// Designs at most.
 const MOST: usize = 10_000;
@@ -54,7 +54,7 @@ pub struct DesignArgs {
     #[arg(long, value_parser = crate::arguments::format())]
     pub format: Option<Format>,
     /// Also write an HTML page with plots
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = page_file)]
     pub html: Option<PathBuf>,
 }
 

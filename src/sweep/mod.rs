@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
-use crate::arguments::make_way;
+use crate::arguments::{make_way, make_way_for_folder};
 use crate::run_folder::dive_command;
 use anyhow::Result;
 use clap::Args;
@@ -16,7 +16,7 @@ use planesman_flight::sink::write_text;
 use planesman_flight::summary::test_signal;
 use planesman_flight::sweep::outcomes::{Outcomes, Settled};
 use planesman_flight::sweep::space::{Axis, Space};
-use planesman_flight::sweep::{Part, Sweep};
+use planesman_flight::sweep::{Part, Sweep, file_of};
 use planesman_linear::digits::significant;
 use planesman_parameters::Value;
 use planesman_text::{grouped, shell_word};
@@ -62,6 +62,16 @@ fn shard(text: &str) -> Result<Part, String> {
     parts.ok_or_else(|| "I/N is expected, I from 1 to N".to_owned())
 }
 
+/// The files of a sweep's folder, the one it is known by first.
+const OWN: [&str; 6] = [
+    "sweep.yaml",
+    "cases.csv",
+    "cases.parquet",
+    "cases-*.csv",
+    "cases-*.parquet",
+    "report.html",
+];
+
 /// Flies the cases that the folder lacks, and writes the page.
 ///
 /// # Errors
@@ -78,9 +88,17 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new("runs").join(format!("sweep-{}", stem.display()))
     });
-    make_way(&folder, Some("sweep.yaml"))?;
+    if args.shard.is_none() {
+        make_way_for_folder(&folder, &OWN)?;
+    }
     let parts = args.shard.map(|it| it.of);
     sweep.define(&folder, parts)?;
+    if let Some(Part { part, of }) = args.shard {
+        // The other parts are those of other machines.
+        for ending in ["csv", "parquet"] {
+            make_way(&folder.join(file_of(part, of)).with_extension(ending))?;
+        }
+    }
 
     let jobs = args
         .jobs

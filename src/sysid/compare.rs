@@ -12,7 +12,7 @@ use planesman_fit::{
 use planesman_model_file::{ModelFile, SeveralModelFile};
 
 use super::arguments::{DataArgs, Declared, data_in_words};
-use crate::arguments::output_file;
+use crate::arguments::page_file;
 use planesman_flight::sink::write_text;
 use planesman_show::pages::tables::{numbers, of_several, tables};
 
@@ -49,7 +49,7 @@ pub struct CompareArgs {
     #[arg(long, value_parser = crate::arguments::format(), help_heading = "Output")]
     format: Option<Format>,
     /// Write an HTML page: simulated outputs, frequency and step responses, poles, residual tests
-    #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
+    #[arg(long, value_name = "FILE", value_parser = page_file, help_heading = "Output")]
     html: Option<PathBuf>,
 }
 

@@ -13,7 +13,7 @@ use planesman_identification::estimators::Method;
 use planesman_model_file::ModelFile;
 
 use super::arguments::SignalArgs;
-use crate::arguments::output_file;
+use crate::arguments::{output_file, page_file};
 use planesman_flight::sink::write_text;
 use planesman_show::pages::tables::{notes, tried};
 use planesman_vehicle::heave::{HeaveError, heave_of};
@@ -79,7 +79,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "FILE", value_parser = model_path, help_heading = "Output")]
     model: Option<PathBuf>,
     /// Write an HTML page: data, comparison, residual tests, poles and zeros, frequency response
-    #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
+    #[arg(long, value_name = "FILE", value_parser = page_file, help_heading = "Output")]
     html: Option<PathBuf>,
 }
 

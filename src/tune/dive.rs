@@ -20,7 +20,7 @@ use planesman_vehicle::vehicle_file;
 use serde_json::json;
 
 use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
-use crate::arguments::{make_way, output_file, speed, within};
+use crate::arguments::{make_way_for_folder, output_file, speed, within};
 
 /// The vehicles that are drawn at most.
 const MOST_DRAWS: usize = 100;
@@ -274,9 +274,18 @@ pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
     })
 }
 
+/// The files of the folder of [`fly`], the one it is known by first.
+const OWN: [&str; 5] = [
+    "scenario.yaml",
+    "model_*.yaml",
+    "sweep/sweep.yaml",
+    "sweep/cases.csv",
+    "sweep/cases.parquet",
+];
+
 /// Flies a depth step by the model's vehicle and by drawn ones, each a model file in the folder.
 fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
-    make_way(folder, Some("scenario.yaml"))?;
+    make_way_for_folder(folder, &OWN)?;
     std::fs::create_dir(folder).with_context(|| format!("'{}'", folder.display()))?;
     let own = std::iter::once(&task.model);
     let mut vehicles = Vec::new();

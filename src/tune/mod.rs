@@ -20,7 +20,7 @@ use planesman_show::pages::tuning;
 use self::dive::DiveFileArgs;
 pub(crate) use self::dive::{as_json as json_of_dive, review as review_of_dive};
 pub(crate) use self::gains::{GainArgs, Gains};
-use crate::arguments::output_file;
+use crate::arguments::page_file;
 use crate::sysid::arguments::SignalArgs;
 
 /// The factor by which the held-out error of a process model may exceed that of the default for it to be taken.
@@ -58,7 +58,7 @@ pub struct TuneArgs {
     #[arg(long, help_heading = "Output")]
     verbose: bool,
     /// Write an HTML page: responses, Bode and Nyquist plot, each with the band of the plants that the model allows
-    #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
+    #[arg(long, value_name = "FILE", value_parser = page_file, help_heading = "Output")]
     html: Option<PathBuf>,
 }
 

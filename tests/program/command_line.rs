@@ -353,6 +353,26 @@ fn results_are_replaced_when_asked_and_nothing_else_is() {
     let dive = ["dive", &file, "--out", "mine", "--overwrite"];
     refused(&stage, 1, &dive, &["exists already"]);
     assert!(stage.content().contains(&"mine".to_owned()));
+    // Nor does one of a flight with a file of somebody else in it.
+    std::fs::write(stage.path("mine/scenario.yaml"), "").unwrap();
+    std::fs::write(stage.path("mine/thesis.txt"), "mine").unwrap();
+    refused(&stage, 1, &dive, &["'thesis.txt' in it"]);
+    assert!(std::fs::exists(stage.path("mine/thesis.txt")).unwrap());
+    let here = ["dive", &file, "--out", ".", "--overwrite"];
+    std::fs::write(stage.path("scenario.yaml"), "").unwrap();
+    refused(&stage, 1, &here, &["the current folder"]);
+    // A file that the command could not write, or is no page, is as it was.
+    let kept = stage.file("kept.txt", "before");
+    let sim = ["sim", &file, "--out", &kept, "--overwrite"];
+    refused(&stage, 1, &sim, &["*.mcap or *.csv"]);
+    let analyse = ["design", "analyse", "--html", &kept, "--overwrite"];
+    refused(&stage, 2, &analyse, &["a page *.html alone"]);
+    assert_eq!(std::fs::read_to_string(&kept).unwrap(), "before");
+    // Nor is what the command reads.
+    let flight = ["flight.csv", "flight.csv", "--html", "flight.csv"];
+    let diff = [&["bag", "diff"], &flight[..], &["--overwrite"]].concat();
+    refused(&stage, 2, &diff, &["names it twice"]);
+    assert!(std::fs::exists(stage.path("flight.csv")).unwrap());
 }
 
 /// A sweep writes a row a case, resumes behind the last whole row, and its parts are the whole.

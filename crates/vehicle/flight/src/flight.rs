@@ -65,9 +65,9 @@ pub struct Step {
     /// The response; `None` when there was no step to respond to.
     pub response: Option<StepMetrics>,
     /// The part of the flight that the response is judged in, s since the first state: from the step to the first test
-    /// signal after it, or to the end.
+    /// signal after it; to the end where it has not settled by then.
     pub judged: [f64; 2],
-    /// Whether a test signal moved the planes throughout that part.
+    /// Whether a test signal moved the planes in that part.
     pub is_disturbed: bool,
 }
 
@@ -301,7 +301,35 @@ impl Account {
         let held = self.controls.data.depth_held;
         let setpoint = held.map_or(states.last_depth, |it| it.depth);
         let since = held.map_or(start, |it| it.since);
-        let end = held.and_then(|it| it.signal).map_or(end, |it| it.min(end));
+        let signal = held.and_then(|it| it.signal).filter(|it| *it < end);
+        let is_disturbed = held.is_some_and(|it| it.is_disturbed);
+        let mut judged = (signal.unwrap_or(end), is_disturbed);
+        let mut response = self.response(bag, [start, since, judged.0], setpoint);
+        // What has not settled by then has the rest of the flight for it.
+        let is_settled = |it: &StepMetrics| it.settling_time_5.is_some();
+        if signal.is_some() && matches!(&response, Ok(Some(it)) if !is_settled(it)) {
+            judged = (end, true);
+            response = self.response(bag, [start, since, end], setpoint);
+        }
+        let response = response.unwrap_or_else(|error| {
+            notes.push(format!("no depth response: {error}"));
+            None
+        });
+        Some(Step {
+            setpoint,
+            response,
+            judged: [since, judged.0].map(|it| seconds(start, it)),
+            is_disturbed: judged.1,
+        })
+    }
+
+    /// The response to a step at `since`, judged up to `end`.
+    fn response(
+        &self,
+        bag: &BagReader,
+        [start, since, end]: [i64; 3],
+        setpoint: f64,
+    ) -> Result<Option<StepMetrics>, planesman_linear::Error> {
         let mut order = InOrder::default();
         let mut response = Response {
             start,
@@ -320,16 +348,7 @@ impl Account {
             }
         });
         response.take(order.finish());
-        let response = response.metrics().unwrap_or_else(|error| {
-            notes.push(format!("no depth response: {error}"));
-            None
-        });
-        Some(Step {
-            setpoint,
-            response,
-            judged: [since, end].map(|it| seconds(start, it)),
-            is_disturbed: held.is_some_and(|it| it.is_disturbed),
-        })
+        response.metrics()
     }
 
     fn flight(&self) -> Flight {

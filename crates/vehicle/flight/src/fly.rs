@@ -21,14 +21,39 @@ pub fn fly(
     namespace: &str,
     progress: &dyn Progress,
 ) -> Result<u64> {
+    fly_into(scenario, parts, out, namespace, progress, false)
+}
+
+/// The same in the place of a file that may be there, which stays until the flight is over.
+///
+/// # Errors
+/// As [`fly`], but for a path that is taken.
+pub fn fly_over(
+    scenario: &Scenario,
+    parts: &Parts,
+    out: &Path,
+    namespace: &str,
+    progress: &dyn Progress,
+) -> Result<u64> {
+    fly_into(scenario, parts, out, namespace, progress, true)
+}
+
+fn fly_into(
+    scenario: &Scenario,
+    parts: &Parts,
+    out: &Path,
+    namespace: &str,
+    progress: &dyn Progress,
+    replaces: bool,
+) -> Result<u64> {
     enum Out {
         Mcap(Box<McapSink>),
         Csv(CsvSink),
     }
     let mut flight = Loop::of_parts(parts, scenario)?;
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
-        Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
-        Some("csv") => Out::Csv(CsvSink::create(out)?),
+        Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace, replaces)?)),
+        Some("csv") => Out::Csv(CsvSink::create(out, replaces)?),
         _ => refuse!("'{}': the output is named *.mcap or *.csv", out.display()),
     };
     progress.begin("ticks", scenario.ticks(), 0);

@@ -30,6 +30,6 @@ pub mod track;
 
 pub use compose::Loop;
 pub use error::{During, Error, Result};
-pub use fly::fly;
+pub use fly::{fly, fly_over};
 pub use parts::Parts;
 pub use scenario::Scenario;

@@ -29,9 +29,9 @@ pub fn full_name(namespace: &str, topic: &str) -> String {
     }
 }
 
-/// The draft of a file that is not there yet.
-fn draft_of(path: &Path) -> Result<Draft> {
-    if path.exists() {
+/// The draft of a file that is not there yet, or that it `replaces`.
+fn draft_of(path: &Path, replaces: bool) -> Result<Draft> {
+    if path.exists() && !(replaces && path.is_file()) {
         refuse!("'{}' exists already; name another path", path.display());
     }
     Draft::of(path).during(|| cannot_write(path))
@@ -115,8 +115,8 @@ impl McapSink {
     ///
     /// # Errors
     /// When the path is taken or cannot be written.
-    pub fn create(path: &Path, namespace: &str) -> Result<Self> {
-        let mut draft = draft_of(path)?;
+    pub fn create(path: &Path, namespace: &str, replaces: bool) -> Result<Self> {
+        let mut draft = draft_of(path, replaces)?;
         let file = draft.file().try_clone()?;
         let writer = BagWriter::create_in(
             file,
@@ -282,8 +282,8 @@ impl CsvSink {
     ///
     /// # Errors
     /// When the path is taken or cannot be written.
-    pub fn create(path: &Path) -> Result<Self> {
-        let mut draft = draft_of(path)?;
+    pub fn create(path: &Path, replaces: bool) -> Result<Self> {
+        let mut draft = draft_of(path, replaces)?;
         let mut out = BufWriter::new(draft.file().try_clone()?);
         let names: Vec<&str> = COLUMNS.iter().map(|(name, ..)| *name).collect();
         let begun = writeln!(out, "{}", names.join(","));

@@ -28,7 +28,7 @@ pub struct Summary {
     pub depth: Option<StepMetrics>,
     /// The part of the flight in which that response is judged, s.
     pub judged: [f64; 2],
-    /// Whether the test signal moved the planes throughout that part.
+    /// Whether a test signal moved the planes in that part.
     pub is_disturbed: bool,
     /// The duration of the flight, s.
     pub duration: f64,
@@ -102,7 +102,7 @@ impl Summary {
             track: Track::of(&flight.time_histories.place, &controller, hovers),
             depth_setpoint: step.setpoint,
             depth: step.response.filter(|_| holds_depth),
-            test_signal: test_signal(scenario)?,
+            test_signal: test_signal(scenario)?.filter(|it| it.start < duration),
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
             fit: model.map_or(0.0, |m| m.fit),
@@ -279,18 +279,21 @@ impl Summary {
             false => format!("{:.3} m", self.depth_setpoint),
         };
         let overshoot = match format!("{:.1}", depth.overshoot).as_str() {
-            "0.0" => "no overshoot".to_owned(),
-            _ => format!("overshoot {} %", significant(depth.overshoot, 2)),
+            "0.0" => ", no overshoot".to_owned(),
+            _ => format!(", overshoot {} %", significant(depth.overshoot, 2)),
         };
         let duration = self.judged[1] - self.judged[0];
         let reached = match (depth.settling_time, depth.settling_time_5) {
-            (Some(t), _) => format!("Reached {at} in {t:.1} s (2 %), {overshoot}"),
+            (Some(t), _) => format!("Reached {at} in {t:.1} s (2 %){overshoot}"),
             (None, Some(t)) => {
-                format!("Reached {at} in {t:.1} s (5 %), not within 2 %, {overshoot}")
+                format!("Reached {at} in {t:.1} s (5 %), not within 2 %{overshoot}")
             }
             (None, None) => format!(
-                "Did NOT reach {at} within 5 % in {duration:.0} s: steady error {:+.3} m, {overshoot}",
-                depth.steady_error
+                "Did NOT reach {at} within 5 % in {duration:.0} s: steady error {:+.3} m{}",
+                depth.steady_error,
+                Some(overshoot)
+                    .filter(|it| it != ", no overshoot")
+                    .unwrap_or_default()
             ),
         };
         match (&self.test_signal, self.is_disturbed) {
@@ -350,19 +353,19 @@ impl TestSignal {
     #[must_use]
     pub fn effect(&self) -> &'static str {
         match self.start > 0.0 {
-            true => "a response is judged up to its start",
+            true => "a response that settles before its start is judged up to it",
             false => "it disturbs every response",
         }
     }
 
     /// Its amplitude with sign and unit.
     fn size(&self) -> String {
-        let sides = match self.shape {
-            "step" | "pulse" => "",
-            _ => "±",
+        let (sides, amplitude) = match self.shape {
+            "step" | "pulse" => ("", self.amplitude),
+            _ => ("±", self.amplitude.abs()),
         };
         // 0.0349 rad is said to be 2 degrees.
-        let text = significant(self.amplitude.to_degrees(), 2);
+        let text = significant(amplitude.to_degrees(), 2);
         format!("{sides}{}°", text.trim_end_matches(".0"))
     }
 }
@@ -378,7 +381,7 @@ impl fmt::Display for TestSignal {
     }
 }
 
-/// The test signal of a scenario. It disturbs the response to a step while it is on.
+/// The test signal of a scenario, if it starts before the end. It disturbs the response to a step while it is on.
 ///
 /// # Errors
 /// When the scenario's parameters are refused.
@@ -389,7 +392,8 @@ pub fn test_signal(scenario: &Scenario) -> Result<Option<TestSignal>> {
         amplitude: controller.identification.amplitude,
         start: controller.identification.start,
     };
-    let is_on = signal.shape != "none" && signal.amplitude != 0.0;
+    let is_flown = signal.start < scenario.duration;
+    let is_on = is_flown && signal.shape != "none" && signal.amplitude != 0.0;
     Ok(Some(signal).filter(|_| is_on))
 }
 

@@ -56,6 +56,8 @@ pub struct Flown {
     pub summary: Summary,
     /// Messages per topic.
     pub counts: BTreeMap<String, Count>,
+    /// Whether every publisher said how many messages it sent.
+    pub is_counted: bool,
 }
 
 const SIDE_VIEW: &str = include_str!("side_view.js");
@@ -124,28 +126,31 @@ fn conclusions(flown: &Flown, alone: bool) -> Markup {
         }
         ul.verdict {
             @for sentence in flown.summary.conclusions() { li { (sentence) } }
-            @if alone { @if let Some(lacks) = kept(&flown.counts) { li { (lacks) } } }
+            @if alone { @if let Some(lacks) = kept(flown) { li { (lacks) } } }
         }
     }
 }
 
-/// Whether the bag has every message that was published; `None` when nobody counted them.
+/// Whether the bag has every message that was published. Of a bag that is not whole, or where a publisher did not say how many
+/// it sent, what it holds; `None` when nobody said and it is whole.
 #[must_use]
-pub fn kept(counts: &BTreeMap<String, Count>) -> Option<String> {
+pub fn kept(flown: &Flown) -> Option<String> {
+    let counts = &flown.counts;
     let topics = counts.values().filter(|it| it.recorded > 0).count();
-    let all: u64 = counts.values().map(|it| it.recorded).sum();
-    let (published, lacks) = published_and_lost(counts);
-    (published > 0).then(|| match lacks {
-        0 => format!(
-            "All {} messages of {topics} topics are in the bag.",
-            grouped(all)
-        ),
-        lacks => format!(
+    let all = grouped(counts.values().map(|it| it.recorded).sum());
+    let is_whole = flown.flight.truncated.is_none();
+    match published_and_lost(counts) {
+        (0, _) if is_whole => None,
+        (published, lacks) if lacks > 0 => Some(format!(
             "The bag LACKS {} of {} messages.",
             grouped(lacks),
             grouped(published)
-        ),
-    })
+        )),
+        _ if is_whole && flown.is_counted => Some(format!(
+            "All {all} messages of {topics} topics are in the bag."
+        )),
+        _ => Some(format!("{all} messages of {topics} topics are in the bag.")),
+    }
 }
 
 /// Flights beside each other, a quantity a row; of two also the second less the first.

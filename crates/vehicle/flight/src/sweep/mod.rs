@@ -27,7 +27,8 @@ use crate::parts::Parts;
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
 use case::Metrics;
-use results::{Results, file_of};
+use results::Results;
+pub use results::file_of;
 use space::Space;
 
 pub use column::Kind;
