@@ -138,11 +138,11 @@ fn a_row_of_units_stands_below_names_whatever_its_words() {
         "Versuch,Stand,Prüfer\nZeit,u,y\n".to_owned() + &rows(plain),
     )
     .is_the_plant("u", "y", 1.0);
-    // Without a name of time, with a decimal comma.
+    // With words that no list has, and a decimal comma.
     let comma = |k: usize, u: f64, y: f64| format!("{k};{u};{y:.3}").replace('.', ",");
     let log = Log::new(
         "words.csv",
-        "Lauf;Ventil;Temperatur\nSekunden;Prozent;Grad\n".to_owned() + &rows(comma),
+        "Zeit;Ventil;Temperatur\nSekunden;Prozent;Grad\n".to_owned() + &rows(comma),
     );
     log.is_the_plant("Ventil", "Temperatur", 1.0);
 }

@@ -558,7 +558,7 @@ fn has_time(names: &[String]) -> bool {
     names.iter().any(|it| time_unit::is_name(it))
 }
 
-/// Whether words below names are units, one of them known: each column has a name, all of which differ, and no word below is a number, a signal's
+/// Whether words below names are units, one of them known or below a time's name: each column has a name, all of which differ, and no word below is a number, a signal's
 /// letter or the time's name.
 fn are_units(words: &[String], names: &[String]) -> bool {
     let is_name =
@@ -568,7 +568,7 @@ fn are_units(words: &[String], names: &[String]) -> bool {
     let is_known = |it: &String| !it.is_empty() && is_unit(it);
     names.iter().enumerate().all(is_name)
         && words.iter().all(is_word)
-        && words.iter().any(is_known)
+        && (words.iter().any(is_known) || has_time(names))
         && !has_time(words)
 }
 

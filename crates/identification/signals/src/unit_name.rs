@@ -10,7 +10,10 @@ const UNITS: &[&str] = &[
 ];
 
 /// Units that stand below names, and no name ends in.
-const MORE_UNITS: [&str; 22] = [
+const MORE_UNITS: [&str; 25] = [
+    "UTC",
+    "knots",
+    "kV",
     "%",
     "\u{b0}",
     "\u{b0}C",
