@@ -8,6 +8,7 @@
 //! - Without names the columns are `c1`, `c2` and so on.
 
 use std::collections::BTreeMap;
+use std::collections::HashSet;
 use std::io::{self, BufRead, BufReader, Read};
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
@@ -561,12 +562,13 @@ fn has_time(names: &[String]) -> bool {
 /// Whether words below names are units, one of them known or below a time's name: each column has a name, all of which differ, and no word below is a number, a signal's
 /// letter or the time's name.
 fn are_units(words: &[String], names: &[String]) -> bool {
-    let is_name =
-        |(at, it): (usize, &String)| !it.is_empty() && !is_value(it) && !names[..at].contains(it);
+    let all: HashSet<&String> = names.iter().collect();
+    let is_name = |it: &String| !it.is_empty() && !is_value(it);
     // A letter that is no unit names a signal.
     let is_word = |it: &String| (!is_value(it) && it.len() != 1) || is_unit(it);
     let is_known = |it: &String| !it.is_empty() && is_unit(it);
-    names.iter().enumerate().all(is_name)
+    all.len() == names.len()
+        && names.iter().all(is_name)
         && words.iter().all(is_word)
         && (words.iter().any(is_known) || has_time(names))
         && !has_time(words)

@@ -658,7 +658,7 @@ impl Rows<'_> {
                     self.table.name_of(*column)
                 )));
             }
-            if let Some((unit, line)) = faults.of_several_units(self.count) {
+            if let Some((first, (unit, line))) = faults.of_several_units(self.count) {
                 let named = |unit: &str| match unit {
                     "" => "no unit".to_owned(),
                     unit => format!("the unit '{}'", shown(unit)),
@@ -666,7 +666,7 @@ impl Rows<'_> {
                 return Err(SourceError::Data(format!(
                     "{path}: cells of '{}' are of several units: the first has {}, that in line {line} has {}; write all in one",
                     self.table.name_of(*column),
-                    named(faults.unit.as_deref().unwrap_or_default()),
+                    named(first),
                     named(unit)
                 )));
             }
@@ -691,10 +691,34 @@ struct Faults {
     /// Whether a number has no sign, and whether one has a sign that groups nothing.
     has_whole: bool,
     has_fraction: bool,
-    /// The unit behind the first number but 0, and the first other with its line; numbers that have one where the first has none.
-    unit: Option<String>,
-    other_unit: Option<(String, u64)>,
-    with_unit: u64,
+    /// Whether the first number but 0 has no unit; else the units, which few columns have.
+    is_bare: bool,
+    units: Option<Box<Units>>,
+}
+
+/// The units behind a column's numbers.
+#[derive(Clone, Debug, Default)]
+struct Units {
+    /// The first, which may be none, and another with its line.
+    first: String,
+    other: Option<(String, u64)>,
+    /// Numbers that are left out for their unit, since the first has none.
+    left_out: u64,
+}
+
+impl Units {
+    fn of(first: &str) -> Self {
+        Self {
+            first: first.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    fn see(&mut self, unit: &str, line: u64) {
+        if self.first != unit {
+            self.other.get_or_insert_with(|| (unit.to_owned(), line));
+        }
+    }
 }
 
 impl Faults {
@@ -706,10 +730,11 @@ impl Faults {
             if !self.has_fraction {
                 self.see_sign(cell, line);
             }
-            match &self.unit {
-                None if number.abs() > 0.0 => self.unit = Some(String::new()),
-                Some(unit) if !unit.is_empty() && number.abs() > 0.0 => self.see_unit("", line),
-                _ => {}
+            match &mut self.units {
+                _ if number == 0.0 => {}
+                None => self.is_bare = true,
+                Some(units) if !units.first.is_empty() => units.see("", line),
+                Some(_) => {}
             }
             return found;
         }
@@ -717,26 +742,22 @@ impl Faults {
             self.count(cell, line);
             return None;
         };
-        self.see_unit(unit, line);
-        if self.unit.as_deref() == Some("") {
-            self.with_unit += 1;
+        let first = if self.is_bare { "" } else { unit };
+        let units = self.units.get_or_insert_with(|| Box::new(Units::of(first)));
+        units.see(unit, line);
+        if units.first.is_empty() {
+            units.left_out += 1;
             self.count(cell, line);
             return None;
         }
         Some(number)
     }
 
-    fn see_unit(&mut self, unit: &str, line: u64) {
-        if self.unit.get_or_insert_with(|| unit.to_owned()) != unit {
-            self.other_unit
-                .get_or_insert_with(|| (unit.to_owned(), line));
-        }
-    }
-
-    /// The first other unit, where numbers of several are read, or more than a few of one are left out.
-    fn of_several_units(&self, rows: u64) -> Option<&(String, u64)> {
-        let are_read = self.unit.as_deref() != Some("");
-        (self.other_unit.as_ref()).filter(|_| are_read || self.with_unit * 100 > rows)
+    /// The first and another unit with its line, where numbers of several are read, or more than a few of one are left out.
+    fn of_several_units(&self, rows: u64) -> Option<(&str, &(String, u64))> {
+        let units = self.units.as_ref()?;
+        let matters = !units.first.is_empty() || units.left_out * 100 > rows;
+        Some((units.first.as_str(), units.other.as_ref()?)).filter(|_| matters)
     }
 
     /// Looks whether the number may have its thousands grouped.

@@ -11,6 +11,7 @@ use crate::fit::fit;
 use crate::free_motion::without_free_motion;
 use crate::selection::{innovation_variance, process};
 use crate::structure::{InitialState, Problem, range, variance};
+use crate::validation::nonlinearity::{Cause, Finding};
 use planesman_record::{Record, Run, filter};
 
 /// Samples before a step that tell a trend from noise, and the standard deviations of a slope from which it is one.
@@ -140,7 +141,7 @@ pub(super) fn drift(found: &Estimate, run: Run<'_>) -> f64 {
 
 /// A lightly damped mode, rad per sample, whose motion from before the record lasts through it and which the input hardly moves: it is
 /// not of the plant.
-pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Option<Finding> {
     let unknown = found.unknown(run).min(run.outputs.len());
     let a = found.layout.denominator(found.theta.as_slice());
     let b = &found.theta.as_slice()[found.layout.b(number)];
@@ -190,7 +191,10 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
     let lasting = poles.iter().filter(lasts);
     lasting
         .filter(|it| part(it).is_some_and(|part| part > seen && moved(it) < HARDLY * part))
-        .map(|it| it.argument())
+        .map(|it| Finding {
+            cause: Cause::Oscillation(it.argument()),
+            gain: None,
+        })
         .next()
 }
 

@@ -66,7 +66,7 @@ use crate::static_curve::Side;
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::identifiability::{self, Doubt, Following};
-use crate::validation::nonlinearity::{self, Cause, Finding};
+use crate::validation::nonlinearity::{self, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::{Record, Run};
 
@@ -115,8 +115,6 @@ pub struct Analysis {
     pub drift: f64,
     /// Whether the longest run's input follows its output.
     pub following: Following,
-    /// A lightly damped mode of the model that is not the plant's, rad per sample.
-    pub oscillation: Option<f64>,
     /// What the longest run says of the delay, for a model of the output error.
     pub lag: Option<Lag>,
     /// Intervals by a bootstrap, where one was asked for.
@@ -307,12 +305,11 @@ fn fitted(
         is_step_test: process::is_step_test(&second),
         drift: checks::drift(&estimate, run),
         following: data.following,
-        oscillation: checks::oscillation(&estimate, longest, run),
         lag,
         bootstrap: options.bootstrap.map(refits).transpose()?,
         validation: None,
         residuals: residuals.and_then(|it| ResidualTests::new(it, tested_against)),
-        finding: None,
+        finding: checks::oscillation(&estimate, longest, run),
         longest,
         verdict: Verdict::Undetermined,
         reasons: Vec::new(),
@@ -365,12 +362,8 @@ impl Analysis {
     fn beyond_linear(&self, data: &Record) -> Option<Finding> {
         let run = data.segments[self.segments[self.longest]].run()?;
         let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
-        let oscillation =
-            (self.oscillation).filter(|_| self.may_be_disturbed() && self.is_caused());
-        let oscillation = oscillation.map(|rate| Finding {
-            cause: Cause::Oscillation(rate),
-            gain: None,
-        });
+        let oscillation = self.finding.clone();
+        let oscillation = oscillation.filter(|_| self.may_be_disturbed() && self.is_caused());
         oscillation.or_else(|| self.is_below_noise().then(finding).flatten())
     }
 
