@@ -30,6 +30,8 @@ const DETERMINED: f64 = 1e-9;
 /// The F statistic of outputs from which an input follows them; one in 20 000 exceeds it by chance.
 const FOLLOWS: f64 = 8.0;
 const HALF: f64 = 0.5;
+/// The share of the output's power that its past leaves from which it is not clean.
+const DISTURBED: f64 = 1e-5;
 /// Lags of both signals from which disturbances are told.
 const LAGS: usize = 20;
 /// Lags of a controller.
@@ -318,8 +320,15 @@ pub fn following(run: &Run<'_>) -> Following {
         let (earlier, _) = f_and_share(1..CONTROLLER_LAGS + 1)?;
         let (with_own, left) = f_and_share(0..CONTROLLER_LAGS + 1)?;
         let is_predicted = earlier > FOLLOWS || (with_own > FOLLOWS && left > HALF);
-        // A sum of sines or a smooth curve needs no output.
-        Some(freedom > 0.0 && by_itself > DETERMINED && is_predicted && pasts.is_against())
+        let renewed = pasts.left(pasts.outputs, 1..pasts.lags + 1, 1..pasts.lags + 1, false)?;
+        // A sum of sines or a smooth curve needs no output, and a clean output only tells what was before the lags.
+        Some(
+            freedom > 0.0
+                && by_itself > DETERMINED
+                && is_predicted
+                && renewed > DISTURBED
+                && pasts.is_against(),
+        )
     };
     let Some(pasts) = Pasts::new(run.inputs, run.outputs) else {
         return Following::No;
