@@ -299,18 +299,10 @@ impl Account {
         let states = &self.states.data;
         let (start, end) = states.span?;
         let held = self.controls.data.depth_held;
-        let setpoint = held.map_or(states.last_depth, |it| it.depth);
-        let since = held.map_or(start, |it| it.since);
-        let signal = held.and_then(|it| it.signal).filter(|it| *it < end);
-        let is_disturbed = held.is_some_and(|it| it.is_disturbed);
-        let mut judged = (signal.unwrap_or(end), is_disturbed);
-        let mut response = self.response(bag, [start, since, judged.0], setpoint);
-        // What has not settled by then has the rest of the flight for it.
-        let is_settled = |it: &StepMetrics| it.settling_time_5.is_some();
-        if signal.is_some() && matches!(&response, Ok(Some(it)) if !is_settled(it)) {
-            judged = (end, true);
-            response = self.response(bag, [start, since, end], setpoint);
-        }
+        let held = held.unwrap_or(HeldDepth::from(states.last_depth, start));
+        let (setpoint, since) = (held.depth, held.since);
+        let response = |to| self.response(bag, [start, since, to], setpoint);
+        let (response, to, is_disturbed) = held.judged(end, response);
         let response = response.unwrap_or_else(|error| {
             notes.push(format!("no depth response: {error}"));
             None
@@ -318,8 +310,8 @@ impl Account {
         Some(Step {
             setpoint,
             response,
-            judged: [since, judged.0].map(|it| seconds(start, it)),
-            is_disturbed: judged.1,
+            judged: [since, to].map(|it| seconds(start, it)),
+            is_disturbed,
         })
     }
 

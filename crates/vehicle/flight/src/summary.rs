@@ -473,7 +473,7 @@ pub fn distance_text(distance: f64) -> String {
 /// A quantity of a flight, as people read it.
 #[derive(Clone, Debug)]
 pub struct Quantity {
-    /// Its field, one of [`titles`].
+    /// Its field, one of [`crate::titles`].
     pub field: &'static str,
     /// Behind its number.
     pub unit: &'static str,

@@ -147,6 +147,11 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
     let b = &found.theta.as_slice()[found.layout.b(number)];
     let driving = &found.driving(run)[unknown..];
     let poles = polynomial::roots(&a).ok()?;
+    let count = (run.outputs.len() - unknown) as f64;
+    let lasts = |it: &Complex<f64>| it.im > 0.0 && libm::pow(it.modulus(), count) > LASTS;
+    if !poles.iter().any(lasts) {
+        return None;
+    }
     let simulated = found.simulate(number, run).split_off(unknown);
     let caused = filter(b, &a, driving);
     let half = simulated.len() / 2;
@@ -186,9 +191,7 @@ pub(super) fn oscillation(found: &Estimate, number: usize, run: Run<'_>) -> Opti
         }
         (squares / driving.len().max(1) as f64).sqrt()
     };
-    let lasts =
-        |it: &&Complex<f64>| it.im > 0.0 && libm::pow(it.modulus(), simulated.len() as f64) > LASTS;
-    let lasting = poles.iter().filter(lasts);
+    let lasting = poles.iter().filter(|it| lasts(it));
     lasting
         .filter(|it| part(it).is_some_and(|part| part > seen && moved(it) < HARDLY * part))
         .map(|it| Finding {

@@ -160,14 +160,6 @@ pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
     choices.into_iter().flat_map(|choice| choice.starts(inputs))
 }
 
-/// Limits and dead zones of an output, where it has been.
-pub(super) fn of_outputs(outputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
-    let choices = [CurveChoice::OutputSaturation, CurveChoice::OutputDeadZone];
-    let starts = choices.map(|choice| choice.starts(outputs).into_iter());
-    // Every other pair of levels: each is a search of its own.
-    starts.into_iter().flat_map(|it| it.step_by(2))
-}
-
 /// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends. What bends may be told by a square,
 /// and the other way round.
 pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {

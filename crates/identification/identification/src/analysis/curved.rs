@@ -3,20 +3,16 @@
 //! What the linear model's error points to ([`super::Analysis::finding`]) says which curve is tried, or the user does. Its levels are fitted
 //! beside the dynamics; it is kept where what is held out is simulated better by a good part.
 
-use super::curve::{
-    CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, of_outputs, problem,
-};
+use super::curve::{CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, problem};
 use super::{Analysis, Beside, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Estimate, Estimator, LeastSquares, Method, Wiener, of_least_criterion};
+use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion};
 use crate::static_curve::{Side, StaticCurve};
 use crate::structure::Structure;
 use crate::validation::identifiability::Following;
 use planesman_record::{Record, Run};
 use planesman_wording::setting;
 
-/// The order of dynamics that a curve is sought beside where the linear model has more poles.
-const SIMPLE: usize = 2;
 /// What a curve must leave at most of the error of the held-out simulation by the linear model.
 const BETTER: f64 = 0.8;
 
@@ -59,24 +55,17 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
     match options.curve {
         CurveChoice::None => Ok(linear),
         CurveChoice::Automatic => {
+            let found = tried(&linear, inputs)
+                .filter(|_| options.method == Method::Automatic)
+                .and_then(|(side, starts)| {
+                    beside(record, options, validation, &linear, side, &starts).ok()
+                });
             let missed = |it: &Analysis| it.held_out.fit.map(|fit| 100.0 - fit);
             let is_better = |it: &Analysis| {
                 let pair = missed(it).zip(missed(&linear));
                 pair.is_some_and(|(curved, linear)| curved < BETTER * linear)
             };
-            let attempts = match options.method {
-                Method::Automatic => tried(&linear, inputs, outputs),
-                _ => Vec::new(),
-            };
-            let structures = structures(&linear);
-            let found = attempts.iter().find_map(|(side, starts)| {
-                structures.iter().find_map(|structure| {
-                    let curve = (*side, &starts[..], structure);
-                    let found = beside(record, options, validation, &linear, curve);
-                    found.ok().filter(is_better)
-                })
-            });
-            Ok(found.unwrap_or(linear))
+            Ok(found.filter(is_better).unwrap_or(linear))
         }
         choice => {
             let starts = choice.starts(match choice.side() {
@@ -89,17 +78,7 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
                     setting("curve", choice.name())
                 )));
             }
-            let mut last = None;
-            for structure in structures(&linear) {
-                let curve = (choice.side(), &starts[..], &structure);
-                match beside(record, options, validation, &linear, curve) {
-                    Ok(found) => return Ok(found),
-                    Err(error) => last = last.or(Some(error)),
-                }
-            }
-            Err(last.unwrap_or(IdentificationError::Search(
-                "the search for the curve found no minimum",
-            )))
+            beside(record, options, validation, &linear, choice.side(), &starts)
         }
     }
 }
@@ -112,47 +91,18 @@ fn for_structure(options: &Options) -> Options {
     }
 }
 
-/// Structures of the dynamics that a curve is sought beside: the linear model's, and one of second order, since a linear model of a curve
-/// has more poles than the plant.
-fn structures(linear: &Analysis) -> Vec<Structure> {
-    let own = &linear.estimate.layout.structure;
-    let is_own = linear.estimate.process.is_none();
-    let is_simple = own.poles <= SIMPLE && is_own;
-    let simple = Structure {
-        start: own.start,
-        offset: own.offset,
-        delay: own.delay.max(1),
-        ..linear.options.structure(SIMPLE)
-    };
-    let own = is_own.then(|| own.clone());
-    own.into_iter()
-        .chain((!is_simple).then_some(simple))
-        .collect()
-}
-
-/// Whether what was found takes away a good part of the error.
-fn is_pointed_to(linear: &Analysis) -> bool {
-    let gain = linear.finding.as_ref().and_then(|it| it.gain);
-    gain.is_some_and(|(share, _)| share > WORTH_A_TRY)
-}
-
-/// The curves that are worth a try, one side after the other: those of a cause that explains a good part; else, where the noise would leave
-/// a better fit, those of the input, then limits and a dead zone of the output. In a loop the linear model's error may be noise that goes
-/// round.
-fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<(Side, Vec<StaticCurve>)> {
-    let finding = linear.finding.as_ref();
-    if is_pointed_to(linear) {
-        let of_cause = finding.and_then(|it| of_cause(&it.cause, inputs));
-        return of_cause.into_iter().collect();
+/// The curves that are worth a try: those of the cause that was found, or those of an input where the noise would leave a better
+/// fit and no cause was.
+fn tried(linear: &Analysis, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
+    match &linear.finding {
+        Some(finding) => {
+            let is_large = finding.gain.is_some_and(|(share, _)| share > WORTH_A_TRY);
+            of_cause(&finding.cause, inputs).filter(|_| is_large)
+        }
+        // In a loop the linear model's error may be noise that goes round.
+        None => (linear.is_below_noise() && linear.following != Following::Yes)
+            .then(|| (Side::Input, of_inputs(inputs).collect())),
     }
-    let is_disturbed = finding.is_some_and(|it| it.cause.is_disturbance());
-    if is_disturbed || !linear.misses_much() || linear.following == Following::Yes {
-        return Vec::new();
-    }
-    vec![
-        (Side::Input, of_inputs(inputs).collect()),
-        (Side::Output, of_outputs(outputs).collect()),
-    ]
 }
 
 fn beside(
@@ -160,14 +110,12 @@ fn beside(
     options: &Options,
     validation: Option<&Record>,
     linear: &Analysis,
-    (side, starts, structure): (Side, &[StaticCurve], &Structure),
+    side: Side,
+    starts: &[StaticCurve],
 ) -> Result<Analysis> {
     let mut found = match side {
-        Side::Input => {
-            let is_sure = options.curve != CurveChoice::Automatic || is_pointed_to(linear);
-            hammerstein(record, options, validation, (starts, structure), is_sure)?
-        }
-        Side::Output => wiener(record, options, validation, linear, (starts, structure))?,
+        Side::Input => hammerstein(record, options, validation, linear, starts)?,
+        Side::Output => wiener(record, options, validation, linear, starts)?,
     };
     if let Some(curved) = &mut found.curved {
         curved.linear_fit = linear.held_out.fit;
@@ -182,12 +130,14 @@ fn hammerstein(
     record: &Record,
     options: &Options,
     validation: Option<&Record>,
-    (starts, structure): (&[StaticCurve], &Structure),
-    is_sure: bool,
+    linear: &Analysis,
+    starts: &[StaticCurve],
 ) -> Result<Analysis> {
-    let of =
-        |structure: &Structure, starts: &[StaticCurve]| fitted(record, structure, starts, is_sure);
-    let first = of(structure, starts)?.curve;
+    let is_pointed_to = options.curve != CurveChoice::Automatic || linear.finding.is_some();
+    let of = |structure: &Structure, starts: &[StaticCurve]| {
+        fitted(record, structure, starts, is_pointed_to)
+    };
+    let first = of(&linear.estimate.layout.structure, starts)?.curve;
     let behind = first.of_input(record);
     let behind = judged_on(&behind, &for_structure(options), None, Beside::Nothing)?;
     let curve = of(&behind.estimate.layout.structure, &[first])?;
@@ -206,19 +156,15 @@ fn wiener(
     options: &Options,
     validation: Option<&Record>,
     linear: &Analysis,
-    (starts, structure): (&[StaticCurve], &Structure),
+    starts: &[StaticCurve],
 ) -> Result<Analysis> {
     let poles = |of: &Estimate| of.theta.as_slice()[of.layout.a()].to_vec();
-    let all = problem(record, structure)?;
-    let begin = match linear.estimate.layout.structure == *structure {
-        true => poles(&linear.estimate),
-        false => poles(&LeastSquares.fit(&all)?),
-    };
+    let all = problem(record, &linear.estimate.layout.structure)?;
     let signal: Vec<f64> = all.runs.iter().flat_map(|it| it.outputs).copied().collect();
     let fitted = starts.iter().filter_map(|start| {
         let estimator = Wiener {
             start: start.clone(),
-            poles: begin.clone(),
+            poles: poles(&linear.estimate),
         };
         let found = estimator.fit(&all).ok()?;
         let curve = found.output_curve.as_ref()?;

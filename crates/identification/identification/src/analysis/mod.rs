@@ -363,23 +363,16 @@ impl Analysis {
         let run = data.segments[self.segments[self.longest]].run()?;
         let finding = || nonlinearity::finding(&self.estimate, self.longest, run);
         let oscillation = self.finding.clone();
-        let oscillation = oscillation.filter(|_| self.may_be_disturbed() && self.is_caused());
-        oscillation.or_else(|| self.is_below_noise().then(finding).flatten())
+        let is_asked = self.may_be_disturbed() && self.is_caused();
+        let beyond = self.is_below_noise().then(finding).flatten();
+        beyond.or_else(|| oscillation.filter(|_| is_asked))
     }
 
     /// Whether the noise would leave a better fit to another model.
     fn is_below_noise(&self) -> bool {
-        self.misses_much() && self.may_be_disturbed()
-    }
-
-    /// Whether the noise would leave a better fit than the model has, of a record that a curve may be sought in.
-    fn misses_much(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
         fits.is_some_and(|(attainable, held)| attainable - held > BELOW_NOISE)
-            && self.closed_loop.is_none()
-            && self.estimate.output_curve.is_none()
-            && !self.is_unstable()
-            && !self.options.method.is_of_the_vehicle()
+            && self.may_be_disturbed()
     }
 
     /// Whether what the model leaves may be asked for its cause.

@@ -235,15 +235,13 @@ impl<'a> Pasts<'a> {
         Some(found.left)
     }
 
-    /// Whether the outputs move the input against what the input does to the output, as a controller does. An input that is logged with
-    /// noise, or a plant that answers at once, has the signs alike.
-    fn is_against(&self) -> bool {
+    /// The input on its own past and the outputs up to now, and the output on both pasts.
+    fn both(&self) -> Option<Both> {
         let own = 1..self.lags + 1;
-        let input = self.regressed(self.inputs, own.clone(), 0..CONTROLLER_LAGS + 1, false);
-        let output = self.regressed(self.outputs, own.clone(), own, false);
-        input
-            .zip(output)
-            .is_some_and(|(u, y)| u.by_outputs * y.by_inputs < 0.0)
+        Some(Both {
+            input: self.regressed(self.inputs, own.clone(), 0..CONTROLLER_LAGS + 1, false)?,
+            output: self.regressed(self.outputs, own.clone(), own, false)?,
+        })
     }
 
     /// What a linear controller, `u_k` of `y_k ... y_(k-3)` and `u_(k-1) ... u_(k-3)`, leaves of the input.
@@ -255,7 +253,7 @@ impl<'a> Pasts<'a> {
             unexplained,
             of_innovations: unexplained / own.max(f64::MIN_POSITIVE),
             renewed: self.left(self.outputs, 1..self.lags + 1, 1..self.lags + 1, true)?,
-            is_against: self.is_against(),
+            is_against: self.both().is_some_and(|it| it.is_against()),
         })
     }
 }
@@ -279,6 +277,20 @@ struct Regressed {
     /// The sums of the coefficients.
     by_inputs: f64,
     by_outputs: f64,
+}
+
+/// What moves either signal.
+struct Both {
+    input: Regressed,
+    output: Regressed,
+}
+
+impl Both {
+    /// Whether the outputs move the input against what the input does to the output, as a controller does. An input that is logged with
+    /// noise, or a plant that answers at once, has the signs alike.
+    fn is_against(&self) -> bool {
+        self.input.by_outputs * self.output.by_inputs < 0.0
+    }
 }
 
 impl Feedback {
@@ -309,25 +321,23 @@ pub enum Following {
 pub fn following(run: &Run<'_>) -> Following {
     let of = |pasts: Pasts<'_>| {
         let own = 1..pasts.lags + 1;
-        let by_itself = pasts.left(pasts.inputs, own.clone(), 0..0, false)?;
         let freedom = pasts.inputs.len() as f64 - (2 * pasts.lags + CONTROLLER_LAGS + 2) as f64;
-        let f_and_share = |outputs: Range<usize>| {
-            let count = outputs.len() as f64;
-            let by_both = pasts.left(pasts.inputs, own.clone(), outputs, false)?;
-            let f = (by_itself - by_both) / count / (by_both / freedom);
-            Some((f, by_both / by_itself))
-        };
-        let (earlier, _) = f_and_share(1..CONTROLLER_LAGS + 1)?;
-        let (with_own, left) = f_and_share(0..CONTROLLER_LAGS + 1)?;
-        let is_predicted = earlier > FOLLOWS || (with_own > FOLLOWS && left > HALF);
-        let renewed = pasts.left(pasts.outputs, 1..pasts.lags + 1, 1..pasts.lags + 1, false)?;
-        // A sum of sines or a smooth curve needs no output, and a clean output only tells what was before the lags.
+        // A sum of sines or a smooth curve needs no output.
+        let by_itself = pasts.left(pasts.inputs, own.clone(), 0..0, false)?;
+        if freedom <= 0.0 || by_itself <= DETERMINED {
+            return None;
+        }
+        // A clean output only tells what was before the lags.
+        let both = pasts.both()?;
+        if both.output.left <= DISTURBED || !both.is_against() {
+            return None;
+        }
+        let f = |left: f64, lags: usize| (by_itself - left) / lags as f64 / (left / freedom);
+        let by_earlier = pasts.left(pasts.inputs, own, 1..CONTROLLER_LAGS + 1, false)?;
+        let by_all = both.input.left;
         Some(
-            freedom > 0.0
-                && by_itself > DETERMINED
-                && is_predicted
-                && renewed > DISTURBED
-                && pasts.is_against(),
+            f(by_earlier, CONTROLLER_LAGS) > FOLLOWS
+                || (f(by_all, CONTROLLER_LAGS + 1) > FOLLOWS && by_all > HALF * by_itself),
         )
     };
     let Some(pasts) = Pasts::new(run.inputs, run.outputs) else {

@@ -1,7 +1,7 @@
 //! What is kept of each topic's messages.
 
 use planesman_hydraulics::Energy;
-use planesman_linear::TimeHistory;
+use planesman_linear::{StepMetrics, TimeHistory};
 use planesman_msgs::Message;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, ThrusterCommand, VehicleState,
@@ -152,19 +152,44 @@ impl<T: Copy> HeldDepth<T> {
         if !holds {
             return None;
         }
-        let mut held = held.filter(|it| it.depth == depth).unwrap_or(Self {
-            depth,
-            since: now,
-            signal: None,
-            is_disturbed: false,
-            ticks: 0,
-        });
+        let mut held = (held.filter(|it| it.depth == depth)).unwrap_or(Self::from(depth, now));
         held.ticks = held.ticks.saturating_add(1);
         if is_tested(control) && held.signal.is_none() && !held.is_disturbed {
             held.is_disturbed = held.ticks <= 2;
             held.signal = (!held.is_disturbed).then_some(now);
         }
         Some(held)
+    }
+
+    /// A depth held from a time on, without a test signal.
+    pub(crate) fn from(depth: f64, since: T) -> Self {
+        Self {
+            depth,
+            since,
+            signal: None,
+            is_disturbed: false,
+            ticks: 0,
+        }
+    }
+}
+
+impl<T: Copy + PartialOrd> HeldDepth<T> {
+    /// The response, found by a function of its end: up to the test signal, or up to the end of the flight where it has not settled by
+    /// the signal; that end, and whether a test signal was on until then.
+    pub(crate) fn judged<E>(
+        &self,
+        end: T,
+        response: impl Fn(T) -> Result<Option<StepMetrics>, E>,
+    ) -> (Result<Option<StepMetrics>, E>, T, bool) {
+        let signal = self.signal.filter(|it| *it < end);
+        let to = signal.unwrap_or(end);
+        let found = response(to);
+        match &found {
+            Ok(Some(it)) if signal.is_some() && it.settling_time_5.is_none() => {
+                (response(end), end, true)
+            }
+            _ => (found, to, self.is_disturbed),
+        }
     }
 }
 

@@ -106,18 +106,11 @@ impl Metrics {
         metrics.model = last_valid(&mut due).or(metrics.model);
         if let Some(held) = held {
             metrics.setpoint = Some(held.depth);
-            let response = |to: usize| {
-                let depths = &depths[..to.min(depths.len())];
-                response(depths, held.since, held.depth, scenario.tick)
-            };
-            let all = depths.len();
-            let to = held.signal.map_or(all, |it| it.saturating_add(1));
-            metrics.response = response(to)?;
-            // What has not settled by the test signal has the rest of the flight for it.
-            let is_settled = |it: StepMetrics| it.settling_time_5.is_some();
-            if to < all && metrics.response.is_some_and(|it| !is_settled(it)) {
-                metrics.response = response(all)?;
-            }
+            // To the last tick, with it on.
+            let response =
+                |to: usize| response(&depths[..=to], held.since, held.depth, scenario.tick);
+            let (response, ..) = held.judged(depths.len() - 1, response);
+            metrics.response = response?;
         }
         Ok(metrics)
     }
