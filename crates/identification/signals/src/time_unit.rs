@@ -78,7 +78,7 @@ impl TimeUnit {
 }
 
 /// Names under which the time is looked for, without their unit.
-pub(crate) const NAMES: [&str; 17] = [
+pub(crate) const NAMES: [&str; 22] = [
     "time",
     "t",
     "stamp",
@@ -96,6 +96,11 @@ pub(crate) const NAMES: [&str; 17] = [
     "last_changed",
     "last_updated",
     "date/time",
+    "zeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tijd",
 ];
 
 /// Numbers that are looked at.
