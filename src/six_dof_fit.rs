@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use planesman_console::{Outcome, out};
 use planesman_fit::{DataOptions, FitOptions, rules};
+use planesman_identification::analysis::Standing;
 use planesman_linear::digits::{significant, value_and_interval, with_interval};
 use planesman_six_dof_fit::{Estimated, SIGNALS, SixDofOptions, SixDofResult, fit_six_dof};
 
@@ -23,6 +24,9 @@ pub struct FitArgs {
     /// name or in odometry; may be repeated
     #[arg(long = "signal", value_name = "NAME=SIGNAL")]
     signals: Vec<String>,
+    /// Inputs of the vehicle that the recording does not have: taken as 0
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    zero: Vec<String>,
     /// Numbers or groups that stay: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     fixed: Vec<String>,
@@ -52,6 +56,9 @@ pub struct FitArgs {
     /// Print everything as JSON
     #[arg(long)]
     json: bool,
+    /// Also print the signals, correlated numbers, biases and noise
+    #[arg(long)]
+    verbose: bool,
     /// The vehicle file to write; must not exist
     #[arg(long, short, value_parser = output_file)]
     out: Option<PathBuf>,
@@ -70,6 +77,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
         data,
         signals: args.signals.clone(),
         like: args.like.clone(),
+        zero: args.zero.clone(),
         fixed: args.fixed.clone(),
         free: args.free.clone(),
         prior: args.prior / 100.0,
@@ -87,11 +95,19 @@ pub fn run(args: &FitArgs) -> Result<()> {
         let text = found.text(&name, &recording);
         planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
     }
+    let verdict = found.verdict();
     if args.json {
-        out!("{}", serde_json::to_string_pretty(&found)?)?;
-        return Ok(());
+        let mut all = serde_json::to_value(&found)?;
+        all["verdict"] = serde_json::to_value(&verdict)?;
+        all["verdict"]["standing"] = verdict.standing().name().into();
+        out!("{}", serde_json::to_string_pretty(&all)?)?;
+    } else {
+        print(args, &found, &recording)?;
     }
-    print(args, &found, &recording)
+    match verdict.standing() {
+        Standing::NotUsable => bail!("the fitted vehicle is {verdict}"),
+        _ => Ok(()),
+    }
 }
 
 fn unit(name: &str) -> &'static str {
@@ -127,11 +143,12 @@ fn print_numbers(args: &FitArgs, found: &SixDofResult) -> Result<usize> {
 }
 
 fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
-    for line in &found.data.description {
-        out!("{line}")?;
+    out!("verdict: {}\n", found.verdict())?;
+    for contradiction in &found.contradictions {
+        out!("- {contradiction}")?;
     }
     out!(
-        "\n{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
+        "{} fitted to {recording}: {:.1} s in {} windows, {} samples\n",
         found.like,
         found.seconds,
         found.windows,
@@ -151,12 +168,23 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     };
     out!("")?;
     list("current ", &found.current, |_| "m/s")?;
-    list("bias    ", &found.biases, unit)?;
-    let noise = found.noise.iter();
-    let noise = noise.map(|(name, it)| format!("{name} {} {}", significant(*it, 3), unit(name)));
-    out!("noise    {}", noise.collect::<Vec<_>>().join(", "))?;
-    for (one, other, correlation) in &found.correlated {
-        out!("{one} and {other} are hardly told apart: their correlation is {correlation:.3}")?;
+    if args.verbose {
+        list("bias    ", &found.biases, unit)?;
+        let noise = found.noise.iter();
+        let noise =
+            noise.map(|(name, it)| format!("{name} {} {}", significant(*it, 3), unit(name)));
+        out!("noise    {}", noise.collect::<Vec<_>>().join(", "))?;
+        for (one, other, correlation) in &found.correlated {
+            out!("{one} and {other} are hard to separate: their correlation is {correlation:.3}")?;
+        }
+        for line in &found.data.description {
+            out!("{line}")?;
+        }
+    } else if !found.correlated.is_empty() {
+        let count = found.correlated.len();
+        out!(
+            "{count} pairs of numbers are hard to separate: correlation above 0.95 (--verbose lists them)"
+        )?;
     }
     match &found.held_out {
         None => out!(

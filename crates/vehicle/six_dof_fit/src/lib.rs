@@ -2,15 +2,18 @@
 
 mod error;
 mod experiments;
+mod kinematics;
 mod problem;
 mod recording;
 
+use std::fmt;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
 use planesman_equations::Run;
 use planesman_fit::{FitOptions, StampedRuns};
 use planesman_identification::SIGMAS_95;
+use planesman_identification::analysis::Standing;
 use planesman_linear::digits::significant;
 use planesman_parallel::Progress;
 use planesman_vehicle::six_dof::EditableFile;
@@ -21,6 +24,7 @@ use experiments::experiments;
 use problem::{Problem, Window};
 
 pub use experiments::{Expected, NextRun};
+pub use kinematics::Contradiction;
 pub use problem::SIGNALS;
 
 /// The share of a recording that is fitted where the rest is to judge by.
@@ -39,6 +43,8 @@ pub struct SixDofOptions {
     pub signals: Vec<String>,
     /// The vehicle to begin with: a built-in one or a file.
     pub like: String,
+    /// Inputs of the vehicle that are not recorded and taken as 0.
+    pub zero: Vec<String>,
     /// Numbers or groups that stay.
     pub fixed: Vec<String>,
     /// Numbers or groups that are sought; none for all but `body`.
@@ -59,6 +65,7 @@ impl Default for SixDofOptions {
             data: FitOptions::default(),
             signals: Vec::new(),
             like: String::new(),
+            zero: Vec::new(),
             fixed: Vec::new(),
             free: Vec::new(),
             prior: 0.5,
@@ -123,6 +130,8 @@ pub struct SixDofResult {
     pub noise: Vec<(&'static str, f64)>,
     /// Pairs of numbers that are hardly told apart, with their correlation.
     pub correlated: Vec<(String, String, f64)>,
+    /// Poses that contradict the recorded velocities.
+    pub contradictions: Vec<Contradiction>,
     /// `None` when either vehicle diverges there, or too little time is left.
     pub held_out: Option<HeldOut>,
     /// What the data does not determine.
@@ -135,13 +144,105 @@ pub struct SixDofResult {
     sought: Vec<usize>,
 }
 
+/// The fitted vehicle counts as worse than the one to begin with where its errors on held-out data are so many times as large.
+const WORSE: f64 = 1.05;
+/// Errors within so many times the noise are no worse.
+const WITHIN_NOISE: f64 = 1.5;
+
+/// What a fitted vehicle is good for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum SixDofVerdict {
+    /// The recording contradicts itself.
+    Contradictory,
+    /// It predicts held-out data no better than the vehicle to begin with: the ratio of their errors.
+    Worse {
+        /// Of the fitted vehicle over the one to begin with, the geometric mean over the signals.
+        ratio: f64,
+    },
+    /// There is nothing to judge it on.
+    NotValidated,
+    /// Numbers that are not determined, of so many.
+    NotDetermined {
+        /// Their count.
+        count: usize,
+        /// Of so many sought.
+        of: usize,
+    },
+    /// It predicts, and each number is determined.
+    Good,
+}
+
+impl SixDofVerdict {
+    /// What may be done with the vehicle.
+    #[must_use]
+    pub const fn standing(&self) -> Standing {
+        match self {
+            Self::Contradictory | Self::Worse { .. } => Standing::NotUsable,
+            Self::NotValidated => Standing::NotValidated,
+            Self::NotDetermined { .. } => Standing::UsableWithCare,
+            Self::Good => Standing::Good,
+        }
+    }
+}
+
+impl fmt::Display for SixDofVerdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Contradictory => f.write_str("not usable: the recording contradicts itself"),
+            Self::Worse { ratio } => write!(
+                f,
+                "not usable: its errors on the held-out data are {ratio:.2} times those of the vehicle it began with"
+            ),
+            Self::NotValidated => f.write_str("not validated: nothing was held out"),
+            Self::NotDetermined { count, of } => write!(
+                f,
+                "usable with care: the recording does not determine {count} of {of} numbers"
+            ),
+            Self::Good => f.write_str("good: each number is determined"),
+        }
+    }
+}
+
 impl SixDofResult {
+    /// What the vehicle is good for.
+    #[must_use]
+    pub fn verdict(&self) -> SixDofVerdict {
+        if !self.contradictions.is_empty() {
+            return SixDofVerdict::Contradictory;
+        }
+        let Some(held) = &self.held_out else {
+            return SixDofVerdict::NotValidated;
+        };
+        let noise = |name: &str| {
+            self.noise
+                .iter()
+                .find(|it| it.0 == name)
+                .map_or(0.0, |it| it.1)
+        };
+        let is_seen = (held.signals.iter()).any(|it| it.1 > WITHIN_NOISE * noise(it.0));
+        let ratios = held.signals.iter().map(|it| libm::log(it.1 / it.2));
+        let ratio = libm::exp(ratios.sum::<f64>() / held.signals.len().max(1) as f64);
+        let count = self.undetermined.len();
+        match (is_seen && ratio > WORSE, count) {
+            (true, _) => SixDofVerdict::Worse { ratio },
+            (_, 0) => SixDofVerdict::Good,
+            _ => SixDofVerdict::NotDetermined {
+                count,
+                of: self.numbers.len(),
+            },
+        }
+    }
+
     /// The vehicle as a file, by that name: the text of the one to begin with, the numbers that were found in it.
     #[must_use]
     pub fn text(&self, name: &str, recording: &str) -> String {
         let head = format!(
-            "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like {}.\nNumbers that were found are marked, with half their 95 % intervals; all else stands as there.",
-            self.seconds, self.windows, self.like
+            "{name}: fitted by planesman six-dof fit to {recording}, {:.0} s in {} windows, like {}.\nVerdict: {}.\nNumbers that were found are marked, with half their 95 % intervals; all else stands as there.",
+            self.seconds,
+            self.windows,
+            self.like,
+            self.verdict()
         );
         let found = self.sought.iter().zip(&self.numbers);
         let found = found.map(|(place, it)| {
@@ -171,7 +272,7 @@ pub fn fit_six_dof(
     let (data, channels) = recording::read(
         &options.data,
         &options.signals,
-        &vehicle.parts().inputs,
+        (&vehicle.parts().inputs, &options.zero),
         progress,
     )?;
     let mut biased = Vec::new();
@@ -221,6 +322,7 @@ pub fn fit_six_dof(
         seconds: all.iter().map(Window::duration).sum(),
         windows: all.len(),
         samples,
+        contradictions: kinematics::contradictions(&data.runs, &channels),
         held_out: held_out(&problem, (&cut(0.0..FITTED), &cut(FITTED..1.0)), globals),
         noise: noise.collect(),
         sought: problem.sought.clone(),

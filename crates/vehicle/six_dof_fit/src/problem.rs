@@ -124,7 +124,7 @@ fn signals(of: &State, biases: &[f64; INITIAL]) -> [f64; INITIAL] {
 }
 
 /// `a - b` of a signal: of angles the short way.
-fn apart(channel: usize, a: f64, b: f64) -> f64 {
+pub(super) fn apart(channel: usize, a: f64, b: f64) -> f64 {
     let turns = match ANGLES.contains(&channel) {
         true => ((a - b) / TAU).round(),
         false => 0.0,

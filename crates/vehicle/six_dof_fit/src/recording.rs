@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use planesman_equations::Track;
 use planesman_fit::{FitOptions, StampedRuns, Survey, survey};
 use planesman_parallel::Progress;
 
@@ -34,7 +35,7 @@ const FIELDS: [(&str, f64); 12] = [
 pub(super) fn read(
     options: &FitOptions,
     signals: &[String],
-    inputs: &[String],
+    (inputs, zero): (&[String], &[String]),
     progress: &dyn Progress,
 ) -> Result<(StampedRuns, Vec<usize>), SixDofError> {
     let found = survey(&options.signals.data, None, progress)?;
@@ -70,8 +71,22 @@ pub(super) fn read(
         own.or_else(|| topic(&found, name))
             .unwrap_or_else(|| name.clone())
     };
-    let inputs: Vec<String> = inputs.iter().map(own).collect();
-    let mut data = options.stamped(&inputs, &outputs, progress)?;
+    if let Some(unknown) = zero.iter().find(|it| !inputs.contains(it)) {
+        let names = inputs.iter().map(String::as_str);
+        return Err(SixDofError::no_number("zero", unknown, names));
+    }
+    let recorded = inputs.iter().filter(|it| !zero.contains(it));
+    let recorded: Vec<String> = recorded.map(own).collect();
+    let mut data = options.stamped(&recorded, &outputs, progress)?;
+    for (place, _) in (inputs.iter().enumerate()).filter(|(_, it)| zero.contains(it)) {
+        for run in &mut data.runs {
+            let nothing = Track {
+                times: vec![0.0],
+                values: vec![0.0],
+            };
+            run.inputs.insert(place, nothing);
+        }
+    }
     for (place, channel) in channels.iter().enumerate() {
         let name = SIGNALS[*channel].0;
         let sign = match odometry.is_some() && given(name).is_none() {
