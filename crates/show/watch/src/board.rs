@@ -166,9 +166,9 @@ pub(crate) struct Reader {
 
 /// A section as a message has it.
 #[derive(Clone, Debug)]
-struct Told(Arc<Value>);
+struct SentUpdate(Arc<Value>);
 
-impl Serialize for Told {
+impl Serialize for SentUpdate {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.0.serialize(serializer)
     }
@@ -184,7 +184,7 @@ pub(crate) struct Message {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     refused: Vec<(usize, Option<String>)>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    sections: BTreeMap<String, Told>,
+    sections: BTreeMap<String, SentUpdate>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     log: Vec<LogLine>,
 }
@@ -244,7 +244,7 @@ impl Reader {
                 break;
             }
             room = room.saturating_sub(section.length);
-            let told = Told(Arc::clone(&section.value));
+            let told = SentUpdate(Arc::clone(&section.value));
             message.sections.insert(name.clone(), told);
             self.version = section.version;
         }

@@ -64,7 +64,7 @@ pub(crate) enum Event {
 }
 
 /// A topic that is wanted.
-enum Wanted {
+enum TopicRequest {
     /// Nobody publishes it yet.
     Missing,
     /// Its type's definition is being found.
@@ -81,7 +81,7 @@ pub(crate) struct Watch {
     models: ModelFunctions,
     definitions: Definitions,
     feeds: Vec<Feed>,
-    topics: BTreeMap<String, Wanted>,
+    topics: BTreeMap<String, TopicRequest>,
     /// Wanted channels by topic: the fields.
     channels: BTreeMap<String, BTreeSet<String>>,
     /// The latest stamp in each namespace, s.
@@ -257,8 +257,9 @@ impl Watch {
         let published = rt.published_topics();
         self.want_vehicles(&published);
         for topic in &published {
-            if matches!(self.topics.get(&topic.name), Some(Wanted::Missing)) {
-                self.topics.insert(topic.name.clone(), Wanted::Defining);
+            if matches!(self.topics.get(&topic.name), Some(TopicRequest::Missing)) {
+                self.topics
+                    .insert(topic.name.clone(), TopicRequest::Defining);
                 let (finding, topic) = (self.definitions.find(rt, topic), topic.clone());
                 rt.when_done(async move { Event::Found(topic, finding.await) });
             }
@@ -301,9 +302,9 @@ impl Watch {
             return Ok(());
         }
         match self.topics.get(topic) {
-            Some(Wanted::Refused(reason)) => return Err(Error::Refused(reason.clone())),
-            Some(Wanted::Open(index)) => self.attach(*index, channel, field)?,
-            Some(Wanted::Missing | Wanted::Defining) | None => {}
+            Some(TopicRequest::Refused(reason)) => return Err(Error::Refused(reason.clone())),
+            Some(TopicRequest::Open(index)) => self.attach(*index, channel, field)?,
+            Some(TopicRequest::Missing | TopicRequest::Defining) | None => {}
         }
         let count = |channels: &BTreeMap<String, BTreeSet<String>>| {
             channels.values().map(BTreeSet::len).sum::<usize>()
@@ -317,7 +318,7 @@ impl Watch {
         let fields = self.channels.entry(topic.to_owned()).or_default();
         fields.insert(field.to_owned());
         let state = self.topics.entry(topic.to_owned());
-        state.or_insert(Wanted::Missing);
+        state.or_insert(TopicRequest::Missing);
         Ok(())
     }
 
@@ -327,11 +328,13 @@ impl Watch {
         self.channels.retain(|topic, fields| {
             fields.retain(|field| board.refusal(&format!("{topic}:{field}")).is_none());
             let state = self.topics.get(topic);
-            matches!(state, Some(Wanted::Open(_) | Wanted::Defining)) && !fields.is_empty()
+            matches!(state, Some(TopicRequest::Open(_) | TopicRequest::Defining))
+                && !fields.is_empty()
         });
         let channels = &self.channels;
         self.topics.retain(|topic, state| {
-            matches!(state, Wanted::Open(_) | Wanted::Defining) || channels.contains_key(topic)
+            matches!(state, TopicRequest::Open(_) | TopicRequest::Defining)
+                || channels.contains_key(topic)
         });
         board.forget_empty();
     }
@@ -370,7 +373,7 @@ impl Watch {
         match opened {
             Ok(feed) => {
                 self.feeds.push(feed);
-                self.topics.insert(name.clone(), Wanted::Open(index));
+                self.topics.insert(name.clone(), TopicRequest::Open(index));
                 for field in &fields {
                     let channel = format!("{name}:{field}");
                     let refusal = self.attach(index, &channel, field).err();
@@ -384,7 +387,8 @@ impl Watch {
                 for field in &fields {
                     board.channel(&format!("{name}:{field}")).refusal = Some(reason.clone());
                 }
-                self.topics.insert(name.clone(), Wanted::Refused(reason));
+                self.topics
+                    .insert(name.clone(), TopicRequest::Refused(reason));
             }
         }
     }
@@ -437,7 +441,7 @@ impl Watch {
         let rates = self.nodes.topic_rates();
         let topic = |topic: &PublishedTopic| {
             let read = match self.topics.get(&topic.name) {
-                Some(Wanted::Open(index)) => Some(*index),
+                Some(TopicRequest::Open(index)) => Some(*index),
                 _ => None,
             };
             let counted = read.map(|index| {

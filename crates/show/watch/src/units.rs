@@ -65,16 +65,16 @@ pub(crate) fn parse(text: &str, si: &str) -> Result<f64, Error> {
 
 /// A unit as the page has it: its symbol, and how many of it make one in SI.
 #[derive(Serialize)]
-pub(crate) struct Told {
+pub(crate) struct UnitLabel {
     symbol: &'static str,
     scale: f64,
 }
 
 /// The units that differ from SI, by their SI units.
-pub(crate) fn told() -> BTreeMap<&'static str, Told> {
+pub(crate) fn told() -> BTreeMap<&'static str, UnitLabel> {
     let each = SHOWN.iter().filter_map(|(si, _)| Some((*si, shown(si)?.1)));
     each.map(|(si, unit)| {
-        let told = Told {
+        let told = UnitLabel {
             symbol: unit.symbol,
             scale: unit.of_si(1.0),
         };

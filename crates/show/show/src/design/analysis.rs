@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use crate::pages::{document, figures};
+use crate::pages::{document, figures_with_first};
 use crate::plot::{Plot, Series, Style};
 use maud::html;
 use planesman_console::Outcome;
@@ -186,11 +186,12 @@ impl Analysis {
             "setpoint",
             [0.0, self.duration].map(|t| (t, 1.0)),
         );
+        poles = with_damping_lines(poles);
         let body = html! {
             h1 { (title) }
             p.lead { (law_text(&law.0, &law.1)) }
             ul.verdict { @for verdict in verdicts { li { (verdict) } } }
-            (figures(&[magnitude, phase, nyquist, step, poles]))
+            (figures_with_first(&[step, magnitude, phase, nyquist, poles]))
             details open { summary { "All numbers" } pre { (self.text()?) } }
         };
         Ok(document(&title, "", &body, ""))
@@ -252,6 +253,22 @@ fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
             .max(1.0);
     let near = poles.iter().filter(|s| s.modulus() < far);
     near.map(|s| (s.re, s.im)).collect()
+}
+
+/// Damping ratios whose lines are drawn between the poles.
+const DAMPING: [f64; 3] = [0.3, 0.5, 0.7];
+
+/// The poles with lines of equal damping ratio, as long as the farthest pole is away.
+fn with_damping_lines<'a>(poles: Plot<'a>) -> Plot<'a> {
+    let points = poles.series.iter().flat_map(|it| &it.points);
+    let far = points
+        .map(|(re, im)| libm::hypot(*re, *im))
+        .fold(0.0, f64::max);
+    DAMPING.into_iter().fold(poles, |plot, damping| {
+        let (re, im) = (-far * damping, far * libm::sqrt(1.0 - damping * damping));
+        let line = [(re, -im), (0.0, 0.0), (re, im)];
+        plot.with(Style::Bound, format!("damping ratio {damping}"), line)
+    })
 }
 
 /// Stability and margins in a sentence.

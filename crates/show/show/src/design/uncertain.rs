@@ -9,7 +9,7 @@ use planesman_control::design::optimise::Wishes;
 use planesman_control::gains::LoopGains;
 use planesman_flight::During as _;
 use planesman_model_file::ModelFile;
-use planesman_tuning::{Band, MISSED, Spread};
+use planesman_tuning::{Band, Distribution, MISSED};
 use planesman_vehicle::identified;
 use planesman_vehicle::vehicle_file;
 
@@ -209,13 +209,13 @@ impl DiveTask {
 }
 
 impl DiveGains {
-    fn of(&self, value: impl Fn(&Judgement) -> f64) -> Spread {
-        Spread::new(value(&self.model), self.draws.iter().map(&value))
+    fn of(&self, value: impl Fn(&Judgement) -> f64) -> Distribution {
+        Distribution::new(value(&self.model), self.draws.iter().map(&value))
     }
 
     /// The phase margin, degrees; minus infinity of an unstable loop.
     #[must_use]
-    pub fn phase(&self) -> Spread {
+    pub fn phase(&self) -> Distribution {
         self.of(|it| match it.is_stable() {
             true => it
                 .phase_margin()
@@ -226,7 +226,7 @@ impl DiveGains {
 
     /// The gain margin to the nearer side, dB; minus infinity of an unstable loop.
     #[must_use]
-    pub fn gain(&self) -> Spread {
+    pub fn gain(&self) -> Distribution {
         self.of(|it| {
             if !it.is_stable() {
                 return f64::NEG_INFINITY;
@@ -240,7 +240,7 @@ impl DiveGains {
 
     /// The sensitivity peak; infinite of an unstable loop.
     #[must_use]
-    pub fn sensitivity(&self) -> Spread {
+    pub fn sensitivity(&self) -> Distribution {
         self.of(|it| {
             let peak = it.sensitivity.filter(|_| it.is_stable());
             peak.map_or(f64::INFINITY, |it| it.value)
@@ -249,13 +249,13 @@ impl DiveGains {
 
     /// Of a depth step, %; infinite of an unstable loop.
     #[must_use]
-    pub fn overshoot(&self) -> Spread {
+    pub fn overshoot(&self) -> Distribution {
         self.of(|it| it.step.map_or(f64::INFINITY, |it| it.overshoot))
     }
 
     /// To within 5 % of a depth step, s; infinite where it does not settle.
     #[must_use]
-    pub fn settling(&self) -> Spread {
+    pub fn settling(&self) -> Distribution {
         self.of(|it| {
             it.step
                 .and_then(|it| it.settling_time_5)
@@ -264,7 +264,7 @@ impl DiveGains {
     }
 
     fn keeps(&self, task: &DiveTask) -> bool {
-        let worst = |spread: &Spread, share: f64| spread.quantile(share);
+        let worst = |spread: &Distribution, share: f64| spread.quantile(share);
         let gain = 20.0 * libm::log10(task.gain_margin);
         worst(&self.phase(), MISSED) >= task.phase_margin.to_degrees()
             && worst(&self.gain(), MISSED) >= gain

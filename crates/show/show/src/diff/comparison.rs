@@ -435,7 +435,7 @@ impl<'r> Topic<'r> {
             let is_its = |rule: &Rule| rule.holds(&at, &of_list);
             let bounds = self.tolerances.iter().filter(|it| is_its(it.0));
             if self.ignored.iter().any(|it| is_its(it))
-                || bounds.clone().any(|it| are_within(&a, &b, it.1))
+                || bounds.clone().any(|it| values_equal_within(&a, &b, it.1))
             {
                 is_within = true;
                 return;
@@ -456,7 +456,7 @@ impl<'r> Topic<'r> {
 }
 
 /// Whether numbers differ by no more than a tolerance; of floating-point numbers any NaN is as good as another.
-fn are_within(a: &Value, b: &Value, tolerance: f64) -> bool {
+fn values_equal_within(a: &Value, b: &Value, tolerance: f64) -> bool {
     if matches!((a, b), (Value::Length(_), _) | (_, Value::Length(_))) {
         return false;
     }

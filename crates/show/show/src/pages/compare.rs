@@ -16,7 +16,7 @@ use super::fit::{
     line, range, settling, timed, unit_circle,
 };
 use super::tables::fits;
-use crate::pages::{document, figures, poles};
+use crate::pages::{document, figures_with_first, poles};
 use planesman_flight::titles;
 
 /// A page with the models drawn over each other.
@@ -45,12 +45,11 @@ pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
         @if let [best, _, ..] = best[..] { @if let Some(fit) = best.judgement.fit {
             ul.verdict { li { (best.name) " simulates best: " (format!("{fit:.2}")) " %." } }
         } }
-        p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
         (fits(models).html())
+        p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
+        (figures_with_first(&plots(models, prepared, &input, &output)))
         h2 { "Poles" }
         (poles::table_with_note(&readings, |cell| html! { (cell) }))
-        h2 { "Plots" }
-        (figures(&plots(models, prepared, &input, &output)))
         details { summary { "The data" } pre { (prepared.description()) } }
     };
     document(&title, "", &body, "")

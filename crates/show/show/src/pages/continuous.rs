@@ -7,16 +7,18 @@ use planesman_fit::ContinuousResult;
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::{significant, value_and_interval, with_interval};
 
-use crate::pages::equations::{measured_and_simulated, span};
+use crate::pages::equations::{measured_and_simulated, record};
 use crate::pages::{document, figures};
 
 /// Tables, sentences and verdict.
 #[must_use]
 pub fn text(of: &ContinuousResult) -> String {
     let fit = &of.fit;
-    let mut text = format!("{}\n", of.data.description.join("\n"));
-    text += &span(&of.data);
-    text += &format!("\n{}\n\n", equation(of));
+    let (verdict, reasons) = of
+        .sentences
+        .split_last()
+        .map_or(("", &[][..]), |(last, rest)| (last, rest));
+    let mut text = format!("{verdict}\n\n{}\n\n", equation(of));
     text += &parameters(of).text(Format::Table);
     for pole in fit.poles().unwrap_or_default() {
         text += &format!("mode    {}\n", pole.mode_text());
@@ -28,10 +30,10 @@ pub fn text(of: &ContinuousResult) -> String {
         percent(fit.held_out_fit),
         significant(fit.left, 4)
     );
-    for sentence in &of.sentences {
+    for sentence in reasons {
         text += &format!("- {sentence}\n");
     }
-    text
+    text + &record(&of.data)
 }
 
 /// `(b1 s + b0) e^(-0.4 s) / (s^2 + a1 s + a0)`.

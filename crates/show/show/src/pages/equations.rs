@@ -3,13 +3,14 @@
 use crate::plot::{Plot, Style};
 use maud::html;
 use planesman_console::{Format, Table};
-use planesman_equations::{Found, Run, Track};
+use planesman_equations::{EstimatedParameter, Run, Track};
 use planesman_fit::{EquationsResult, StampedRuns};
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::{significant, value_and_interval};
 
+use crate::pages::cards::listed;
 use crate::pages::fit::{RECORD, TIME};
-use crate::pages::{document, figures};
+use crate::pages::{document, figures_with_first};
 
 /// Segments that are shown one by one.
 const SHOWN: usize = 6;
@@ -18,8 +19,7 @@ const SHOWN: usize = 6;
 #[must_use]
 pub fn text(of: &EquationsResult) -> String {
     let fit = &of.fit;
-    let mut text = format!("{}\n", of.data.description.join("\n"));
-    text += &format!("{}\n", span(&of.data));
+    let mut text = format!("{}\n\n", fit.verdict_text());
     text += &parameters(of).text(Format::Table);
     let initial = initial(of);
     if !initial.is_empty() {
@@ -29,11 +29,16 @@ pub fn text(of: &EquationsResult) -> String {
     for reason in &fit.reasons {
         text += &format!("- {reason}\n");
     }
-    text + &format!("- {}\n", fit.verdict_text())
+    text + &record(&of.data)
+}
+
+/// The data, with its length.
+pub(crate) fn record(data: &StampedRuns) -> String {
+    format!("\n{}\n{}", data.description.join("\n"), span(data))
 }
 
 /// How long the data is.
-pub(crate) fn span(data: &StampedRuns) -> String {
+fn span(data: &StampedRuns) -> String {
     let seconds: f64 = data.runs.iter().map(Run::end).sum();
     let count = data.runs.len();
     let s = if count == 1 { "" } else { "s" };
@@ -80,7 +85,7 @@ pub(crate) fn measured_and_simulated<'a>(
     ]
 }
 
-fn row(found: &Found) -> Vec<String> {
+fn row(found: &EstimatedParameter) -> Vec<String> {
     let half = found.deviation.map(|it| SIGMAS_95 * it);
     let (value, half) = match half {
         Some(half) => value_and_interval(found.value, half),
@@ -178,10 +183,11 @@ pub fn page(of: &EquationsResult) -> String {
     }
     let body = html! {
         h1 { (title) }
-        ul.verdict { li { (fit.verdict_text()) } @for reason in &fit.reasons { li { (reason) } } }
-        (parameters(of).html())
-        (outputs(of).html())
-        (figures(&plots))
+        ul.verdict { li { (fit.verdict_text()) } }
+        (figures_with_first(&plots))
+        div.columns { div { h2 { "Parameters" } (parameters(of).html()) } div { h2 { "Outputs" } (outputs(of).html()) } }
+        h2 { "Findings" }
+        (listed(fit.reasons.iter().map(|it| (it, false))))
         details { summary { "All numbers" } pre { (text(of)) } }
     };
     document(&title, "", &body, "")

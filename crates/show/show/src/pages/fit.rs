@@ -17,8 +17,9 @@ use planesman_identification::{
 use planesman_linear::digits::with_interval;
 use planesman_linear::{ComplexFunctions as _, is_sampling_artefact};
 
+use crate::pages::cards::{Card, cards, findings};
 use crate::pages::poles::{self, ARTEFACT};
-use crate::pages::{document, figures};
+use crate::pages::{document, figures, figures_with_first};
 use planesman_flight::titles;
 
 type Result<T, E = IdentificationError> = std::result::Result<T, E>;
@@ -31,6 +32,9 @@ pub(crate) const DRAWN_WITHIN: f64 = 4.0;
 pub(crate) const STEP: (usize, usize) = (20, 2000);
 /// How far beyond its band a model of the frequency domain is drawn.
 const BESIDE_BAND: f64 = 3.0;
+/// A frequency response is drawn down to so many dB below its largest magnitude, and to two turns of phase.
+const DEPTH: f64 = 60.0;
+const TURNS: f64 = 720.0;
 /// The share of its range that a step response may still be off where it counts as settled.
 const SETTLED: f64 = 0.02;
 
@@ -58,18 +62,46 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
     let plots = plots(analysis, record, &input, &output)?;
     let body = html! {
         h1 { (title) }
-        ul.verdict { li { (analysis.verdict_text()) } @for reason in &analysis.reasons { li { (reason) } } }
-        h2 { "The model" }
-        div.scroll { table.words { @for (name, value) in words(analysis) { tr { td { (name) } td { (value) } } } } }
-        @if analysis.reading().poles().is_ok_and(|it| !it.is_empty()) {
-            h2 { "Poles" }
-            (poles::table_with_note(&[("", analysis.reading())], |cell| html! { (cell) }))
+        (cards(&summary(analysis)))
+        (figures_with_first(&plots[..1]))
+        h2 { "Findings" }
+        (findings(&analysis.reasons))
+        div.columns {
+            div {
+                h2 { "The model" }
+                div.scroll { table.words { @for (name, value) in words(analysis) { tr { td { (name) } td { (value) } } } } }
+            }
+            @if analysis.reading().poles().is_ok_and(|it| !it.is_empty()) {
+                div {
+                    h2 { "Poles" }
+                    (poles::table_with_note(&[("", analysis.reading())], |cell| html! { (cell) }))
+                }
+            }
         }
         h2 { "Plots" }
-        (figures(&plots))
-        details { summary { "All numbers" } pre { (analysis.numbers()) } }
+        (figures(&plots[1..]))
+        details { summary { "All numbers" } pre { (analysis.text()) } }
     };
     Ok(document(&title, "", &body, ""))
+}
+
+/// The verdict, the fit, and the numbers that matter most.
+fn summary(analysis: &Analysis) -> Vec<Card> {
+    let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
+    let mut all = vec![
+        Card::verdict(analysis.verdict, &analysis.next()),
+        Card::new("fit on held-out data", percent(analysis.held_out.fit)),
+    ];
+    let reading = analysis.reading();
+    if let Some(gain) = reading.steady_state_gain() {
+        let gain = with_interval(gain.value.re, SIGMAS_95 * gain.real_deviation());
+        all.push(Card::new("steady-state gain", gain));
+    } else if let Some(gain) = reading.integrator_gain_text() {
+        all.push(Card::new("gain", gain));
+    }
+    let slowest = reading.determined_modes().0.into_iter().next();
+    all.extend(slowest.map(|it| Card::new("slowest mode", it)));
+    all
 }
 
 /// What the model does, in the words of the field: what, and its value.
@@ -172,6 +204,7 @@ fn plots<'a>(
         input,
         measured,
         simulated,
+        unknown,
         ..
     } = Simulated::new(analysis, record)?;
     let timed = |values: &[f64]| timed(values, record.sample_time);
@@ -180,9 +213,10 @@ fn plots<'a>(
     let (low, high) = range(measured);
     // A simulation that diverges would flatten what was measured.
     let near = |values: &[f64], (low, high): (f64, f64)| {
-        let mut points = timed(values);
-        points.retain(|(_, it)| is_near(*it, low, high));
+        let points = timed(values).into_iter().skip(unknown);
         points
+            .filter(|(_, it)| is_near(*it, low, high))
+            .collect::<Vec<_>>()
     };
     let spread = high - low;
     let mut plots = vec![
@@ -391,6 +425,9 @@ pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Pl
         let (first, last) = (rows.first()?, rows.last()?);
         Some((first.omega, last.omega))
     });
+    let top = responses.iter().map(|it| it.magnitude(0.0));
+    let top = top.fold(f64::NEG_INFINITY, f64::max);
+    responses.retain(|it| it.magnitude(0.0) >= top - DEPTH && it.phase >= -TURNS);
     if let Some((low, high)) = fitted.or(ends) {
         responses.retain(|it| (low / BESIDE_BAND..=high * BESIDE_BAND).contains(&it.omega));
         reach = "about the band that was measured";

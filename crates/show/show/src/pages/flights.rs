@@ -9,7 +9,8 @@ use planesman_identification::Reading;
 use planesman_linear::{Complex, pair_text};
 use serde_json::json;
 
-use super::{document, figures, poles, space};
+use super::cards::{Card, cards};
+use super::{document, figures, figures_with_first, poles, space};
 use planesman_console::Table;
 use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
@@ -45,7 +46,7 @@ pub fn published_and_lost(counts: &BTreeMap<String, Count>) -> (u64, u64) {
 
 /// A flight with what is known of it.
 #[derive(Clone, Debug)]
-pub struct Flown {
+pub struct FlightReport {
     /// Its name beside others: that of its folder.
     pub name: String,
     /// What its bag holds.
@@ -64,7 +65,7 @@ const SIDE_VIEW: &str = include_str!("side_view.js");
 
 /// The page of these flights.
 #[must_use]
-pub fn page(flights: &[Flown]) -> String {
+pub fn page(flights: &[FlightReport]) -> String {
     let heading = match flights {
         [flown] => flown.scenario.description(),
         several => {
@@ -73,6 +74,7 @@ pub fn page(flights: &[Flown]) -> String {
         }
     };
     let alone = flights.len() == 1;
+    let plots = plots(flights);
     let body = html! {
         h1 { (heading) }
         div.(if alone { "verdicts" } else { "verdicts columns" }) {
@@ -80,6 +82,8 @@ pub fn page(flights: &[Flown]) -> String {
                 div { @if !alone { h2 { (flown.name) } } (conclusions(flown, alone)) }
             }
         }
+        @if let [flown] = flights { (cards(&summary(&flown.summary))) }
+        (figures_with_first(&plots[..1]))
         div.columns {
             div { (response_table(flights)) @if by_planes(flights) { (modes_table(flights)) } (energy_table(flights)) }
             div {
@@ -90,7 +94,7 @@ pub fn page(flights: &[Flown]) -> String {
             }
         }
         h2 { "Plots" }
-        (figures(&plots(flights)))
+        (figures(&plots[1..]))
         @for flown in flights {
             @if !alone { h2 { (flown.name) } }
             (poles_table(flown))
@@ -115,8 +119,30 @@ const STYLE: &str = "
 .side output { font-variant-numeric: tabular-nums; }
 ";
 
+/// The fields of the cards on top.
+const FIRST: [&str; 5] = [
+    "settling_time_2",
+    "overshoot",
+    "steady_error",
+    "pole_error",
+    "energy_supply",
+];
+
+/// The numbers that matter most of a flight, as far as it has them.
+fn summary(of: &Summary) -> Vec<Card> {
+    let quantities = of.quantities();
+    let known = FIRST.iter().filter_map(|field| {
+        quantities
+            .iter()
+            .find(|it| it.field == *field && it.is_known())
+    });
+    known
+        .map(|it| Card::new(titles::name(it.field), it.text()))
+        .collect()
+}
+
 /// What is to be known first, a sentence each.
-fn conclusions(flown: &Flown, alone: bool) -> Markup {
+fn conclusions(flown: &FlightReport, alone: bool) -> Markup {
     html! {
         @if let Some(reason) = &flown.flight.truncated {
             p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
@@ -134,7 +160,7 @@ fn conclusions(flown: &Flown, alone: bool) -> Markup {
 /// Whether the bag has every message that was published. Of a bag that is not whole, or where a publisher did not say how many
 /// it sent, what it holds; `None` when nobody said and it is whole.
 #[must_use]
-pub fn kept(flown: &Flown) -> Option<String> {
+pub fn kept(flown: &FlightReport) -> Option<String> {
     let counts = &flown.counts;
     let topics = counts.values().filter(|it| it.recorded > 0).count();
     let all = grouped(counts.values().map(|it| it.recorded).sum());
@@ -155,7 +181,7 @@ pub fn kept(flown: &Flown) -> Option<String> {
 
 /// Flights beside each other, a quantity a row; of two also the second less the first.
 #[must_use]
-pub fn comparison(flights: &[Flown]) -> Table {
+pub fn comparison(flights: &[FlightReport]) -> Table {
     let names = flights.iter().map(|it| it.name.as_str());
     let pair = match flights {
         [first, second] => Some((first, second)),
@@ -179,14 +205,14 @@ pub fn comparison(flights: &[Flown]) -> Table {
 
 /// What the difference of two flights is; nothing of one or many.
 #[must_use]
-pub fn difference_note(flights: &[Flown]) -> Option<String> {
+pub fn difference_note(flights: &[FlightReport]) -> Option<String> {
     match flights {
         [first, second] => Some(format!("Difference: {} less {}.", second.name, first.name)),
         _ => None,
     }
 }
 
-fn response_table(flights: &[Flown]) -> Markup {
+fn response_table(flights: &[FlightReport]) -> Markup {
     html! {
         h2 { "Depth response" }
         (comparison(flights).html())
@@ -195,12 +221,12 @@ fn response_table(flights: &[Flown]) -> Markup {
 }
 
 /// Whether planes moved one of the vehicles.
-fn by_planes(flights: &[Flown]) -> bool {
+fn by_planes(flights: &[FlightReport]) -> bool {
     flights.iter().any(|it| !it.summary.hovers)
 }
 
 /// Natural frequency, damping ratio and time constants of the pitch response: identified and true.
-fn modes_table(flights: &[Flown]) -> Markup {
+fn modes_table(flights: &[FlightReport]) -> Markup {
     html! {
         h2 { "Pitch response to the planes" }
         div.scroll { table.words {
@@ -233,8 +259,8 @@ fn modes_table(flights: &[Flown]) -> Markup {
 }
 
 /// Where the supply's work went, each term with a bar; electrical energy and efficiencies below.
-fn energy_table(flights: &[Flown]) -> Markup {
-    let known = |flown: &'_ Flown| {
+fn energy_table(flights: &[FlightReport]) -> Markup {
+    let known = |flown: &'_ FlightReport| {
         let Summary {
             energy,
             proportional,
@@ -269,7 +295,7 @@ fn energy_table(flights: &[Flown]) -> Markup {
     }
 }
 
-fn poles_table(flown: &Flown) -> Markup {
+fn poles_table(flown: &FlightReport) -> Markup {
     let summary = &flown.summary;
     if summary.identified.is_none() {
         return html! {};
@@ -331,7 +357,7 @@ const BOTTOM: f64 = 230.0;
 
 /// The vehicle from its port side as it dives: its depth over time, pitch and planes at one instant, which a slider and the
 /// cursor of the plots move.
-fn side_view(flown: &Flown, alone: bool) -> Markup {
+fn side_view(flown: &FlightReport, alone: bool) -> Markup {
     let drawn = &flown.flight.time_histories;
     let (Some(first), Some(last)) = (drawn.depth.first(), drawn.depth.last()) else {
         return html! {};
@@ -406,11 +432,11 @@ const TIME: &str = "time [s]";
 const LINK: &str = "flight";
 
 /// How a quantity is drawn, its name, and its points.
-type Drawn = (Style, &'static str, fn(&Flown) -> Points);
+type Drawn = (Style, &'static str, fn(&FlightReport) -> Points);
 
 /// The series of a plot, one flight after the other.
-fn over(flights: &[Flown], plot: Plot<'static>, series: &[Drawn]) -> Plot<'static> {
-    let name = |flown: &Flown, what: &str| match flights.len() {
+fn over(flights: &[FlightReport], plot: Plot<'static>, series: &[Drawn]) -> Plot<'static> {
+    let name = |flown: &FlightReport, what: &str| match flights.len() {
         1 => what.to_owned(),
         _ => format!("{what}, {}", flown.name),
     };
@@ -422,7 +448,7 @@ fn over(flights: &[Flown], plot: Plot<'static>, series: &[Drawn]) -> Plot<'stati
     plot.with_all(drawn)
 }
 
-fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
+fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
     let time = |title: &'static str, y: &'static str| Plot::new(title, [TIME, y]);
     let mut plots = vec![
         over(
@@ -476,7 +502,7 @@ fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
 }
 
 /// The track from above, heading, roll, speed, rudder and thrusters.
-fn out_of_the_plane(flights: &[Flown]) -> Vec<Plot<'static>> {
+fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
     let time = |title: &'static str, y: &'static str| Plot::new(title, [TIME, y]).linked(LINK);
     let mut plots = vec![
         over(
@@ -565,7 +591,7 @@ fn degrees(points: &[(f64, f64)]) -> Points {
     points.iter().map(|(t, v)| (*t, v.to_degrees())).collect()
 }
 
-fn pressure(flights: &[Flown]) -> Plot<'static> {
+fn pressure(flights: &[FlightReport]) -> Plot<'static> {
     let mut plot = Plot::new("Actuator pressure", [TIME, "pressure [kPa]"]).linked(LINK);
     let mut moves = false;
     for flown in flights {
@@ -587,7 +613,7 @@ fn pressure(flights: &[Flown]) -> Plot<'static> {
 }
 
 /// A part of the true dominant pole, over the time in which one is identified.
-fn true_pole(flown: &Flown, part: fn(Complex<f64>) -> f64) -> Points {
+fn true_pole(flown: &FlightReport, part: fn(Complex<f64>) -> f64) -> Points {
     let [real, _] = &flown.flight.time_histories.pole;
     let (Some(first), Some(last)) = (real.first(), real.last()) else {
         return Vec::new();
@@ -598,7 +624,7 @@ fn true_pole(flown: &Flown, part: fn(Complex<f64>) -> f64) -> Points {
     })
 }
 
-fn dominant_pole(flights: &[Flown]) -> Plot<'static> {
+fn dominant_pole(flights: &[FlightReport]) -> Plot<'static> {
     over(
         flights,
         Plot::new("Dominant pole, online", [TIME, "[1/s]"])
@@ -623,7 +649,7 @@ fn dominant_pole(flights: &[Flown]) -> Plot<'static> {
     )
 }
 
-fn pole_map(flights: &[Flown]) -> Plot<'static> {
+fn pole_map(flights: &[FlightReport]) -> Plot<'static> {
     fn map(poles: &[Complex<f64>]) -> Points {
         poles.iter().map(|p| (p.re, p.im)).collect()
     }

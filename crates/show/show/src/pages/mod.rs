@@ -9,12 +9,14 @@
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
 //! - [`diff`]: two recordings beside each other.
 //! - [`coefficients`]: a vehicle's coefficients, as tables for a terminal.
+//! - `cards`: the verdict and the numbers that bear it, on top of a page.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
 use crate::plot::{HeatMap, PAGE, PLOTS, Plot, PlotError, THEME, THEME_SCRIPT, UPLOT, UPLOT_STYLE};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_text::shown;
 
+pub(crate) mod cards;
 pub mod coefficients;
 pub mod compare;
 pub mod continuous;
@@ -69,17 +71,17 @@ pub(crate) fn figure(plot: &Plot<'_>) -> Markup {
     if plot.is_empty() {
         return html! {};
     }
-    drawn(&plot.title, &plot.note, plot.data())
+    drawn(&plot.title, &plot.note, "plot", plot.data())
 }
 
 /// A heat map with its heading.
 pub(crate) fn heat_map(title: &str, map: &HeatMap) -> Markup {
-    drawn(title, "", map.data())
+    drawn(title, "", "plot", map.data())
 }
 
-fn drawn(title: &str, note: &str, data: Result<String, PlotError>) -> Markup {
+fn drawn(title: &str, note: &str, class: &str, data: Result<String, PlotError>) -> Markup {
     html! {
-        figure.plot {
+        figure class=(class) {
             div.head { h2 { (title) } }
             @if !note.is_empty() { p { (note) } }
             @match data {
@@ -90,6 +92,20 @@ fn drawn(title: &str, note: &str, data: Result<String, PlotError>) -> Markup {
                 }
                 Err(error) => p.warn { (error) },
             }
+        }
+    }
+}
+
+/// Plots side by side where there is room; the first, which matters most, across the width.
+#[must_use]
+pub fn figures_with_first(plots: &[Plot<'_>]) -> Markup {
+    let Some((first, others)) = plots.split_first() else {
+        return html! {};
+    };
+    html! {
+        div.plots {
+            @if !first.is_empty() { (drawn(&first.title, &first.note, "plot wide", first.data())) }
+            @for plot in others { (figure(plot)) }
         }
     }
 }

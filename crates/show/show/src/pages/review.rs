@@ -10,8 +10,9 @@ use planesman_flight::titles;
 use planesman_identification::analysis::{Analysis, Standing, Verdict};
 use planesman_identification::frequency::{COHERENCE, MeasuredResponse};
 use planesman_linear::digits::significant;
-use planesman_tuning::{Band, MISSED, Spread, Tuning};
+use planesman_tuning::{Band, Distribution, MISSED, Tuning};
 
+use crate::pages::cards::{Card, Tone, cards};
 use crate::pages::evidence::{Entry, Evidence, linked};
 use crate::pages::fit::{FREQUENCY, SINCE_STEP, bode, correlation, map, measured, step, words};
 use crate::pages::tables::{TESTS, of_test};
@@ -124,7 +125,7 @@ pub fn drawn_text(draws: usize, seed: u32) -> String {
 
 /// Phase margin, degrees, gain margin, dB, and sensitivity peak at the worst of 95 % of so many plants, in a sentence.
 #[must_use]
-pub fn worst([phase, gain, peak]: [Spread; 3], draws: usize) -> String {
+pub fn worst([phase, gain, peak]: [Distribution; 3], draws: usize) -> String {
     let cell = |value: f64, decimals: usize, unit: &str| match value.is_finite() {
         true => format!("{value:.decimals$}{unit}"),
         false => "none".to_owned(),
@@ -143,7 +144,7 @@ pub fn worst([phase, gain, peak]: [Spread; 3], draws: usize) -> String {
 
 /// The plots of the dive loops: the phase margin's distribution with the least asked for, rad, and the depth after a unit step.
 #[must_use]
-pub fn of_dive(phase: &Spread, least: f64, depth: &Band) -> [Vec<Plot<'static>>; 2] {
+pub fn of_dive(phase: &Distribution, least: f64, depth: &Band) -> [Vec<Plot<'static>>; 2] {
     let step = Plot::new(
         "Depth after a unit step of its setpoint",
         [SINCE_STEP, "depth [m]"],
@@ -179,34 +180,62 @@ impl Review<'_> {
         self.model.as_ref().ok().map(|it| &it.analysis)
     }
 
-    /// The conclusion in sentences, each with what it rests on.
-    fn conclusion(&self) -> Vec<(String, Entry)> {
-        let mut told = Vec::new();
+    /// The verdict: its tone, itself in a word or two, why, and what that rests on.
+    fn verdict(&self) -> (Tone, &'static str, String, Entry) {
         let verdict = self.analysis().map(|it| it.verdict);
         let words = verdict.map_or("", Verdict::words);
         let next = self.analysis().map(Analysis::next).unwrap_or_default();
-        told.push(match (&self.model, &self.gains) {
-            (Err(reason), _) => (format!("NOT USABLE, because {reason}"), Entry::Model),
-            (Ok(_), Err(reason)) => (
-                format!("NOT USABLE, because {reason}. Do this: {next}"),
-                Entry::Margins,
-            ),
-            (Ok(_), Ok(gains)) => (
-                match (gains.keeps_limits, verdict.map(Verdict::standing)) {
-                    (false, _) => {
-                        format!("NOT AS ASKED: the limits are not kept; the model is {words}")
-                    }
-                    (_, Some(Standing::Good | Standing::Usable)) => {
-                        format!("USABLE: the model is {words}")
-                    }
-                    (_, Some(Standing::UsableWithCare)) => {
-                        format!("USABLE, though the model is {words}. Next: {next}")
-                    }
-                    _ => format!("DOUBTFUL: the model is {words}. Next: {next}"),
-                },
-                Entry::Validation,
-            ),
-        });
+        let (tone, word, why) = match (&self.model, &self.gains) {
+            (Err(reason), _) => return (Tone::Bad, "NOT USABLE", reason.clone(), Entry::Model),
+            (Ok(_), Err(reason)) => {
+                let why = format!("{reason}. Do this: {next}");
+                return (Tone::Bad, "NOT USABLE", why, Entry::Margins);
+            }
+            (Ok(_), Ok(gains)) => match (gains.keeps_limits, verdict.map(Verdict::standing)) {
+                (false, _) => (
+                    Tone::Bad,
+                    "NOT AS ASKED",
+                    format!("the limits are not kept; the model is {words}"),
+                ),
+                (_, Some(Standing::Good | Standing::Usable)) => {
+                    (Tone::Good, "USABLE", format!("the model is {words}"))
+                }
+                (_, Some(Standing::UsableWithCare)) => (
+                    Tone::Fair,
+                    "USABLE WITH CARE",
+                    format!("the model is {words}. Next: {next}"),
+                ),
+                _ => (
+                    Tone::Bad,
+                    "DOUBTFUL",
+                    format!("the model is {words}. Next: {next}"),
+                ),
+            },
+        };
+        (tone, word, why, Entry::Validation)
+    }
+
+    /// The conclusion on cards.
+    fn cards(&self) -> Vec<Card> {
+        let (tone, word, why, _) = self.verdict();
+        let mut all = vec![Card::new("conclusion", word).toned(tone).note(why)];
+        if let Some(fit) = self.analysis().and_then(|it| it.held_out.fit) {
+            all.push(Card::new("fit on held-out data", format!("{fit:.1} %")));
+        }
+        if let Ok(gains) = &self.gains {
+            let first = gains.lines.first();
+            all.extend(first.map(|(name, value)| Card::new(format!("gains, {name}"), value)));
+            let crossover = gains.crossover.map(|it| significant(it, 3) + " rad/s");
+            all.extend(crossover.map(|it| Card::new("crossover", it)));
+        }
+        all
+    }
+
+    /// The conclusion in sentences, each with what it rests on.
+    fn conclusion(&self) -> Vec<(String, Entry)> {
+        let mut told = Vec::new();
+        let (_, word, why, entry) = self.verdict();
+        told.push((format!("{word}: {why}"), entry));
         if let Some(found) = self.analysis() {
             let percent = |it: f64| format!("{it:.1} %");
             let held_out = found.held_out.fit.map_or_else(
@@ -283,6 +312,7 @@ pub fn page(review: &Review<'_>) -> String {
     let mut sections = vec![(
         "Conclusion",
         html! {
+            (cards(&review.cards()))
             ul.verdict { @for (text, entry) in review.conclusion() { li { (linked(&text, entry)) } } }
             p { "Each sentence and each cell leads to the " a href="#evidence" { "method and the samples" } " that its numbers are from. Repeated by" br; code { (review.command) } br; (review.program) }
         },
@@ -327,7 +357,8 @@ pub fn brief(review: &Review<'_>) -> String {
     let body = html! {
         div data-paper=(PAPER) {
             h1 { (title) }
-            ul.verdict { @for text in review.sentences() { li { (text) } } }
+            (cards(&review.cards()))
+            ul.verdict { @for text in review.sentences().skip(1) { li { (text) } } }
             @if let Some(gains) = gains {
                 div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (value) } } } } }
                 (gains.margins.html())

@@ -8,10 +8,11 @@ use planesman_flight::titles;
 use planesman_identification::SIGMAS_95;
 use planesman_identification::several::{Analysis, ChannelModel};
 
+use crate::pages::cards::{Card, cards, listed};
 use crate::pages::fit::{
     RECORD, SINCE_STEP, STEP, TIME, correlation, is_near, line, range, settling, timed,
 };
-use crate::pages::{document, figures};
+use crate::pages::{document, figures_with_first};
 
 /// The page of the models of every output.
 #[must_use]
@@ -38,12 +39,16 @@ fn of_output(found: &SeveralResult, output: usize, analysis: &Analysis) -> Marku
     let plots = plots(found, output, &inputs, &output_title);
     html! {
         h2 { (titles::name(&analysis.output)) }
-        ul.verdict { li { (analysis.verdict_text()) } @for reason in &analysis.reasons { li { (reason) } } }
+        (cards(&[
+            Card::verdict(analysis.verdict, &analysis.next()),
+            Card::new("fit on held-out data", analysis.held_out.fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"))),
+        ]))
+        (listed(analysis.reasons.iter().map(|it| (it, it.is_against()))))
         div.scroll { table.words {
             tr { @for head in ["input", "order", "delay, samples", "steady-state gain", "modes", "F"] { th { (head) } } }
             @for row in analysis.rows() { tr { @for cell in row { td { (cell) } } } }
         } }
-        (figures(&plots))
+        (figures_with_first(&plots))
     }
 }
 

@@ -7,10 +7,11 @@ use planesman_console::{Format, Outcome, Table};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_linear::{ComplexFunctions as _, unwrapped_phases};
 use planesman_text::option;
-use planesman_tuning::{Band, MISSED, Seen, Spread, Tuning};
+use planesman_tuning::{Band, Distribution, MISSED, PlantResponse, Tuning};
 
+use crate::pages::cards::{Card, Tone, cards};
 use crate::pages::fit::{FREQUENCY, MAGNITUDE, PHASE, SINCE_STEP};
-use crate::pages::{document, figures};
+use crate::pages::{document, figures, figures_with_first};
 use planesman_flight::titles;
 use planesman_identification::SIGMAS_95;
 
@@ -90,8 +91,10 @@ pub fn page(of: &Tuning) -> String {
     let plots = plots(of, &input, &output);
     let body = html! {
         h1 { (title) }
-        ul.verdict {
-            li { (verdict(of)) }
+        (cards(&summary(of)))
+        (figures_with_first(&plots[..1]))
+        h2 { "Findings" }
+        ul.findings {
             @if !of.causes.is_empty() { li { (limiting(of)) } }
             @for note in &of.notes { li { (note) } }
         }
@@ -104,18 +107,46 @@ pub fn page(of: &Tuning) -> String {
             tr { td { "model" } td { (of.model.description) } }
             @if let Some(reduced) = reduced_text(of) { tr { td { "reduced" } td { (reduced) } } }
         } }
-        h2 { "Margins" }
-        (margins(of).html())
-        h2 { "After steps" }
-        (responses(of).html())
-        @if !of.causes.is_empty() {
-            h2 { "What limits them" }
-            (causes(of).html())
+        div.columns {
+            div { h2 { "Margins" } (margins(of).html()) }
+            div { h2 { "After steps" } (responses(of).html()) }
+            @if !of.causes.is_empty() { div { h2 { "What limits the margins" } (causes(of).html()) } }
         }
         h2 { "Plots" }
-        (figures(&plots))
+        (figures(&plots[1..]))
     };
     document(&title, "", &body, "")
+}
+
+/// The verdict, the gains, and the worst margins.
+fn summary(of: &Tuning) -> Vec<Card> {
+    let robustness = &of.robustness;
+    let worst = |spread: &Distribution| match robustness.draws.is_empty() {
+        true => spread.model,
+        false => spread.quantile(MISSED),
+    };
+    let (tone, words) = match of.keeps_limits() {
+        true => (Tone::Good, "limits kept"),
+        false => (Tone::Bad, "limits not kept"),
+    };
+    let of_worst = match robustness.draws.len() {
+        0 => "of the model",
+        _ => "worst of 95 % of the plants",
+    };
+    let overshoot = of.steps.overshoot.model;
+    vec![
+        Card::new("verdict", words).toned(tone).note(verdict(of)),
+        Card::new("gains, parallel form", parallel_text(of)),
+        Card::new(
+            format!("phase margin, {of_worst}"),
+            cell(worst(&robustness.phase()), 1) + " deg",
+        ),
+        Card::new(
+            format!("gain margin, {of_worst}"),
+            cell(worst(&robustness.gain()), 1) + " dB",
+        ),
+        Card::new("overshoot of the model", cell(overshoot, 1) + " %"),
+    ]
 }
 
 pub(crate) fn number(value: f64) -> String {
@@ -282,7 +313,7 @@ pub(crate) fn responses(of: &Tuning) -> Table {
     let steps = &of.steps;
     let has_draws = !of.robustness.draws.is_empty();
     let mut table = Table::of(["after a step", "model", "5 %", "median", "95 %"]);
-    let mut row = |name: String, spread: &Spread| {
+    let mut row = |name: String, spread: &Distribution| {
         let shown = |value: f64| match value.is_finite() {
             true => number(value),
             false => "-".to_owned(),
@@ -416,7 +447,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
         .unwrap_or(of.seen.plant.nyquist());
     let shown = crossover / AROUND..crossover * AROUND;
     // Magnitude, dB, and phase, degrees; every second frequency is enough.
-    let seen = |seen: &Seen| {
+    let seen = |seen: &PlantResponse| {
         let open = seen.open_loop(&of.controller);
         let phases = unwrapped_phases(open.iter().map(|it| it.1));
         let each = open
@@ -432,7 +463,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
     let band = |value: &dyn Fn(&(f64, f64, f64)) -> f64| {
         let each = (0..model.len()).map(|k| {
             let drawn = draws.iter().filter_map(|it| it.get(k)).map(value);
-            let spread = Spread::new(value(&model[k]), drawn);
+            let spread = Distribution::new(value(&model[k]), drawn);
             (
                 model[k].0,
                 spread.quantile(MISSED),
@@ -477,7 +508,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
 }
 
 fn nyquist(of: &Tuning) -> Plot<'static> {
-    let near = |seen: &Seen| {
+    let near = |seen: &PlantResponse| {
         let open = seen.open_loop(&of.controller).into_iter();
         let near = open.filter(|(_, l)| l.modulus() < EXTENT);
         near.map(|(_, l)| (l.re, l.im)).collect::<Vec<_>>()
@@ -507,7 +538,7 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
 }
 
 /// How many of the drawn plants have which phase margin, beside the least, rad.
-pub(crate) fn histogram(spread: &Spread, least: f64) -> Option<Plot<'static>> {
+pub(crate) fn histogram(spread: &Distribution, least: f64) -> Option<Plot<'static>> {
     let finite: Vec<f64> = spread
         .sorted
         .iter()

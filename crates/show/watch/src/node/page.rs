@@ -22,7 +22,7 @@ use planesman_node::{Client, GoalId, GoalStatus, Qos, Runtime, choices_in, messa
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
-use super::{Event, ManoeuvreClient, Wanted, Watch, namespace};
+use super::{Event, ManoeuvreClient, TopicRequest, Watch, namespace};
 use crate::board::locked;
 use crate::command::{Command, Goal, done, parameter_of, refused, text_of};
 use crate::feeds::Feed;
@@ -168,7 +168,7 @@ impl Watch {
     }
 
     fn fields(&mut self, rt: &Runtime<Event>, topic: &str, reply: Reply) {
-        if let Some(Wanted::Open(index)) = self.topics.get(topic) {
+        if let Some(TopicRequest::Open(index)) = self.topics.get(topic) {
             let fields = self.feeds[*index].fields();
             return answer(reply, json!({"ok": true, "fields": fields}));
         }

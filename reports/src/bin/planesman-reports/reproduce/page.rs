@@ -16,7 +16,6 @@ tr[data-verdict='contradicts'] td.verdict { background: var(--bad-ground); }
 tr[data-verdict='approximate'] td.verdict { background: var(--fair-ground); }
 tr[data-verdict='agrees'] td.verdict { background: var(--good-ground); }
 tr:target { outline: 2px solid var(--accent); }
-section.family h3 { margin-top: 1.2rem; }
 nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-height: 24px; line-height: 24px; } nav ul { margin: .2rem 0; padding-left: 1.1rem; } nav summary { margin: 0; font-weight: normal; }
 .filter { position: sticky; top: 0; z-index: 2; background: var(--background); padding: .5rem 0; display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; border-bottom: 1px solid var(--rule); }
 .filter input { flex: 1; min-width: 10rem; max-width: 24rem; }
@@ -24,6 +23,9 @@ nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-heigh
 .family th:nth-child(3), .family th:nth-child(n+6) { text-align: left; } .family td.note { padding-left: .6rem; }
 .family table { min-width: 40rem; } .family thead th { position: static; }
 ";
+
+/// Verdicts of the numbers that are counted on top.
+const COMPARED: [&str; 3] = ["agrees", "approximate", "contradicts"];
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -33,6 +35,8 @@ pub(crate) struct Page {
     summaries: Vec<Markup>,
     numbers: Vec<Markup>,
     reports: Vec<Markup>,
+    /// Numbers that are printed and compared, and of them those that agree, agree approximately, and do not.
+    printed: [usize; 3],
 }
 
 impl Page {
@@ -58,11 +62,14 @@ impl Page {
                 } }
             }
         };
+        for (total, verdict) in self.printed.iter_mut().zip(COMPARED) {
+            *total += comparison.count(verdict);
+        }
         self.summaries.push(summary(report, comparison, &contents));
         self.numbers.push(html! {
             h2 { (report.name) ": numbers" }
             @for (family, lines) in &families {
-                section.family id=(place(family)) { h3 { (family) } (numbers(book, names, lines)) }
+                details.family id=(place(family)) { summary { (family) " (" (lines.len()) ")" } (numbers(book, names, lines)) }
             }
         });
         self.reports.push(html! {
@@ -89,8 +96,10 @@ impl Page {
     /// The page's text.
     #[must_use]
     pub(crate) fn text(&self) -> String {
+        let [agree, nearly, not] = self.printed;
         let body = html! {
             h1 { "Two reports and recorded validations, computed again" }
+            ul.verdict { li { "Of " (agree + nearly + not) " printed numbers compared, " (agree) " agree, " (nearly) " agree approximately, " (not) " do not." } }
             p.lead { "Every number that they print, beside what comes out here, and the figures that their copies have lost." }
             div.columns { @for summary in &self.summaries { (summary) } }
             div.filter id="numbers" {
