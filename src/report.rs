@@ -9,7 +9,7 @@ use crate::arguments::{default_file, page_file};
 use crate::run_folder::RunFolder;
 use planesman_console::{Format, file_line};
 use planesman_flight::sink::write_text;
-use planesman_show::pages::flights::{Flown, comparison, difference_note, page};
+use planesman_show::pages::flights::{FlightReport, comparison, difference_note, page};
 
 /// The flights.
 #[derive(Args)]
@@ -55,7 +55,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
 }
 
 /// Names flights by their whole path where the folders' own names are the same.
-fn tell_apart(flights: &mut [Flown], folders: &[PathBuf]) {
+fn tell_apart(flights: &mut [FlightReport], folders: &[PathBuf]) {
     let names: Vec<String> = flights.iter().map(|it| it.name.clone()).collect();
     for (flown, folder) in flights.iter_mut().zip(folders) {
         if names.iter().filter(|name| **name == flown.name).count() > 1 {

@@ -19,7 +19,7 @@ use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
-use planesman_show::pages::flights::{self, Count, Flown, published_and_lost};
+use planesman_show::pages::flights::{self, Count, FlightReport, published_and_lost};
 
 /// The file of the scenario, by which a flight's folder is known.
 const SCENARIO: &str = "scenario.yaml";
@@ -167,13 +167,13 @@ impl RunFolder {
     ///
     /// # Errors
     /// When the bag cannot be read.
-    pub fn flown(&self, scenario: Scenario) -> Result<Flown> {
+    pub fn flown(&self, scenario: Scenario) -> Result<FlightReport> {
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::new(&flight, &scenario)?;
         let counts = self.counts(&flight.counts, &scenario)?;
         let mut reports = NODES.iter().map(|it| published(&self.exit_report(it)));
         let name = self.path.file_name().unwrap_or(self.path.as_os_str());
-        Ok(Flown {
+        Ok(FlightReport {
             name: name.to_string_lossy().into_owned(),
             flight,
             scenario,

@@ -40,7 +40,7 @@ pub enum SixDofCommand {
 
 /// A vehicle and its inputs.
 #[derive(Clone, Debug, clap::Args)]
-struct Flown {
+struct SimulationOutput {
     /// A built-in vehicle (bluerov2_heavy, lauv, remus_100_6dof, remus_100_printed) or a vehicle file (docs/six_dof.md)
     vehicle: String,
     /// An input, 0 where none is given: a number in SI or with its unit (10deg, 9N), from a time on if one is named; may be repeated
@@ -52,7 +52,7 @@ struct Flown {
 #[derive(Clone, Debug, clap::Args)]
 pub struct FlyArgs {
     #[command(flatten)]
-    flown: Flown,
+    flown: SimulationOutput,
     /// How long (s)
     #[arg(long, default_value_t = 60.0, value_parser = within(0.001, 1e5))]
     duration: f64,
@@ -167,7 +167,7 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
 #[derive(Clone, Debug, clap::Args)]
 pub struct TurnArgs {
     #[command(flatten)]
-    flown: Flown,
+    flown: SimulationOutput,
     /// The input that holds the depth
     #[arg(long, default_value = "stern_planes")]
     hold: String,
@@ -219,7 +219,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
 /// When (s) the inputs change, and to what.
 type Schedule = Vec<(f64, Vec<f64>)>;
 
-impl Flown {
+impl SimulationOutput {
     fn vehicle(&self) -> Result<Vehicle> {
         Ok(six_dof::load(&self.vehicle)?)
     }

@@ -174,6 +174,12 @@ class Model:
         return list(self._model["verdict"])
 
     @property
+    def standing(self) -> str:
+        """The verdict in a word: `good`, `usable`, `usable_with_care`, `not_validated` or `not_usable`; empty for a model that nobody judged."""
+        judgement = self._model.get("judgement")
+        return str(judgement["standing"]) if judgement else ""
+
+    @property
     def uncertainty(self) -> Uncertainty:
         """Standard deviations of everything that is estimated."""
         model = self._model
@@ -314,12 +320,14 @@ class Model:
             rows.append([_plus_minus(self.steady_state_gain, self.uncertainty.steady_state_gain or 0.0), "", "steady-state gain"])
         heads = ["pole [1/s], real part", "imaginary part", "what it does"]
         table = _tables.of_rows(heads, rows, "± : 95 %", whole=True)
-        verdict = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in self.verdict)
-        return f"<p><b>{html.escape(repr(self))}</b></p>{table}<ul>{verdict}</ul>"
+        *reasons, verdict = self.verdict or [""]
+        listed = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in reasons)
+        return f"<p><b>{html.escape(repr(self))}</b><br>{html.escape(verdict)}</p>{table}<ul>{listed}</ul>"
 
     def __repr__(self) -> str:
         fit = "" if self.fit is None else f", fit {self.fit:.1f} %"
-        return f"Model from {self.input} to {self.output}: {self.method}, order {self.order}, {self.sample_time:g} s{fit}"
+        standing = self.standing.replace("_", " ") or "not judged"
+        return f"{standing}: model from {self.input} to {self.output}, {self.method}, order {self.order}, {self.sample_time:g} s{fit}"
 
 
 def _plus_minus(value: float, deviation: float) -> str:

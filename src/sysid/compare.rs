@@ -97,10 +97,10 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     match args.format {
         Some(format) => planesman_console::print(numbers(&found.models).text(format))?,
         None => {
-            print_wrapped(found.prepared.description())?;
             for table in tables(&found.models) {
-                planesman_console::print(format!("\n{}", table.text(Format::Table)))?;
+                planesman_console::print(table.text(Format::Table) + "\n")?;
             }
+            print_wrapped(found.prepared.description())?;
         }
     }
     if let Some(path) = &args.html {
@@ -157,10 +157,10 @@ fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Re
         ..CompareOptions::default()
     };
     let found = compare_several(models, &options, &*args.data.progress())?;
-    if args.format.is_none() {
-        print_wrapped(found.prepared.description())?;
-        planesman_console::print("\n".to_owned())?;
-    }
     let format = args.format.unwrap_or(Format::Table);
-    Ok(planesman_console::print(of_several(&found).text(format))?)
+    planesman_console::print(of_several(&found).text(format))?;
+    if args.format.is_none() {
+        print_wrapped(format!("\n{}", found.prepared.description()))?;
+    }
+    Ok(())
 }

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::Parser;
-use planesman_console::print_wrapped;
+use planesman_console::{file_line, print_wrapped};
 use planesman_equations::EquationsFile;
 use planesman_fit::{
     FitError, FitOptions, MethodChoice, compared, fit, fit_continuous, fit_equations, fit_several,
 };
+use planesman_identification::analysis::Shown;
 use planesman_identification::estimators::Method;
 use planesman_model_file::ModelFile;
+use planesman_signals::PreparedRecord;
 
 use super::arguments::SignalArgs;
 use crate::arguments::{output_file, page_file};
@@ -19,7 +21,7 @@ use planesman_show::pages::tables::{notes, tried};
 use planesman_vehicle::heave::{HeaveError, heave_of};
 
 /// The options that `-h` shows; `--help` shows all.
-const SHORT: [&str; 17] = [
+const SHORT: [&str; 18] = [
     "data",
     "input",
     "output",
@@ -35,6 +37,7 @@ const SHORT: [&str; 17] = [
     "continuous",
     "speed",
     "json",
+    "verbose",
     "model",
     "html",
 ];
@@ -75,6 +78,9 @@ pub struct FitArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Also print the candidates, coefficients, poles and zeros
+    #[arg(long, help_heading = "Output")]
+    verbose: bool,
     /// Write the model: *.json or *.yaml
     #[arg(long, value_name = "FILE", value_parser = model_path, help_heading = "Output")]
     model: Option<PathBuf>,
@@ -94,6 +100,22 @@ impl TryFrom<&FitArgs> for FitOptions {
 }
 
 impl FitArgs {
+    /// The lines on the record, and on the one for validation.
+    fn record(&self, fitted: &PreparedRecord, validation: Option<&PreparedRecord>) -> String {
+        let validation = validation.map_or(String::new(), |it| {
+            format!("validation data\n{}", it.description())
+        });
+        format!("\n{}{validation}", fitted.description())
+    }
+
+    fn shown<'a>(&self, record: &'a str, once_written: Option<&'a str>) -> Shown<'a> {
+        Shown {
+            record,
+            once_written,
+            verbose: self.verbose,
+        }
+    }
+
     /// What is next once the model is written, if it is.
     fn once_written(&self) -> Option<String> {
         let path = self.model.as_ref()?.display();
@@ -133,26 +155,21 @@ pub fn run(args: &FitArgs) -> Result<()> {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
     } else {
-        print_wrapped(found.prepared.description())?;
-        if let Some(validation) = &found.validation {
-            print_wrapped(format!("validation data\n{}", validation.description()))?;
-        }
         if !found.tried.is_empty() {
-            planesman_console::print(format!("\n{}", tried(&found.tried)))?;
-            print_wrapped(notes(&found.tried))?;
+            planesman_console::print(tried(&found.tried) + "\n")?;
+            print_wrapped(notes(&found.tried) + "\n")?;
         }
-        let text = found
-            .analysis
-            .text_once_written(args.once_written().as_deref());
-        print_wrapped(format!("\n{text}"))?;
+        let record = args.record(&found.prepared, found.validation.as_ref());
+        let next = args.once_written();
+        print_wrapped(found.analysis.text_as(args.shown(&record, next.as_deref())))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
-        planesman_console::err!("{}: the model", path.display());
+        planesman_console::err!("{}", file_line("Model", path));
     }
     if let Some(path) = &args.response {
         write_text(path, found.response()?)?;
-        planesman_console::err!("{}: the frequency response", path.display());
+        planesman_console::err!("{}", file_line("Response", path));
     }
     if let Some(path) = &args.html {
         let page = match &found.tried[..] {
@@ -168,7 +185,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
             }
         };
         write_text(path, page)?;
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", file_line("Page", path));
     }
     Ok(())
 }
@@ -186,11 +203,11 @@ fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()
     }
     if let Some(path) = &args.model {
         found.file().write(path)?;
-        planesman_console::err!("{}: the equations", path.display());
+        planesman_console::err!("{}", file_line("Equations", path));
     }
     if let Some(path) = &args.html {
         write_text(path, planesman_show::pages::equations::page(&found))?;
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", file_line("Page", path));
     }
     Ok(())
 }
@@ -212,7 +229,7 @@ fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
     }
     if let Some(path) = &args.html {
         write_text(path, planesman_show::pages::continuous::page(&found))?;
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", file_line("Page", path));
     }
     Ok(())
 }
@@ -224,20 +241,17 @@ fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_console::print(text)?;
     } else {
-        print_wrapped(found.prepared.description())?;
-        if let Some(validation) = &found.validation {
-            print_wrapped(format!("validation data\n{}", validation.description()))?;
-        }
-        let text = found.text_once_written(args.once_written().as_deref());
-        print_wrapped(format!("\n{text}"))?;
+        let record = args.record(&found.prepared, found.validation.as_ref());
+        let next = args.once_written();
+        print_wrapped(found.text_as(args.shown(&record, next.as_deref())))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
-        planesman_console::err!("{}: the model", path.display());
+        planesman_console::err!("{}", file_line("Model", path));
     }
     if let Some(path) = &args.html {
         write_text(path, planesman_show::pages::several::page(&found))?;
-        planesman_console::err!("{}: the page", path.display());
+        planesman_console::err!("{}", file_line("Page", path));
     }
     Ok(())
 }
@@ -265,6 +279,7 @@ mod tests {
             "response",
             "html",
             "quiet",
+            "verbose",
             "help",
         ];
         let here: BTreeMap<String, Vec<String>> = (command.get_arguments())

@@ -18,6 +18,9 @@ pub struct TopicsArgs {
     /// Only topics whose name contains this
     #[arg(long, value_name = "TEXT")]
     topic: Option<String>,
+    /// Also list the fields that are constant
+    #[arg(long)]
+    all: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -39,7 +42,11 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     } else if let Some(format) = args.format {
         of_fields(&survey).text(format)
     } else {
-        wrapped(&table_within(&survey, terminal().map(usize::from)))
+        wrapped(&table_within(
+            &survey,
+            args.all,
+            terminal().map(usize::from),
+        ))
     };
     Ok(planesman_console::print(text)?)
 }
@@ -69,27 +76,40 @@ fn of_fields(survey: &Survey) -> Table {
 /// Columns of a line but for path and time history.
 const NUMBERS: usize = 43;
 
-/// The survey as text, as wide as it needs.
-#[must_use]
-pub fn table(survey: &Survey) -> String {
-    table_within(survey, None)
-}
-
-/// The same within a width: with narrower time histories, and numbers below their path where both do not fit.
-fn table_within(survey: &Survey, width: Option<usize>) -> String {
+/// The proposed command, the notes, then each topic's fields; those that are constant are only counted, unless `all` are listed. Within
+/// a width with narrower time histories, and with numbers below their path where both do not fit.
+fn table_within(survey: &Survey, all: bool, width: Option<usize>) -> String {
     let mut text = String::new();
+    if let Some(suggestion) = &survey.suggestion {
+        text += &format!("try: {suggestion}\n");
+    }
+    for note in &survey.notes {
+        text += &format!("note: {note}\n");
+    }
+    let fields = survey.topics.iter().map(|it| it.fields.len());
+    match fields.sum() {
+        0 if survey.topics.is_empty() => text += "no topics\n",
+        fields => {
+            text += &format!(
+                "\n{} topics, {fields} numeric fields. Columns: field, samples, minimum, maximum, time history\n",
+                survey.topics.len()
+            );
+        }
+    }
     for topic in &survey.topics {
         text += &head(topic);
+        let is_listed = |it: &&FieldSurvey| all || it.min != it.max || it.not_finite > 0;
+        let listed: Vec<_> = topic.fields.iter().filter(is_listed).cloned().collect();
         let longest = |lines: &[[String; 5]]| {
             let paths = lines.iter().map(|line| line[0].chars().count());
             paths.max().unwrap_or(0)
         };
-        let mut lines = lines(&topic.fields, 1);
+        let mut lines = lines(&listed, 1);
         let mut paths = longest(&lines);
         if let Some(width) = width
             && paths + NUMBERS + SPARKS > width
         {
-            lines = self::lines(&topic.fields, 2);
+            lines = self::lines(&listed, 2);
             paths = paths.min(width.saturating_sub(NUMBERS + SPARKS / 2));
         }
         for [path, count, min, max, history] in &lines {
@@ -101,15 +121,11 @@ fn table_within(survey: &Survey, width: Option<usize>) -> String {
             text += &line;
             text.push('\n');
         }
-    }
-    if survey.topics.is_empty() {
-        text += "no topics\n";
-    }
-    for note in &survey.notes {
-        text += &format!("note: {note}\n");
-    }
-    if let Some(suggestion) = &survey.suggestion {
-        text += &format!("try: {suggestion}\n");
+        match topic.fields.len() - listed.len() {
+            0 => {}
+            1 => text += "  1 constant field (--all)\n",
+            constant => text += &format!("  {constant} constant fields (--all)\n"),
+        }
     }
     text
 }
@@ -128,12 +144,14 @@ fn head(topic: &TopicSurvey) -> String {
     }
     let in_bursts = topic.bursts > BURSTS;
     text += &format!(
-        "  {} at {} Hz (stamps: {}), jitter {:.3} ms",
+        "  {} at {} Hz (stamps: {})",
         timing.samples,
         hertz(topic.rate),
-        topic.stamps,
-        timing.jitter * 1e3
+        topic.stamps
     );
+    if timing.jitter >= 1e-6 {
+        text += &format!(", jitter {:.3} ms", timing.jitter * 1e3);
+    }
     if in_bursts {
         text += &format!(
             ", in bursts ({:.0} % of the intervals are below a tenth of the mean)",
@@ -309,13 +327,14 @@ mod tests {
                 ..TopicSurvey::default()
             });
         }
-        let text = table_within(&survey, Some(80));
+        let text = table_within(&survey, false, Some(80));
         assert!(
             text.lines().all(|line| line.chars().count() <= 80),
             "{text}"
         );
         assert!(text.contains("longer.than.that\n"), "{text}");
         // Elsewhere as wide as it needs.
-        assert!(table(&survey).contains("longer.than.that  "));
+        let wide = table_within(&survey, false, None);
+        assert!(wide.contains("longer.than.that  "));
     }
 }

@@ -15,7 +15,7 @@ use planesman_show::design::{
     ACTUATOR, DiveGains, DiveTask, Subject, described, gains_text, speed_text,
 };
 use planesman_show::pages::review::{Gains, drawn_text, of_dive, worst};
-use planesman_tuning::{MISSED, Spread, drawn};
+use planesman_tuning::{Distribution, MISSED, drawn};
 use planesman_vehicle::vehicle_file;
 use serde_json::json;
 
@@ -188,7 +188,7 @@ fn cell(value: f64, decimals: usize) -> String {
 }
 
 /// Each number: its name, its spread, whether the worst is its largest, and its decimals.
-fn rows(found: &DiveGains) -> [(&'static str, Spread, bool, usize); 5] {
+fn rows(found: &DiveGains) -> [(&'static str, Distribution, bool, usize); 5] {
     [
         ("phase margin, deg", found.phase(), false, 1),
         ("gain margin, dB", found.gain(), false, 1),
@@ -198,7 +198,7 @@ fn rows(found: &DiveGains) -> [(&'static str, Spread, bool, usize); 5] {
     ]
 }
 
-fn table(rows: &[(&'static str, Spread, bool, usize)]) -> Table {
+fn table(rows: &[(&'static str, Distribution, bool, usize)]) -> Table {
     let mut table = Table::of(["", "model", "worst of 95 %", "median"]);
     for (name, spread, is_peak, decimals) in rows {
         let share = if *is_peak { 1.0 - MISSED } else { MISSED };
@@ -247,7 +247,7 @@ fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
 }
 
 pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
-    let spread = |of: &Spread| {
+    let spread = |of: &Distribution| {
         let finite = |value: f64| Some(value).filter(|it| it.is_finite());
         json!({
             "model": finite(of.model),
@@ -311,11 +311,11 @@ fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
     let each = || outcomes.combinations.values();
     let settled: Vec<f64> = each().filter_map(|it| it.settling.value()).collect();
     let travel: Vec<f64> = each().filter_map(|it| it.travel.value()).collect();
-    let settling = Spread::new(
+    let settling = Distribution::new(
         settled.first().copied().unwrap_or(f64::INFINITY),
         settled.iter().copied(),
     );
-    let travel = Spread::new(
+    let travel = Distribution::new(
         travel.first().copied().unwrap_or(f64::INFINITY),
         travel.iter().map(|it| it.to_degrees()),
     );

@@ -743,7 +743,7 @@ fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
     assert!(piped.status.success() && piped.stderr.is_empty());
 }
 
-/// The command that `sysid topics` proposes, obeyed: its words, and the last line that it prints; `None` where none is proposed.
+/// The command that `sysid topics` proposes, obeyed: its words, and the verdict that the fit prints; `None` where none is proposed.
 fn obeyed(folder: &Path, file: &str) -> Option<(String, String)> {
     let run = |command: &str| {
         let words = format!("'{}' {command}", env!("CARGO_BIN_EXE_planesman"));
@@ -762,7 +762,7 @@ fn obeyed(folder: &Path, file: &str) -> Option<(String, String)> {
     let fitted = run(&format!("{proposed} --quiet"));
     Some((
         proposed.to_owned(),
-        fitted.lines().last().unwrap().to_owned(),
+        fitted.lines().next().unwrap().to_owned(),
     ))
 }
 
@@ -790,7 +790,7 @@ fn what_is_proposed_gives_a_model_that_is_usable() {
         }
         let (proposed, last) = obeyed(folder.path(), file).unwrap();
         assert!(!proposed.contains("position.x"), "a ramp: {proposed}");
-        let usable = ["- verdict: good", "- verdict: usable"];
+        let usable = ["verdict: good", "verdict: usable"];
         assert!(
             usable.iter().any(|it| last.starts_with(it)),
             "{proposed}: {last}"
@@ -814,7 +814,7 @@ fn what_is_proposed_gives_a_model_that_is_usable() {
     fs::write(folder.path().join("ramps.csv"), table).unwrap();
     let (proposed, last) = obeyed(folder.path(), "ramps.csv").unwrap();
     assert!(proposed.contains("-i u -o y"), "{proposed}");
-    assert!(last.starts_with("- verdict: good"), "{last}");
+    assert!(last.starts_with("verdict: good"), "{last}");
 }
 
 /// Of a dive without a test signal a quick fit finds a usable model of some pairs where the fit that is proposed finds none.
@@ -841,7 +841,7 @@ fn what_is_proposed_is_usable_by_the_command_s_own_fit() {
         let Some((proposed, last)) = obeyed(folder.path(), file) else {
             continue;
         };
-        let usable = ["- verdict: good", "- verdict: usable"];
+        let usable = ["verdict: good", "verdict: usable"];
         assert!(
             usable.iter().any(|it| last.starts_with(it)),
             "{proposed}: {last}"

@@ -105,7 +105,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
 const FEEDBACK_PERIOD: f64 = 0.2;
 
 /// A manoeuvre under way.
-struct Flown {
+struct ControlTick {
     goal: Goal<Manoeuvre>,
     /// When feedback is due, s of the manoeuvre.
     next_feedback: f64,
@@ -132,7 +132,7 @@ struct Node {
     /// A state whose instruments have not all been received yet.
     waiting: Waiting,
     /// The manoeuvre under way.
-    flown: Option<Flown>,
+    flown: Option<ControlTick>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
     received: Option<i64>,
     silent: bool,
@@ -294,7 +294,7 @@ impl Node {
             return goal.abort(ended(false, &reason.to_string()));
         }
         log::info!("manoeuvre {name} started");
-        let begun = Flown {
+        let begun = ControlTick {
             goal,
             next_feedback: 0.0,
         };

@@ -26,7 +26,7 @@ planesman_text::choices! {
     }
 }
 
-/// The columns of [`Flown::numbers`].
+/// The columns of [`BenchRun::numbers`].
 pub const COLUMNS: [&str; 6] = [
     "table",
     "case",
@@ -37,14 +37,14 @@ pub const COLUMNS: [&str; 6] = [
 ];
 
 /// A table as text, and its numbers one by one.
-pub struct Flown {
+pub struct BenchRun {
     /// As the report prints it, each cell beside what is simulated.
     pub text: String,
     /// A row a number, under [`COLUMNS`].
     pub numbers: Vec<[String; 6]>,
 }
 
-impl Flown {
+impl BenchRun {
     /// This table and another below it.
     fn and(mut self, further: Self) -> Self {
         self.text = format!("{}\n{}", self.text, further.text);
@@ -68,7 +68,11 @@ pub fn heading(surrogate: Surrogate) -> String {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown, ActuatorFileError> {
+pub fn flown(
+    table: Table,
+    surrogate: Surrogate,
+    book: &Book,
+) -> Result<BenchRun, ActuatorFileError> {
     let hardware = Case::table_3_1(surrogate)?;
     let polaris = Case::table_4_1(surrogate)?;
     Ok(match table {
@@ -186,7 +190,7 @@ fn rows(
     family: &str,
     rows: &[Row],
     base: &Case,
-) -> Flown {
+) -> BenchRun {
     let mut score = Score::of(name);
     let mut text = format!(
         "Table {title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
@@ -219,10 +223,10 @@ fn rows(
     }
     text += &score.line();
     let numbers = score.numbers;
-    Flown { text, numbers }
+    BenchRun { text, numbers }
 }
 
-fn analog(book: &Book, surrogate: Surrogate) -> Flown {
+fn analog(book: &Book, surrogate: Surrogate) -> BenchRun {
     let mut score = Score::of("4-3");
     let mut text = "Table 4-3  analog flight control\n".to_owned();
     let step = f64::from(analog_step_limit(surrogate));
@@ -257,10 +261,10 @@ fn analog(book: &Book, surrogate: Surrogate) -> Flown {
     }
     text += &score.line();
     let numbers = score.numbers;
-    Flown { text, numbers }
+    BenchRun { text, numbers }
 }
 
-fn limit_cycles(book: &Book, base: &Case) -> Flown {
+fn limit_cycles(book: &Book, base: &Case) -> BenchRun {
     let mut score = Score::of("limit cycles");
     let mut text = format!(
         "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  reported\n",
@@ -311,7 +315,7 @@ fn limit_cycles(book: &Book, base: &Case) -> Flown {
         book.errata().get("D2").map_or("", String::as_str)
     );
     let numbers = score.numbers;
-    Flown { text, numbers }
+    BenchRun { text, numbers }
 }
 
 #[cfg(test)]
@@ -321,7 +325,7 @@ mod tests {
     #[test]
     fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
         let book = crate::ibm_1966::book().expect("the book");
-        let Flown { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
+        let BenchRun { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(
             text.contains("3 of 4 the same, 4 within one test step"),

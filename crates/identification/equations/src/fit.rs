@@ -8,7 +8,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use planesman_identification::analysis::{GOOD, SAMPLES_PER_PARAMETER, USABLE, Verdict};
-use planesman_identification::{Spread, fit as fit_percent};
+use planesman_identification::{FitRange, fit as fit_percent};
 use planesman_text::setting;
 
 use crate::determined::{Uncertainty, Undetermined};
@@ -32,7 +32,7 @@ const CORRELATED: f64 = 0.99;
 
 /// A parameter or initial state that was found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct EstimatedParameter {
     /// What was sought.
     pub unknown: Unknown,
     /// Its value.
@@ -66,9 +66,9 @@ pub struct EquationsFit {
     /// The equations.
     pub equations: Equations,
     /// The parameters.
-    pub parameters: Vec<Found>,
+    pub parameters: Vec<EstimatedParameter>,
     /// The sought initial states of each run.
-    pub initial: Vec<Vec<Found>>,
+    pub initial: Vec<Vec<EstimatedParameter>>,
     /// The parameters' correlation; 0 for those without a deviation.
     pub correlation: DMatrix<f64>,
     /// Each output.
@@ -98,7 +98,7 @@ pub(crate) fn informative<'a>(
 ) -> Option<f64> {
     let (mut squares, mut count) = (0.0, 0.0);
     for (measured, _) in runs.clone() {
-        let mut of = Spread::default();
+        let mut of = FitRange::default();
         measured.iter().for_each(|y| of.update(*y, 1.0));
         squares += of.sum_of_squares();
         count += measured.len() as f64;
@@ -111,7 +111,7 @@ pub(crate) fn informative<'a>(
 pub(crate) fn fit_of<'a>(runs: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut errors, mut spread) = (0.0, 0.0);
     for (measured, simulated) in runs {
-        let mut of = Spread::default();
+        let mut of = FitRange::default();
         for (y, x) in measured.iter().zip(simulated) {
             of.update(*y, 1.0);
             errors += (y - x) * (y - x);
@@ -202,7 +202,7 @@ pub fn fit(
 fn first_weights(equations: &Equations, runs: &[Run]) -> Result<Vec<f64>, EquationsError> {
     let outputs = equations.outputs.iter().enumerate();
     let weight = |(output, of): (usize, &crate::model::OutputEquation)| {
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         let values = runs.iter().flat_map(|it| &it.outputs[output].values);
         let mut count = 0.0;
         values.for_each(|value| {
@@ -322,7 +322,7 @@ fn judged(
     let by_output = problem.by_output(&theta).ok_or(EquationsError::NoEffect)?;
     let known = Uncertainty::of(problem, &theta, &by_output)?;
     let covariance = &known.covariance;
-    let found = |i: usize| Found {
+    let found = |i: usize| EstimatedParameter {
         unknown: problem.sought[i].clone(),
         value: theta[i],
         deviation: known

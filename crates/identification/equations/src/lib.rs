@@ -20,7 +20,7 @@ pub use determined::Undetermined;
 pub use error::EquationsError;
 pub use expression::ExpressionError;
 pub use file::{EquationsFile, Initial, Output, Parameter, Sought, State, text_of};
-pub use fit::{EquationsFit, Found, OutputFit, fit};
+pub use fit::{EquationsFit, EstimatedParameter, OutputFit, fit};
 pub use model::{Equations, Unknown};
 pub use named::Named;
 pub use simulation::{Between, Run, Track};

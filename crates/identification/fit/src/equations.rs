@@ -1,6 +1,8 @@
 //! State equations of one's own, fitted to data.
 
-use planesman_equations::{Equations, EquationsFile, EquationsFit, Found, Initial, fit};
+use planesman_equations::{
+    Equations, EquationsFile, EquationsFit, EstimatedParameter, Initial, fit,
+};
 use planesman_linear::rows;
 use planesman_parallel::Progress;
 use serde_json::{Value, json};
@@ -101,7 +103,7 @@ impl EquationsResult {
     /// None that is known: the file is of values that JSON has.
     pub fn as_json(&self) -> Result<Value, FitError> {
         let fit = &self.fit;
-        let found = |it: &Found| {
+        let found = |it: &EstimatedParameter| {
             json!({
                 "name": it.unknown.name,
                 "value": it.value,
@@ -110,7 +112,7 @@ impl EquationsResult {
                 "at_bound": it.is_at_bound,
             })
         };
-        let list = |of: &[Found]| of.iter().map(found).collect::<Vec<_>>();
+        let list = |of: &[EstimatedParameter]| of.iter().map(found).collect::<Vec<_>>();
         let outputs = fit
             .outputs
             .iter()

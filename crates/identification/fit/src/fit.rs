@@ -202,8 +202,8 @@ impl FitResult {
     fn judge_clock(&mut self) {
         let readings = std::iter::once(&self.prepared).chain(&self.validation);
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
-        self.analysis.reasons.splice(0..0, told(&readings));
-        self.analysis.verdict = doubted(&readings, self.analysis.verdict);
+        self.analysis.reasons.splice(0..0, data_warnings(&readings));
+        self.analysis.verdict = downgrade_verdict(&readings, self.analysis.verdict);
     }
 
     /// Everything but the record's numbers, as `--json` prints it.
@@ -339,7 +339,7 @@ pub(crate) fn with_data(
 }
 
 /// What was found of the clock, and of signals that are two things in turns.
-pub(crate) fn told(readings: &[&Reading]) -> Vec<Reason> {
+pub(crate) fn data_warnings(readings: &[&Reading]) -> Vec<Reason> {
     // A window for validation is read from the same data, and says the same.
     let mut told: Vec<Reason> = Vec::new();
     for sentence in readings
@@ -355,7 +355,7 @@ pub(crate) fn told(readings: &[&Reading]) -> Vec<Reason> {
 }
 
 /// A verdict, in the light of what was found so.
-pub(crate) fn doubted(readings: &[&Reading], verdict: Verdict) -> Verdict {
+pub(crate) fn downgrade_verdict(readings: &[&Reading], verdict: Verdict) -> Verdict {
     let is_none = matches!(
         verdict,
         Verdict::NoEffect
@@ -516,15 +516,15 @@ mod tests {
     }
 
     #[derive(Default)]
-    struct Told(Mutex<Vec<String>>);
+    struct CollectedNotes(Mutex<Vec<String>>);
 
-    impl Told {
+    impl CollectedNotes {
         fn note(&self, what: String) {
             self.0.lock().unwrap().push(what);
         }
     }
 
-    impl Progress for Told {
+    impl Progress for CollectedNotes {
         fn begin(&self, what: &'static str, steps: u64, done: u64) {
             self.note(format!("{what} {done}/{steps}"));
         }
@@ -539,11 +539,11 @@ mod tests {
     #[test]
     fn progress_is_told_of_each_method_and_a_fit_ends_when_it_is_asked_to() {
         let mut options = options(DataOptions::columns(columns()));
-        let told = Told::default();
+        let told = CollectedNotes::default();
         fit(&options, &told).unwrap();
         assert_eq!(*told.0.lock().unwrap(), ["end", "models 0/0", "end"]);
         options.method = MethodChoice::All;
-        let told = Told::default();
+        let told = CollectedNotes::default();
         let found = fit(&options, &told).unwrap();
         let told = told.0.into_inner().unwrap();
         let steps = told.iter().filter(|it| *it == "step").count();

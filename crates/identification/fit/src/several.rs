@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use planesman_identification::GivenModel;
+use planesman_identification::analysis::Shown;
 use planesman_identification::several::{
-    Analysis, ChannelModel, Given, Judged, analyse, analyse_validated,
+    Analysis, ChannelModel, Judged, KnownStructure, analyse, analyse_validated,
 };
 use planesman_model_file::{
     ChannelModel as ChannelFile, LeftOut, OutputModel, SeveralFormat, SeveralModelFile, StateSpace,
@@ -15,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::compare::{CompareOptions, name};
 use crate::error::FitError;
-use crate::fit::{doubted, told, with_data};
+use crate::fit::{data_warnings, downgrade_verdict, with_data};
 use crate::model_file::{given_channel, in_s, judgement, place};
 use crate::options::{FitOptions, SignalOptions};
 use crate::rules::check_ahead;
@@ -62,9 +63,9 @@ pub fn fit_several(
     let readings = std::iter::once(&prepared).chain(&validation);
     let readings: Vec<_> = readings.map(|it| &it.reading).collect();
     for found in &mut outputs {
-        let told = told(&readings).into_iter().map(Into::into);
+        let told = data_warnings(&readings).into_iter().map(Into::into);
         found.reasons.splice(0..0, told);
-        found.verdict = doubted(&readings, found.verdict);
+        found.verdict = downgrade_verdict(&readings, found.verdict);
     }
     Ok(SeveralResult {
         prepared,
@@ -74,17 +75,23 @@ pub fn fit_several(
 }
 
 impl SeveralResult {
-    /// The models as text: each output's table of channels, numbers, reasons and verdict.
+    /// The models as text, with all detail: each output's verdict, table of channels, numbers and reasons.
     #[must_use]
     pub fn text(&self) -> String {
-        self.text_once_written(None)
+        self.text_as(Shown {
+            verbose: true,
+            ..Shown::default()
+        })
     }
 
-    /// The same; of models that are written already, with what is next where writing them would be.
+    /// The same as it is to be shown; the record's lines stand with the first output.
     #[must_use]
-    pub fn text_once_written(&self, next: Option<&str>) -> String {
-        let outputs = self.outputs.iter().map(|it| it.text_once_written(next));
-        outputs.collect::<Vec<_>>().join("\n")
+    pub fn text_as(&self, shown: Shown<'_>) -> String {
+        let texts = self.outputs.iter().enumerate().map(|(number, it)| {
+            let record = if number == 0 { shown.record } else { "" };
+            it.text_as(Shown { record, ..shown })
+        });
+        texts.collect::<Vec<_>>().join("\n")
     }
 
     /// Everything but the record's numbers, as `--json` prints it.
@@ -340,7 +347,7 @@ pub fn compare_several(
                 let input = place(&record.inputs, &it.input).ok_or(FitError::NoSignal)?;
                 Ok::<(usize, GivenModel), FitError>((input, given_channel(it, model.sample_time)))
             });
-            let given = Given {
+            let given = KnownStructure {
                 channels: channels.collect::<Result<_, _>>()?,
                 offset: of.offset,
                 sample_time: model.sample_time,

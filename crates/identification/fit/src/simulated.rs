@@ -14,6 +14,8 @@ pub struct Simulated<'a> {
     pub measured: &'a [f64],
     /// The output of the model, simulated on the input alone.
     pub simulated: Vec<f64>,
+    /// The first samples, which unknown inputs act on: the simulation says nothing of them.
+    pub unknown: usize,
 }
 
 impl<'a> Simulated<'a> {
@@ -48,6 +50,7 @@ impl<'a> Simulated<'a> {
             input: values.inputs,
             measured: values.outputs,
             simulated: analysis.simulate(run, values),
+            unknown: analysis.estimate.unknown(values),
         })
     }
 }

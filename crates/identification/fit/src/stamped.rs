@@ -190,7 +190,10 @@ impl StampedRuns {
     /// A verdict in the light of what was found of the clock, and the reasons for it.
     pub(crate) fn doubts(&self, verdict: Verdict) -> (Verdict, Vec<Reason>) {
         let readings: Vec<&Reading> = self.readings.iter().collect();
-        (doubted(&readings, verdict), told(&readings))
+        (
+            downgrade_verdict(&readings, verdict),
+            data_warnings(&readings),
+        )
     }
 }
 

@@ -11,13 +11,13 @@ use planesman_record::Input;
 /// The spread of the outputs seen, with forgetting: `sum_i lambda^(k-i) (y_i - mean)^2`,
 /// updated in West's stable form (*Comm. ACM* 22, 1979).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Spread {
+pub struct FitRange {
     weight: f64,
     mean: f64,
     sum_of_squares: f64,
 }
 
-impl Spread {
+impl FitRange {
     /// Takes one value; those before it count `forgetting` times what they did.
     pub fn update(&mut self, value: f64, forgetting: f64) {
         let before = self.weight * forgetting;
@@ -49,7 +49,7 @@ pub fn fit(squared_errors: f64, spread: f64) -> Option<f64> {
 #[must_use]
 pub fn simulated(model: &Model, inputs: &[Input], outputs: &[f64]) -> Option<f64> {
     let simulated = model.simulate(inputs, outputs.len());
-    let mut spread = Spread::default();
+    let mut spread = FitRange::default();
     let mut squared_errors = 0.0;
     for (y, y_hat) in outputs.iter().zip(&simulated) {
         spread.update(*y, 1.0);
@@ -74,7 +74,7 @@ mod tests {
     fn the_spread_is_the_weighted_sum_about_the_weighted_mean() {
         let values: [f64; 5] = [1e6 + 1.0, 1e6 - 2.0, 1e6 + 0.5, 1e6, 1e6 + 3.0];
         for lambda in [1.0_f64, 0.9] {
-            let mut spread = Spread::default();
+            let mut spread = FitRange::default();
             for value in values {
                 spread.update(value, lambda);
             }

@@ -45,7 +45,7 @@ pub use batch::{Triangle, least_squares};
 pub use comparison::{GivenModel, Judgement};
 pub use conversion::{Continuous, continuous, pitch_equation};
 pub use error::IdentificationError;
-pub use fit::{Spread, fit, simulated};
+pub use fit::{FitRange, fit, simulated};
 pub use model::Model;
 pub use planesman_parallel::{Stop, on_all_cores, stop_point, until_stopped};
 pub use planesman_record::{

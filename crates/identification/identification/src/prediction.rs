@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 use planesman_linear::polynomial::product;
 
 use crate::estimators::{Error, Estimate};
-use crate::fit::{Spread, fit};
+use crate::fit::{FitRange, fit};
 use crate::structure::monic;
 use planesman_record::{Run, filter};
 
@@ -44,7 +44,7 @@ impl Missed {
 
     /// Of outputs and by how much each is missed.
     pub(crate) fn by(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         let mut squares = 0.0;
         for (y, error) in pairs {
             spread.update(y, 1.0);

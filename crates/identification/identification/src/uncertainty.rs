@@ -231,11 +231,27 @@ impl<'a> Reading<'a> {
     /// of the system.
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
-        let poles = self.slowest_first().unwrap_or_default();
-        let modes = poles.iter().filter(|it| !is_sampling_artefact(it.value));
-        modes
-            .filter_map(|it| Some(self.in_s(it)?.mode_text()))
-            .collect()
+        self.system_poles().map(|it| it.mode_text()).collect()
+    }
+
+    /// The modes whose pole differs from 0 beyond its 95 % interval, as [`Reading::modes`], and the number of the others.
+    #[must_use]
+    pub fn determined_modes(&self) -> (Vec<String>, usize) {
+        let is_determined = |it: &Uncertain| {
+            it.value.re == 0.0 || SIGMAS_95 * it.magnitude_deviation() < it.value.modulus()
+        };
+        let (known, others): (Vec<_>, Vec<_>) = self.system_poles().partition(is_determined);
+        (
+            known.iter().map(Uncertain::mode_text).collect(),
+            others.len(),
+        )
+    }
+
+    /// The poles in s, the slowest first, a pair once; without the artefacts of sampling.
+    fn system_poles(&self) -> impl Iterator<Item = Uncertain> {
+        let mut poles = self.slowest_first().unwrap_or_default();
+        poles.retain(|it| !is_sampling_artefact(it.value));
+        poles.into_iter().filter_map(|it| self.in_s(&it))
     }
 
     /// The steady-state gain, output unit per input unit; `None` with a pole at z = 1.

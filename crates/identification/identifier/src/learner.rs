@@ -4,7 +4,9 @@
 use planesman_identification::estimators::Recursive;
 use planesman_identification::estimators::kalman::Filter;
 use planesman_identification::estimators::recursive::{Forgetting, Kind, Recursion};
-use planesman_identification::{IdentificationError, Input, Model, PHYSICAL, Readout, Spread, fit};
+use planesman_identification::{
+    FitRange, IdentificationError, Input, Model, PHYSICAL, Readout, fit,
+};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::Choice as _;
 use planesman_signals::Sample;
@@ -62,7 +64,7 @@ pub(crate) struct Learner {
     /// Samples predicted, learnt from or not.
     predicted: u64,
     /// Of the outputs learnt from.
-    spread: Spread,
+    spread: FitRange,
     recent: Recent,
     /// The last input.
     last_input: Option<Input>,
@@ -76,7 +78,7 @@ pub(crate) struct Learner {
 #[derive(Clone, Copy, Debug, Default)]
 struct Recent {
     squared_errors: f64,
-    spread: Spread,
+    spread: FitRange,
 }
 
 impl Recent {
@@ -103,7 +105,7 @@ impl Learner {
             begun: false,
             samples: 0,
             predicted: 0,
-            spread: Spread::default(),
+            spread: FitRange::default(),
             recent: Recent::default(),
             last_input: None,
             input_moved: false,

@@ -15,7 +15,7 @@ use planesman_identification::{Input, Model};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::{Parameters as _, file};
-use planesman_signals::{Aligner, Given, LiveGrid, Offer, WINDOW};
+use planesman_signals::{Aligner, GridSample, LiveGrid, Offer, WINDOW};
 
 use crate::error::Error;
 use crate::learner::Learner;
@@ -312,11 +312,11 @@ impl Pair {
         self.learn()
     }
 
-    fn offer(&mut self, given: Vec<Given>) {
+    fn offer(&mut self, given: Vec<GridSample>) {
         for given in given {
             match given {
-                Given::Output(stamp, output) => self.offer_output(stamp, output),
-                Given::Input(stamp, input) => self.offer_input(stamp, input),
+                GridSample::Output(stamp, output) => self.offer_output(stamp, output),
+                GridSample::Input(stamp, input) => self.offer_input(stamp, input),
             }
         }
     }

@@ -62,13 +62,13 @@ impl BagSource {
     }
 
     /// The messages of the wanted topics, of those types in which the signals were found.
-    fn messages<'a>(&'a self, wanted: &'a [Wanted], order: Order) -> Messages<'a> {
+    fn messages<'a>(&'a self, wanted: &'a [RequestedSignal], order: Order) -> Messages<'a> {
         self.bag
             .messages_of(|topic| wanted.iter().any(|it| it.is_on(topic)), order)
     }
 
     /// The clock asked for; or the messages' own if all have one that is of use, else the recorder's, and why. With the stamps that were seen.
-    fn chosen(&self, wanted: &[Wanted]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
+    fn chosen(&self, wanted: &[RequestedSignal]) -> Result<(Clock, Option<String>, Vec<Stamps>)> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
             (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
@@ -93,7 +93,7 @@ impl BagSource {
     }
 
     /// The stamps of the first messages.
-    fn first_stamps(&self, wanted: &[Wanted]) -> Result<Vec<Stamps>> {
+    fn first_stamps(&self, wanted: &[RequestedSignal]) -> Result<Vec<Stamps>> {
         let mut plans = Plans::new(&self.bag, wanted, Clock::Log);
         let mut messages = self.messages(wanted, Order::File);
         for _ in 0..ALL_STAMPS {
@@ -160,7 +160,7 @@ impl Source for BagSource {
     ) -> Result<Reading> {
         let wanted = requests
             .iter()
-            .map(|request| Wanted::find(&self.bag, request))
+            .map(|request| RequestedSignal::find(&self.bag, request))
             .collect::<Result<Vec<_>>>()?;
         let places = wanted.iter();
         let places: Vec<_> = places
@@ -197,7 +197,7 @@ impl Source for BagSource {
         }
         let unfit = match self.clock {
             None => stamps::unfit(&mut plans.stamps),
-            Some(_) => stamps::standing(&plans.stamps),
+            Some(_) => stamps::unusable_stamps_reason(&plans.stamps),
         };
         match (unfit, reason) {
             (_, Some(reason)) => reading
@@ -232,7 +232,7 @@ impl Source for BagSource {
 }
 
 /// A signal, and the topic that has it.
-struct Wanted {
+struct RequestedSignal {
     signal: Signal,
     topic: String,
     type_name: String,
@@ -243,7 +243,7 @@ struct Wanted {
     has_stamp: bool,
 }
 
-impl Wanted {
+impl RequestedSignal {
     /// Whether the signal is in the messages of this topic. Another type's on the same topic are other messages.
     fn is_on(&self, topic: &Topic) -> bool {
         topic.name == self.topic && topic.kind.type_name == self.type_name
@@ -265,7 +265,7 @@ impl Wanted {
             return Err(SourceError::Request(format!(
                 "{signal}: the bag has no such topic; it has {}{}",
                 topics(bag),
-                meant(bag, &signal)
+                similar_signal(bag, &signal)
             )));
         };
         if found.iter().any(|it| it.name != topic.name) {
@@ -412,7 +412,7 @@ fn short_names(names: &[String]) -> Vec<String> {
 }
 
 /// The topic that was probably meant; without a leading `/`, by the end of its name.
-fn meant(bag: &BagReader, signal: &Signal) -> String {
+fn similar_signal(bag: &BagReader, signal: &Signal) -> String {
     let parts = signal.topic().split('/').count();
     let names = bag.topics().iter().map(|it| it.topic.name.as_str());
     let ends = names.map(|name| match name.rmatch_indices('/').nth(parts - 1) {
@@ -446,7 +446,7 @@ fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> String {
 /// How the messages of the wanted topics are read, and what was seen of them.
 struct Plans<'w> {
     bag: &'w BagReader,
-    wanted: &'w [Wanted],
+    wanted: &'w [RequestedSignal],
     clock: Clock,
     list: Vec<Plan>,
     /// By topic; the plans of its files share it.
@@ -459,7 +459,7 @@ struct Plans<'w> {
 }
 
 impl<'w> Plans<'w> {
-    fn new(bag: &'w BagReader, wanted: &'w [Wanted], clock: Clock) -> Self {
+    fn new(bag: &'w BagReader, wanted: &'w [RequestedSignal], clock: Clock) -> Self {
         let mut topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
         topics.sort_unstable();
         topics.dedup();
@@ -495,7 +495,7 @@ impl<'w> Plans<'w> {
         let plan = &mut self.list[place];
         let publishers = &mut self.publishers[plan.stamps];
         let publisher = publishers.of(message.channel, message.sequence, message.log_time);
-        let mut seen = Seen {
+        let mut seen = TopicMessages {
             stamps: &mut self.stamps[plan.stamps],
             identities: &mut self.identities,
             senders: &mut self.senders,
@@ -505,7 +505,7 @@ impl<'w> Plans<'w> {
 }
 
 /// What is seen of the messages of a topic.
-struct Seen<'a> {
+struct TopicMessages<'a> {
     stamps: &'a mut Stamps,
     identities: &'a mut [Identity],
     senders: &'a mut [Senders],
@@ -533,7 +533,12 @@ struct Plan {
 }
 
 impl Plan {
-    fn of(bag: &BagReader, topic: &Arc<Topic>, wanted: &[Wanted], stamps: usize) -> Result<Self> {
+    fn of(
+        bag: &BagReader,
+        topic: &Arc<Topic>,
+        wanted: &[RequestedSignal],
+        stamps: usize,
+    ) -> Result<Self> {
         let types = types(bag, topic)?;
         let here = || wanted.iter().enumerate().filter(|(_, it)| it.is_on(topic));
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
@@ -564,7 +569,7 @@ impl Plan {
         message: &Message,
         publisher: usize,
         clock: Clock,
-        seen: &mut Seen<'_>,
+        seen: &mut TopicMessages<'_>,
         take: &mut Take<'_>,
     ) -> bool {
         self.messages += 1;

@@ -19,7 +19,7 @@ use crate::csv_cell::{decimal, is_missing, number, quantity};
 use crate::csv_form::{Form, RowReader};
 use crate::csv_heading::Heading;
 use crate::csv_long::LongForm;
-use crate::csv_time::{FORMS, Written};
+use crate::csv_time::{FORMS, TimeFormat};
 use crate::error::{Result, SourceError, listed, size};
 use crate::request::{PROGRESS_INTERVAL, Reading, Request, Take, places};
 use crate::source::{Source, SourceTopic};
@@ -77,7 +77,7 @@ pub struct CsvSource {
     /// Its signals, where each row says which it is of.
     long: Option<Box<LongForm>>,
     time: Time,
-    written: Written,
+    written: TimeFormat,
     /// How its unit is known.
     known: Known,
     /// How it is known that the time is written so, where nobody said it.
@@ -108,7 +108,7 @@ impl CsvSource {
             form,
             long: None,
             time: Time::Unknown,
-            written: Written::default(),
+            written: TimeFormat::default(),
             known: Known::Named,
             written_told: String::new(),
             groups: Vec::new(),

@@ -23,12 +23,12 @@ pub(crate) enum Order {
 
 /// How the times of a column are written: numbers of this unit, or dates, in which the day comes first or the month.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Written {
+pub(crate) struct TimeFormat {
     pub(crate) unit: TimeUnit,
     pub(crate) order: Order,
 }
 
-impl Written {
+impl TimeFormat {
     /// The time a cell holds, ns since 1970 or the beginning of the count.
     pub(crate) fn nanoseconds(self, cell: &str) -> Option<i64> {
         decimal(cell, self.unit)
@@ -66,7 +66,7 @@ pub(crate) fn date(cell: &str, order: Order) -> Option<i64> {
     let date = match &parts.date {
         Day::None => 0,
         Day::Count(days) => days.checked_mul(DAY)?,
-        Day::Written(text) => {
+        Day::TimeFormat(text) => {
             let (year, month, day) = calendar(text, order)?;
             let date = civil::Date::new(year, month, day).ok()?;
             let midnight = TimeZone::UTC.to_timestamp(date.to_datetime(civil::Time::midnight()));
@@ -81,7 +81,7 @@ pub(crate) fn date(cell: &str, order: Order) -> Option<i64> {
 /// The first two numbers of a date in which either may be the day.
 pub(crate) fn day_and_month(cell: &str) -> Option<(u32, u32)> {
     let parts = Parts::of(cell)?;
-    let Day::Written(text) = &parts.date else {
+    let Day::TimeFormat(text) = &parts.date else {
         return None;
     };
     let numbers: Vec<&str> = text.split(['/', '-']).map(str::trim).collect();
@@ -98,7 +98,7 @@ enum Day {
     None,
     /// Days of a duration.
     Count(i64),
-    Written(String),
+    TimeFormat(String),
 }
 
 /// A cell taken apart.
@@ -148,10 +148,10 @@ impl Parts {
                 Some((count, "day" | "days")) => {
                     Day::Count(count.parse().ok().filter(|it| *it >= 0)?)
                 }
-                _ => Day::Written(before.to_owned()),
+                _ => Day::TimeFormat(before.to_owned()),
             },
-            ("", behind) => Day::Written(behind.to_owned()),
-            (before, year) => Day::Written(format!("{before} {year}")),
+            ("", behind) => Day::TimeFormat(behind.to_owned()),
+            (before, year) => Day::TimeFormat(format!("{before} {year}")),
         };
         Some(Self {
             date,
@@ -169,7 +169,7 @@ impl Parts {
         is_it.then_some(())?;
         let time = format!("{}:{}:{}", &time[..2], &time[2..4], &time[4..]);
         Some(Self {
-            date: Day::Written(format!("{}-{}-{}", &date[..4], &date[4..6], &date[6..])),
+            date: Day::TimeFormat(format!("{}-{}-{}", &date[..4], &date[4..6], &date[6..])),
             time: clock(&time)?,
         })
     }

@@ -70,7 +70,7 @@ pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use error::SourceError;
 pub use inspection::{StampFindings, StampInspection, ValueInspection};
-pub use live_grid::{Given, LiveGrid};
+pub use live_grid::{GridSample, LiveGrid};
 pub use log_source::{LogKind, LogSource};
 pub use mixture::Mixture;
 pub use open::{Data, TABLES, is_data, is_record, is_table, open};

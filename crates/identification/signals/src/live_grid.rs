@@ -31,14 +31,14 @@ const FARTHEST: i64 = 1 << 62;
 
 /// One number on the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Given {
+pub enum GridSample {
     /// The output at an instant.
     Output(i64, f64),
     /// The input over the interval that begins at an instant.
     Input(i64, Input),
 }
 
-impl Given {
+impl GridSample {
     fn stamp(&self) -> i64 {
         match self {
             Self::Output(stamp, _) | Self::Input(stamp, _) => *stamp,
@@ -89,7 +89,7 @@ impl LiveGrid {
     }
 
     /// Takes an output; where `broken`, nothing is said of the interval before it. `None` when it is left out.
-    pub fn output(&mut self, stamp: i64, value: f64, broken: bool) -> Option<Vec<Given>> {
+    pub fn output(&mut self, stamp: i64, value: f64, broken: bool) -> Option<Vec<GridSample>> {
         if stamp.saturating_abs() >= FARTHEST {
             return None;
         }
@@ -108,7 +108,7 @@ impl LiveGrid {
         let mut given = Vec::new();
         let put = &mut |put| {
             if let Put::One(k, output) = put {
-                given.push(Given::Output(grid.time(k), output.mean));
+                given.push(GridSample::Output(grid.time(k), output.mean));
             }
         };
         let onto = &mut Onto { grid, put };
@@ -125,7 +125,7 @@ impl LiveGrid {
     }
 
     /// Takes an input. `None` when it is left out.
-    pub fn input(&mut self, stamp: i64, value: f64) -> Option<Vec<Given>> {
+    pub fn input(&mut self, stamp: i64, value: f64) -> Option<Vec<GridSample>> {
         if stamp.saturating_abs() >= FARTHEST {
             return None;
         }
@@ -145,7 +145,7 @@ impl LiveGrid {
     }
 
     /// Says that nothing more will come: the last input acts until the last output.
-    pub fn finish(&mut self) -> Vec<Given> {
+    pub fn finish(&mut self) -> Vec<GridSample> {
         if let Some((last, _)) = self.output {
             self.hold_to_instant(last);
         }
@@ -200,15 +200,15 @@ impl LiveGrid {
     }
 
     /// Gives the inputs that the outputs have come near to, all in the order of their stamps.
-    fn give_inputs(&mut self, given: &mut Vec<Given>) {
+    fn give_inputs(&mut self, given: &mut Vec<GridSample>) {
         let Some((newest, _)) = self.output else {
             return;
         };
         let near = newest.saturating_add(PATIENCE * self.period);
         while let Some((stamp, input)) = self.inputs.pop_front_if(|it| it.0 <= near) {
-            given.push(Given::Input(stamp, input));
+            given.push(GridSample::Input(stamp, input));
         }
-        given.sort_by_key(Given::stamp);
+        given.sort_by_key(GridSample::stamp);
     }
 }
 
@@ -218,18 +218,18 @@ mod tests {
 
     const T: i64 = 1000;
 
-    fn outputs(given: &[Given]) -> Vec<(i64, f64)> {
-        let of = |it: &Given| match it {
-            Given::Output(stamp, value) => Some((*stamp, *value)),
-            Given::Input(..) => None,
+    fn outputs(given: &[GridSample]) -> Vec<(i64, f64)> {
+        let of = |it: &GridSample| match it {
+            GridSample::Output(stamp, value) => Some((*stamp, *value)),
+            GridSample::Input(..) => None,
         };
         given.iter().filter_map(of).collect()
     }
 
-    fn inputs(given: &[Given]) -> Vec<(i64, Input)> {
-        let of = |it: &Given| match it {
-            Given::Input(stamp, input) => Some((*stamp, *input)),
-            Given::Output(..) => None,
+    fn inputs(given: &[GridSample]) -> Vec<(i64, Input)> {
+        let of = |it: &GridSample| match it {
+            GridSample::Input(stamp, input) => Some((*stamp, *input)),
+            GridSample::Output(..) => None,
         };
         given.iter().filter_map(of).collect()
     }
@@ -280,7 +280,7 @@ mod tests {
         let mut grid = LiveGrid::new(T, 5 * T);
         grid.output(0, 0.0, false);
         grid.input(0, 2.0);
-        let given: Vec<Given> = (1..=20)
+        let given: Vec<GridSample> = (1..=20)
             .filter_map(|k| grid.output(k * T, 0.0, false))
             .flatten()
             .collect();

@@ -105,7 +105,7 @@ pub(crate) fn ends_in(path: &Path, endings: &[&str]) -> bool {
 type Key = (String, [String; 2]);
 
 /// The signals of a topic with its labels.
-struct Wanted<'a> {
+struct RequestedSignal<'a> {
     labels: &'a [String; 2],
     /// Those of the last message.
     names: Rc<[String]>,
@@ -285,13 +285,13 @@ impl Source for LogSource {
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
         let places = places(requests, |it| self.find(it))?;
-        let mut by_topic: BTreeMap<&str, Vec<Wanted<'_>>> = BTreeMap::new();
+        let mut by_topic: BTreeMap<&str, Vec<RequestedSignal<'_>>> = BTreeMap::new();
         for (signal, ((topic, labels), field)) in places.iter().enumerate() {
             let of_topic = by_topic.entry(topic).or_default();
             let signal = (signal, field, None);
             match of_topic.iter_mut().find(|it| it.labels == labels) {
                 Some(known) => known.signals.push(signal),
-                None => of_topic.push(Wanted {
+                None => of_topic.push(RequestedSignal {
                     labels,
                     names: Rc::default(),
                     signals: vec![signal],
@@ -305,7 +305,7 @@ impl Source for LogSource {
                 progress(position);
             }
             // Once a message: to compare empty texts takes longer than to read a number.
-            let is_of_it = |it: &&mut Wanted<'_>| *it.labels == message.labels;
+            let is_of_it = |it: &&mut RequestedSignal<'_>| *it.labels == message.labels;
             let of_topic = by_topic.get_mut(message.topic.as_str());
             let Some(wanted) = of_topic.and_then(|it| it.iter_mut().find(is_of_it)) else {
                 return true;

@@ -81,7 +81,8 @@ impl PreparedRecord {
             outputs,
         } = &self.resampled;
         let mut text = format!(
-            "{} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
+            "{:<12} {} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
+            "record",
             hertz(1.0 / record.sample_time),
             record.samples(),
             record.segments.len(),
@@ -89,23 +90,23 @@ impl PreparedRecord {
             record.duration(),
             self.reading.stamps
         );
-        for (kind, channels) in [("input ", inputs), ("output", outputs)] {
+        for (kind, channels) in [("input", inputs), ("output", outputs)] {
             for channel in channels {
                 text += &format!(
-                    "{kind}  {}: {}\n",
+                    "{kind:<12} {}: {}\n",
                     channel.name,
                     channel_description(channel)
                 );
             }
         }
         for note in &self.reading.clock {
-            text += &format!("clock   {note}\n");
+            text += &format!("{:<12} {note}\n", "clock");
         }
         for note in self.reading.mixed.iter().chain(&self.reading.notes) {
-            text += &format!("note    {note}\n");
+            text += &format!("{:<12} {note}\n", "note");
         }
         for step in &self.steps {
-            text += &format!("{:<7} {}\n", step.name.name(), step.text);
+            text += &format!("{:<12} {}\n", step.name.name(), step.text);
         }
         text
     }
@@ -284,12 +285,14 @@ fn check_order(resampled: &Resampled, reading: &mut Reading) -> Result<()> {
 fn channel_description(channel: &Channel) -> String {
     let timing = &channel.timing;
     let mut text = format!(
-        "{} samples at {} Hz, jitter {:.3} ms, {}",
+        "{} samples at {} Hz, {}",
         timing.samples,
         hertz(timing.rate()),
-        timing.jitter * 1e3,
         channel.method
     );
+    if timing.jitter >= 1e-6 {
+        text += &format!("; jitter {:.3} ms", timing.jitter * 1e3);
+    }
     if timing.gaps > 0 {
         text += &format!(
             "; {} gaps, the longest {:.3} s",

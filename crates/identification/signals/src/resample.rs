@@ -26,7 +26,7 @@ use thiserror::Error;
 use crate::channel::{Channel, Method};
 use crate::gridder::{Grid, Gridder, Onto, Put};
 use crate::mixture::Mixtures;
-use crate::sieve::Sieve;
+use crate::sieve::DuplicateFilter;
 use crate::signal::LARGEST;
 use crate::timing::Meter;
 use crate::unwrap::Unwrap;
@@ -210,7 +210,7 @@ impl Resampler {
         let mut intervals = Vec::new();
         let mut sieves = Vec::new();
         for (signal, samples) in samples.iter_mut().enumerate() {
-            let sieve = Sieve::find(samples, signal >= self.inputs, self.options.unwrap);
+            let sieve = DuplicateFilter::find(samples, signal >= self.inputs, self.options.unwrap);
             intervals.push(sieve.interval);
             sieves.push(sieve);
         }
@@ -458,7 +458,7 @@ struct Track {
     /// The longest time for which a sample acted, ns; 0 if none was long.
     longest_hold: i64,
     mixtures: Mixtures,
-    sieve: Sieve,
+    sieve: DuplicateFilter,
     /// The latest samples, in order of stamp.
     pending: VecDeque<(i64, f64)>,
     /// The last sample given out of `pending`.

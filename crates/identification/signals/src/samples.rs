@@ -3,7 +3,7 @@
 use crate::clock::{ClockFollower, Followed};
 use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role};
-use crate::sieve::Sieve;
+use crate::sieve::DuplicateFilter;
 use crate::signal::LARGEST;
 use crate::source::Source;
 use crate::unwrap::Unwrap;
@@ -65,7 +65,7 @@ pub fn read_samples(
             if stretch.is_empty() {
                 continue;
             }
-            let mut sieve = Sieve::find(&mut stretch, is_output, unwrap);
+            let mut sieve = DuplicateFilter::find(&mut stretch, is_output, unwrap);
             of.stretches.push(sieve.through(&stretch));
             of.interval = sieve.interval * 1e-9;
             let changes = sieve.changes().into_iter().map(|it| it.to_string());

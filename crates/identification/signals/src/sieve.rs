@@ -15,7 +15,7 @@ const UNEVEN: f64 = 1.5;
 
 /// The changes of one signal.
 #[derive(Clone, Debug)]
-pub(crate) struct Sieve {
+pub(crate) struct DuplicateFilter {
     /// From sample to sample, ns; 0 where fewer than two are known.
     pub(crate) interval: f64,
     /// The step of a grid for them, ns.
@@ -27,7 +27,7 @@ pub(crate) struct Sieve {
     pub(crate) unwrapper: Unwrapper,
 }
 
-impl Sieve {
+impl DuplicateFilter {
     /// Finds what the first samples need; they are put in the order of their stamps. Repeats of an output are left out.
     pub(crate) fn find(samples: &mut [(i64, f64)], is_output: bool, unwrap: Unwrap) -> Self {
         samples.sort_by_key(|it| it.0);

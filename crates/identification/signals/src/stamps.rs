@@ -131,13 +131,13 @@ impl Stamps {
 }
 
 /// Why the stamps of these topics tell no time.
-pub(crate) fn standing(topics: &[Stamps]) -> Option<String> {
+pub(crate) fn unusable_stamps_reason(topics: &[Stamps]) -> Option<String> {
     topics.iter().find_map(Stamps::unfit)
 }
 
 /// Why the stamps of these topics cannot be put beside each other.
 pub(crate) fn unfit(topics: &mut [Stamps]) -> Option<String> {
-    if let Some(reason) = standing(topics) {
+    if let Some(reason) = unusable_stamps_reason(topics) {
         return Some(reason);
     }
     let latencies = latencies(topics);

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use planesman_signals::{
-    Given, GridError, LiveGrid, MAX_NUMBERS, Method, Options, Resampled, Resampler,
+    GridError, GridSample, LiveGrid, MAX_NUMBERS, Method, Options, Resampled, Resampler,
 };
 
 const SECOND: i64 = 1_000_000_000;
@@ -140,8 +140,8 @@ fn live_and_offline_give_the_same_numbers_to_the_last_bit() {
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for given in given.into_iter().flatten() {
         let (stamp, list, value) = match given {
-            Given::Output(stamp, value) => (stamp, &mut outputs, value),
-            Given::Input(stamp, input) => (stamp, &mut inputs, input.mean),
+            GridSample::Output(stamp, value) => (stamp, &mut outputs, value),
+            GridSample::Input(stamp, input) => (stamp, &mut inputs, input.mean),
         };
         if stamp >= segment.start {
             assert_eq!(stamp, segment.start + list.len() as i64 * (SECOND / 20));

@@ -8,7 +8,7 @@
 //! ```
 //! the square of their correlation. Shares of properties that are uncertain together overlap: they need not add up to one.
 
-use crate::closed_loop::{Margins, Seen};
+use crate::closed_loop::{Margins, PlantResponse};
 use crate::controller::Controller;
 use crate::error::{Result, TuneError};
 use crate::model::{NUDGE, PropertyKind, Sampling, UncertainModel};
@@ -50,7 +50,10 @@ pub fn causes(
         let parameters = model.along(direction, by);
         let plant = model.plant(&parameters, sampling)?;
         let properties = model.properties(&parameters, &plant, frequency)?;
-        Ok::<_, TuneError>((Seen::new(plant).margins(controller).phase, properties))
+        Ok::<_, TuneError>((
+            PlantResponse::new(plant).margins(controller).phase,
+            properties,
+        ))
     };
     let plant = model.plant(model.centre(), sampling)?;
     let properties = model.properties(model.centre(), &plant, frequency)?;

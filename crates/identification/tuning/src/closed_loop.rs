@@ -22,7 +22,7 @@ const RADII: i32 = 20;
 
 /// A plant and its frequency response.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct PlantResponse {
     /// The plant.
     pub plant: Plant,
     /// Frequencies, rad/s, and output per input.
@@ -54,7 +54,7 @@ impl Margins {
     };
 }
 
-impl Seen {
+impl PlantResponse {
     /// Of a plant.
     #[must_use]
     pub fn new(plant: Plant) -> Self {
@@ -180,7 +180,7 @@ impl Limits {
     /// By how much a loop misses them, for searches: an unstable one by [`UNSTABLE`] and more the larger its poles, others by the sum of the shares that
     /// their margins lack; 0 where all are kept.
     #[must_use]
-    pub(crate) fn missed_by(&self, seen: &Seen, controller: &Controller) -> f64 {
+    pub(crate) fn missed_by(&self, seen: &PlantResponse, controller: &Controller) -> f64 {
         let margins = seen.margins(controller);
         if !margins.is_stable {
             let all = seen.closed_loop(controller).unwrap_or_default();
@@ -216,9 +216,9 @@ mod tests {
     use super::*;
     use planesman_linear::TransferFunction;
 
-    fn seen(num: &[f64], den: &[f64], delay: f64, tick: f64) -> Seen {
+    fn seen(num: &[f64], den: &[f64], delay: f64, tick: f64) -> PlantResponse {
         let transfer = TransferFunction::new(num.to_vec(), den.to_vec()).unwrap();
-        Seen::new(Plant::held(&transfer, delay, tick).unwrap())
+        PlantResponse::new(Plant::held(&transfer, delay, tick).unwrap())
     }
 
     /// Skogestad 2003, Table 1: SIMC with tau_c = theta on first order with tau_1 <= 8 theta has L = e^(-theta s) / (2 theta s): phase
@@ -259,7 +259,7 @@ mod tests {
         };
         assert!(by(9.99) && !by(10.01) && !by(-0.1));
         // An unstable pole z = 1.1, z - 1.1 + 0.2 k: stable for 0.5 < k < 10.5.
-        let plant = Seen::new(Plant::of_z(&[0.2], &[1.0, -1.1], 0.1, 0));
+        let plant = PlantResponse::new(Plant::of_z(&[0.2], &[1.0, -1.1], 0.1, 0));
         let by = |k: f64| {
             plant.is_stable(&Controller {
                 kp: k,

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::robustness::{MISSED, Spread};
+use crate::robustness::{Distribution, MISSED};
 use crate::tune::Tuning;
 
 impl Tuning {
@@ -10,7 +10,7 @@ impl Tuning {
     #[must_use]
     pub fn as_json(&self) -> Value {
         let finite = |value: f64| Some(value).filter(|it| it.is_finite());
-        let spread = |of: &Spread| {
+        let spread = |of: &Distribution| {
             json!({
                 "model": finite(of.model),
                 "q05": finite(of.quantile(MISSED)),

@@ -7,7 +7,7 @@
 //! ```
 //! - [`tune`], [`TuneOptions`], [`Tuning`]: the whole way, with the choice of the method.
 //! - [`rules`], [`search`]: gains for one model. [`reduction`]: the half rule.
-//! - [`Seen`], [`Margins`], [`Motion`]: a loop judged. [`causes`]: what makes its phase margin uncertain.
+//! - [`PlantResponse`], [`Margins`], [`Motion`]: a loop judged. [`causes`]: what makes its phase margin uncertain.
 
 mod causes;
 mod closed_loop;
@@ -29,7 +29,7 @@ mod tests;
 mod tune;
 
 pub use causes::{Cause, causes};
-pub use closed_loop::{Limits, Margins, Seen};
+pub use closed_loop::{Limits, Margins, PlantResponse};
 pub use controller::{Controller, FILTER_RATIO};
 pub use drawn::drawn;
 pub use dynamics::Dynamics;
@@ -38,5 +38,5 @@ pub use model::{Property, PropertyKind, Sampling, UncertainModel};
 pub use options::{Kind, Method, TuneOptions};
 pub use plant::Plant;
 pub use response::{Motion, Trial};
-pub use robustness::{Band, MISSED, Robustness, Spread, Steps};
+pub use robustness::{Band, Distribution, MISSED, Robustness, Steps};
 pub use tune::{Tuning, tune};

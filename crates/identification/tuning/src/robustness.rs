@@ -3,7 +3,7 @@
 use planesman_identification::on_all_cores;
 use planesman_linear::StepMetrics;
 
-use crate::closed_loop::{Limits, Margins, Seen};
+use crate::closed_loop::{Limits, Margins, PlantResponse};
 use crate::controller::Controller;
 use crate::options::TuneOptions;
 use crate::response::{Motion, Trial};
@@ -17,14 +17,14 @@ const INSTANTS: usize = 400;
 
 /// A number over the plants: that of the model itself, and of the drawn ones.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct Distribution {
     /// Of the model itself.
     pub model: f64,
     /// Of the drawn plants, in order of size; infinite ones at the ends.
     pub sorted: Vec<f64>,
 }
 
-impl Spread {
+impl Distribution {
     /// Of values.
     #[must_use]
     pub fn new(model: f64, values: impl IntoIterator<Item = f64>) -> Self {
@@ -61,7 +61,11 @@ pub struct Robustness {
 }
 
 impl Robustness {
-    pub(crate) fn new(controller: &Controller, model: &Seen, draws: &[Seen]) -> Self {
+    pub(crate) fn new(
+        controller: &Controller,
+        model: &PlantResponse,
+        draws: &[PlantResponse],
+    ) -> Self {
         let on_grid = model.on_grid(controller);
         Self {
             model: model.margins_with(controller, &on_grid),
@@ -71,30 +75,30 @@ impl Robustness {
 
     /// The phase margin, degrees.
     #[must_use]
-    pub fn phase(&self) -> Spread {
+    pub fn phase(&self) -> Distribution {
         self.of(|it| it.phase.to_degrees())
     }
 
     /// The gain margin, dB.
     #[must_use]
-    pub fn gain(&self) -> Spread {
+    pub fn gain(&self) -> Distribution {
         self.of(|it| 20.0 * libm::log10(it.gain))
     }
 
     /// The sensitivity peak.
     #[must_use]
-    pub fn sensitivity(&self) -> Spread {
+    pub fn sensitivity(&self) -> Distribution {
         self.of(|it| it.sensitivity)
     }
 
     /// The gain crossover, rad/s; 0 without one.
     #[must_use]
-    pub fn crossover(&self) -> Spread {
+    pub fn crossover(&self) -> Distribution {
         self.of(|it| it.crossover.unwrap_or(0.0))
     }
 
-    fn of(&self, value: impl Fn(&Margins) -> f64) -> Spread {
-        Spread::new(value(&self.model), self.draws.iter().map(&value))
+    fn of(&self, value: impl Fn(&Margins) -> f64) -> Distribution {
+        Distribution::new(value(&self.model), self.draws.iter().map(&value))
     }
 
     /// The share of the drawn plants that are unstable with these gains; of none drawn that of the model, 0 or 1.
@@ -145,7 +149,7 @@ impl Band {
             return band;
         };
         for (k, time) in times.iter().enumerate().step_by(every) {
-            let spread = Spread::new(own[k], drawn.iter().map(|line| line[k]));
+            let spread = Distribution::new(own[k], drawn.iter().map(|line| line[k]));
             band.times.push(*time);
             band.model.push(spread.model);
             band.range
@@ -167,25 +171,25 @@ pub struct Steps {
     /// Output after a unit step of the load at the input.
     pub load: Band,
     /// %, of the step of the setpoint.
-    pub overshoot: Spread,
+    pub overshoot: Distribution,
     /// To within 2 %, s; infinite where it does not settle in the time shown.
-    pub settling: Spread,
+    pub settling: Distribution,
     /// The farthest that the input goes from where it stood, input unit.
-    pub peak_input: Spread,
+    pub peak_input: Distribution,
     /// How far the input goes altogether, input unit.
-    pub travel: Spread,
+    pub travel: Distribution,
     /// Share of the time that the input is at a limit, %.
-    pub at_limit: Spread,
+    pub at_limit: Distribution,
     /// Integrated absolute error after a unit step of the load, output unit times s.
-    pub load_error: Spread,
+    pub load_error: Distribution,
 }
 
 impl Steps {
     pub(crate) fn new(
         controller: &Controller,
         margins: &Margins,
-        seen: &Seen,
-        draws: &[Seen],
+        seen: &PlantResponse,
+        draws: &[PlantResponse],
         options: &TuneOptions,
     ) -> Self {
         let tick = seen.plant.tick;
@@ -206,13 +210,13 @@ impl Steps {
             load: 1.0,
             limit: None,
         };
-        let all: Vec<&Seen> = std::iter::once(seen).chain(draws).collect();
+        let all: Vec<&PlantResponse> = std::iter::once(seen).chain(draws).collect();
         let moved = |trial: &Trial| {
             on_all_cores(&all, |it| Motion::new(&it.plant, controller, trial, ticks))
         };
         let (after_step, after_load) = (moved(&setpoint), moved(&load));
         let spread = |of: &dyn Fn(&Motion) -> f64, motions: &[Motion]| {
-            Spread::new(of(&motions[0]), motions[1..].iter().map(of))
+            Distribution::new(of(&motions[0]), motions[1..].iter().map(of))
         };
         let times: Vec<f64> = (0..ticks).map(|k| k as f64 * tick).collect();
         let band = |motions: &[Motion], of: fn(&Motion) -> &[f64]| {

@@ -9,7 +9,7 @@
 
 use planesman_linear::{ComplexFunctions as _, polar};
 
-use crate::closed_loop::Seen;
+use crate::closed_loop::PlantResponse;
 use crate::controller::{Controller, FILTER_RATIO};
 use crate::reduction::Reduced;
 
@@ -99,7 +99,7 @@ pub fn placement(gain: f64, den: &[f64], frequency: f64, damping_ratio: f64) -> 
 /// The phase that is missing, degrees: above 0 where the controller would have to lead by more than it can, below 0 where it would
 /// have to lag by more.
 pub fn crossover(
-    seen: &Seen,
+    seen: &PlantResponse,
     is_pid: bool,
     sign: f64,
     frequency: f64,
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn the_crossover_is_where_it_is_asked_for_and_has_the_margin() {
         let transfer = TransferFunction::new(vec![-2.0], vec![3.0, 1.0]).unwrap();
-        let seen = Seen::new(Plant::held(&transfer, 0.4, 0.1).unwrap());
+        let seen = PlantResponse::new(Plant::held(&transfer, 0.4, 0.1).unwrap());
         for (is_pid, frequency) in [(false, 0.8), (true, 2.0)] {
             let found = crossover(&seen, is_pid, -1.0, frequency, 1.0).unwrap();
             assert!(found.kp < 0.0);

@@ -11,7 +11,7 @@ use std::convert::Infallible;
 use planesman_identification::on_all_cores;
 use planesman_linear::{ComplexFunctions as _, frequency, lowest};
 
-use crate::closed_loop::{Limits, Seen};
+use crate::closed_loop::{Limits, PlantResponse};
 use crate::controller::{Controller, FILTER_RATIO};
 use crate::response::{Motion, Trial};
 
@@ -69,7 +69,7 @@ impl Bounds {
 /// The best PI or PID controller for a plant within limits; `None` where none is found that keeps them.
 #[must_use]
 pub fn best(
-    seen: &Seen,
+    seen: &PlantResponse,
     is_pid: bool,
     limits: &Limits,
     objective: Objective,
@@ -108,7 +108,7 @@ pub fn best(
 }
 
 /// The plant's first phase crossover, rad/s; of a plant without one Nyquist's frequency.
-fn pace(seen: &Seen) -> f64 {
+fn pace(seen: &PlantResponse) -> f64 {
     let sign = seen.plant.sign();
     let response: Vec<_> = seen.response.iter().map(|(w, p)| (*w, p * sign)).collect();
     let crossovers = frequency::gain_margins(&response, |w| seen.plant.at(w) * sign);
@@ -118,7 +118,7 @@ fn pace(seen: &Seen) -> f64 {
 }
 
 struct Search<'a> {
-    seen: &'a Seen,
+    seen: &'a PlantResponse,
     limits: &'a Limits,
     objective: Objective,
     /// s
@@ -192,12 +192,12 @@ mod tests {
         sensitivity: 1.6,
     };
 
-    fn seen(num: &[f64], den: &[f64], delay: f64, tick: f64) -> Seen {
+    fn seen(num: &[f64], den: &[f64], delay: f64, tick: f64) -> PlantResponse {
         let transfer = TransferFunction::new(num.to_vec(), den.to_vec()).unwrap();
-        Seen::new(Plant::held(&transfer, delay, tick).unwrap())
+        PlantResponse::new(Plant::held(&transfer, delay, tick).unwrap())
     }
 
-    fn absolute(seen: &Seen, is_pid: bool, limits: &Limits) -> Option<Controller> {
+    fn absolute(seen: &PlantResponse, is_pid: bool, limits: &Limits) -> Option<Controller> {
         let objective = Objective::AbsoluteError;
         best(seen, is_pid, limits, objective, Bounds::of(objective))
     }

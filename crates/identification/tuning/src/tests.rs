@@ -2,7 +2,7 @@
 
 use planesman_model_file::{Judgement, ModelFile, Parameter, Process};
 
-use crate::{Kind, Limits, Method, Seen, TuneError, TuneOptions, tune};
+use crate::{Kind, Limits, Method, PlantResponse, TuneError, TuneOptions, tune};
 
 const TICK: f64 = 0.1;
 
@@ -323,7 +323,7 @@ fn another_period_and_a_computing_delay_are_those_of_the_held_model() {
         1e-6,
     );
     let limits: Limits = options.limits();
-    assert!(limits.are_kept(&Seen::new(one.seen.plant.clone()).margins(&one.controller)));
+    assert!(limits.are_kept(&PlantResponse::new(one.seen.plant.clone()).margins(&one.controller)));
 }
 
 /// A model of straight lines between samples has the factor (1 + 1/z)/2, which a held input does not see: 0.2 / (z - 0.9) is the plant.

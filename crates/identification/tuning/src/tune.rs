@@ -4,7 +4,7 @@ use planesman_model_file::ModelFile;
 use planesman_text::{option, setting};
 
 use crate::causes::{Cause, causes};
-use crate::closed_loop::{Limits, Seen};
+use crate::closed_loop::{Limits, PlantResponse};
 use crate::controller::Controller;
 use crate::dynamics::Dynamics;
 use crate::error::{Result, TuneError};
@@ -53,9 +53,9 @@ pub struct Tuning {
     /// What else is to be said.
     pub notes: Vec<String>,
     /// The plants that were drawn, and the model's own.
-    pub seen: Seen,
+    pub seen: PlantResponse,
     /// The same of the drawn ones.
-    pub draws: Vec<Seen>,
+    pub draws: Vec<PlantResponse>,
 }
 
 impl Tuning {
@@ -73,12 +73,12 @@ struct Task<'a> {
     dynamics: Result<Dynamics>,
     sampling: Sampling,
     limits: Limits,
-    seen: &'a Seen,
-    draws: &'a [Seen],
+    seen: &'a PlantResponse,
+    draws: &'a [PlantResponse],
 }
 
 /// What a method has found.
-struct Found {
+struct ControllerDesign {
     controller: Controller,
     reduced: Option<Reduced>,
     pace: Option<(&'static str, f64)>,
@@ -94,7 +94,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
         tick: options.period.unwrap_or(model.sample_time),
         computing_delay: options.computing_delay,
     };
-    let seen = Seen::new(model.plant(model.centre(), &sampling)?);
+    let seen = PlantResponse::new(model.plant(model.centre(), &sampling)?);
     model.check_sign(&sampling)?;
     let mut notes = model.notes.clone();
     let drawn = if model.is_exact() {
@@ -125,7 +125,7 @@ pub fn tune(file: &ModelFile, options: &TuneOptions) -> Result<Tuning> {
             ));
         }
     }
-    let plants: Vec<Seen> = plants.into_iter().map(Seen::new).collect();
+    let plants: Vec<PlantResponse> = plants.into_iter().map(PlantResponse::new).collect();
     let task = Task {
         options,
         dynamics: model.dynamics().map(|it| {
@@ -290,7 +290,7 @@ impl Task<'_> {
         }
     }
 
-    fn found(&self, method: Method, kind: Kind) -> Result<Found> {
+    fn found(&self, method: Method, kind: Kind) -> Result<ControllerDesign> {
         let options = self.options;
         match method {
             Method::Simc => {
@@ -390,8 +390,8 @@ impl Task<'_> {
         begin: f64,
         at: impl Fn(f64) -> Option<Controller>,
         reduced: Option<Reduced>,
-    ) -> Result<Found> {
-        let found = |controller, pace| Found {
+    ) -> Result<ControllerDesign> {
+        let found = |controller, pace| ControllerDesign {
             controller,
             reduced: reduced.clone(),
             pace: Some((name, pace)),
@@ -438,7 +438,7 @@ impl Task<'_> {
         Err(self.out_of_reach(method, best.as_ref()))
     }
 
-    fn at_crossover(&self, kind: Kind, frequency: f64) -> Result<Found> {
+    fn at_crossover(&self, kind: Kind, frequency: f64) -> Result<ControllerDesign> {
         let nyquist = self.seen.plant.nyquist();
         let refused = |reason: String, direction| TuneError::Crossover {
             crossover: frequency,
@@ -474,7 +474,7 @@ impl Task<'_> {
                 "higher",
             ),
         })?;
-        Ok(Found {
+        Ok(ControllerDesign {
             controller,
             reduced: None,
             pace: None,
@@ -482,7 +482,12 @@ impl Task<'_> {
     }
 
     /// The best on the model itself within limits that are tightened until the drawn plants keep those asked for.
-    fn searched(&self, method: Method, kind: Kind, objective: Objective) -> Result<Found> {
+    fn searched(
+        &self,
+        method: Method,
+        kind: Kind,
+        objective: Objective,
+    ) -> Result<ControllerDesign> {
         let bounds = self.options.bounds(objective);
         let at = |share: f64| {
             let limits = self.limits.tightened(share);
@@ -519,7 +524,7 @@ impl Task<'_> {
                     None => missed = Some(middle),
                 }
             }
-            return Ok(Found {
+            return Ok(ControllerDesign {
                 controller: kept.1,
                 reduced: None,
                 pace: None,

@@ -22,14 +22,14 @@ use planesman_text::did_you_mean;
 use crate::cursor::{Cursor, DecodeError};
 use crate::key::Name;
 use crate::path::Step;
-use crate::program::{self, Op, Wanted};
+use crate::program::{self, FieldSelection, Op};
 use crate::values::Values;
 use crate::{FieldPath, Types, json, key};
 
 /// Reads some numbers of messages of one type.
 #[derive(Clone, Debug)]
 pub struct Decoder {
-    wanted: Wanted,
+    wanted: FieldSelection,
     /// What is done with a payload for it.
     ops: Vec<Op>,
     /// The numbers asked for, then those that formulas need.
@@ -151,7 +151,7 @@ impl Decoder {
     /// # Errors
     /// The first path that leads to no number, and why.
     pub fn compile(types: &Types, paths: &[FieldPath]) -> Result<Self, CompileError> {
-        Self::compile_into(types, paths, Wanted::default())
+        Self::compile_into(types, paths, FieldSelection::default())
     }
 
     /// The same, which reads what the numbers are of as well ([`Decoder::identity`]).
@@ -162,7 +162,7 @@ impl Decoder {
         types: &Types,
         paths: &[FieldPath],
     ) -> Result<Self, CompileError> {
-        let mut wanted = Wanted::default();
+        let mut wanted = FieldSelection::default();
         let mut texts = 0;
         let mut text = || {
             texts += 1;
@@ -242,7 +242,7 @@ impl Decoder {
     fn compile_into(
         types: &Types,
         paths: &[FieldPath],
-        mut wanted: Wanted,
+        mut wanted: FieldSelection,
     ) -> Result<Self, CompileError> {
         let mut slots = paths.len();
         let mut computed = Vec::new();
@@ -265,13 +265,14 @@ impl Decoder {
                 }
             }
             let of = path.parent();
-            let mut part = |wanted: &mut Wanted, path: &FieldPath| {
+            let mut part = |wanted: &mut FieldSelection, path: &FieldPath| {
                 let slot = wanted.add(path, slots);
                 slots += usize::from(slot == slots);
                 slot
             };
-            let mut vector =
-                |wanted: &mut Wanted| ["x", "y", "z"].map(|name| part(wanted, &of.field(name)));
+            let mut vector = |wanted: &mut FieldSelection| {
+                ["x", "y", "z"].map(|name| part(wanted, &of.field(name)))
+            };
             match target {
                 Target::Plain => {
                     let first = wanted.add(path, slot);
@@ -299,13 +300,18 @@ impl Decoder {
     /// The decoder of the names of the elements of the list at `path`, of the message itself at an empty one; `None` if they have none.
     #[must_use]
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
-        let mut wanted = Wanted::default();
+        let mut wanted = FieldSelection::default();
         let own = has_key(types, path).then(|| path.clone());
         wanted.add_all_names(&own.or_else(|| names_of(types, path))?);
         Some(Self::of(types, wanted, 0, Vec::new()))
     }
 
-    fn of(types: &Types, wanted: Wanted, slots: usize, computed: Vec<(usize, Formula)>) -> Self {
+    fn of(
+        types: &Types,
+        wanted: FieldSelection,
+        slots: usize,
+        computed: Vec<(usize, Formula)>,
+    ) -> Self {
         Self {
             ops: program::compile(types, &wanted),
             wanted,
@@ -316,14 +322,14 @@ impl Decoder {
             is_json: types.is_json,
             whole: types
                 .has_wide_text()
-                .then(|| program::walk(types, &Wanted::default())),
+                .then(|| program::walk(types, &FieldSelection::default())),
         }
     }
 
     /// Whether a payload is a message of the type, to its end: what is left is padding.
     #[must_use]
     pub fn fits(types: &Types, payload: &[u8]) -> bool {
-        let whole = program::walk(types, &Wanted::default());
+        let whole = program::walk(types, &FieldSelection::default());
         Cursor::new(payload).is_ok_and(|cursor| {
             let wide = cursor.clone().with_wide_characters(4);
             left_behind(&whole, &cursor).min(left_behind(&whole, &wide)) < 4

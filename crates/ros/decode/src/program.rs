@@ -105,7 +105,7 @@ pub(crate) enum Pass {
 
 /// The numbers asked for, as a tree of the steps that lead to them.
 #[derive(Clone, Default, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct FieldSelection {
     slot: Option<usize>,
     /// Texts whose numbers in this list of texts are wanted, with their slots.
     names: Vec<(String, usize)>,
@@ -117,15 +117,15 @@ pub(crate) struct Wanted {
     length: Option<usize>,
     /// This is what its message is called.
     is_name: bool,
-    fields: BTreeMap<String, Wanted>,
-    elements: BTreeMap<usize, Wanted>,
+    fields: BTreeMap<String, FieldSelection>,
+    elements: BTreeMap<usize, FieldSelection>,
     /// Of a list of messages those that are so called; the message itself if it is.
-    named: BTreeMap<String, Wanted>,
+    named: BTreeMap<String, FieldSelection>,
     /// Of a list of messages that a list of texts names: where the numbers of those so called go.
     numbers: BTreeMap<String, usize>,
 }
 
-impl Wanted {
+impl FieldSelection {
     /// Asks for the number or list at `path` to go to `slot`; returns where it goes if it was
     /// asked for before.
     pub(crate) fn add(&mut self, path: &FieldPath, slot: usize) -> usize {
@@ -242,14 +242,14 @@ impl Wanted {
 
 /// The steps that read what is `wanted` of a message of the root type. The paths lead to
 /// numbers or lists of numbers.
-pub(crate) fn compile(types: &Types, wanted: &Wanted) -> Vec<Op> {
+pub(crate) fn compile(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     let mut ops = walk(types, wanted);
     trim(&mut ops);
     ops
 }
 
 /// The same, and then to the message's end.
-pub(crate) fn walk(types: &Types, wanted: &Wanted) -> Vec<Op> {
+pub(crate) fn walk(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     let mut compiler = Compiler {
         types,
         passes: BTreeMap::new(),
@@ -292,7 +292,7 @@ struct Compiler<'t> {
 }
 
 impl<'t> Compiler<'t> {
-    fn message(&mut self, name: &TypeName, wanted: &Wanted, ops: &mut Vec<Op>) {
+    fn message(&mut self, name: &TypeName, wanted: &FieldSelection, ops: &mut Vec<Op>) {
         let types = self.types;
         if !wanted.identity.is_empty()
             && let Some(key) = self.key(name)
@@ -315,7 +315,7 @@ impl<'t> Compiler<'t> {
         }
     }
 
-    fn read(&mut self, field: &'t FieldType, wanted: &Wanted, ops: &mut Vec<Op>) {
+    fn read(&mut self, field: &'t FieldType, wanted: &FieldSelection, ops: &mut Vec<Op>) {
         let Some(count) = count(field.arity) else {
             return self.read_one(&field.element, wanted, ops);
         };
@@ -362,7 +362,13 @@ impl<'t> Compiler<'t> {
     }
 
     /// Reads within the messages that are called by their names, and goes back to before them.
-    fn called(&mut self, count: Count, of: &'t Element, wanted: &Wanted, ops: &mut Vec<Op>) {
+    fn called(
+        &mut self,
+        count: Count,
+        of: &'t Element,
+        wanted: &FieldSelection,
+        ops: &mut Vec<Op>,
+    ) {
         if wanted.named.is_empty() && !wanted.all_names {
             return;
         }
@@ -399,7 +405,7 @@ impl<'t> Compiler<'t> {
 
     /// The steps that find out what a message of that type is called; none of a type without a name.
     fn key(&mut self, name: &TypeName) -> Option<Arc<[Op]>> {
-        let mut wanted = Wanted::default();
+        let mut wanted = FieldSelection::default();
         for path in key::fields(self.types, name) {
             wanted.at(&path).is_name = true;
         }
@@ -409,7 +415,7 @@ impl<'t> Compiler<'t> {
         (!ops.is_empty()).then(|| ops.into())
     }
 
-    fn read_one(&mut self, element: &'t Element, wanted: &Wanted, ops: &mut Vec<Op>) {
+    fn read_one(&mut self, element: &'t Element, wanted: &FieldSelection, ops: &mut Vec<Op>) {
         match (element, wanted.slot) {
             (Element::Message(name), _) => self.message(name, wanted, ops),
             (Element::Primitive(primitive), Some(slot)) => ops.push(Op::Number {
@@ -473,7 +479,7 @@ impl<'t> Compiler<'t> {
                     return known.clone();
                 }
                 let mut ops = Vec::new();
-                self.message(name, &Wanted::default(), &mut ops);
+                self.message(name, &FieldSelection::default(), &mut ops);
                 let pass = match ops[..] {
                     [Op::Pass(part)] => Pass::Fixed(part),
                     _ => Pass::Walked(ops.into()),

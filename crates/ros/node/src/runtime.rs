@@ -90,11 +90,11 @@ impl Drop for Timer {
 /// An event on its way to the handler.
 struct Queued<E> {
     event: E,
-    hold: Hold,
+    hold: EventGuard,
 }
 
 /// What ends with the handling of an event.
-enum Hold {
+enum EventGuard {
     Nothing,
     /// A request's.
     RequestSlot(RequestSlot),
@@ -102,13 +102,13 @@ enum Hold {
     LargeMessage(#[expect(dead_code, reason = "its end is what counts")] LargeMessage),
 }
 
-impl From<RequestSlot> for Hold {
+impl From<RequestSlot> for EventGuard {
     fn from(turn: RequestSlot) -> Self {
         Self::RequestSlot(turn)
     }
 }
 
-impl From<Option<LargeMessage>> for Hold {
+impl From<Option<LargeMessage>> for EventGuard {
     fn from(large: Option<LargeMessage>) -> Self {
         large.map_or(Self::Nothing, Self::LargeMessage)
     }
@@ -118,7 +118,7 @@ impl<E> From<E> for Queued<E> {
     fn from(event: E) -> Self {
         Self {
             event,
-            hold: Hold::Nothing,
+            hold: EventGuard::Nothing,
         }
     }
 }
@@ -135,7 +135,7 @@ pub struct Runtime<E> {
     receiver: Receiver<Queued<E>>,
     gate: Rc<Gate>,
     /// Of the event that is being handled.
-    hold: RefCell<Hold>,
+    hold: RefCell<EventGuard>,
     stop: Receiver<()>,
     /// Why the node cannot go on.
     failed: Receiver<String>,
@@ -235,7 +235,7 @@ impl<E: 'static> Runtime<E> {
 
     /// Waits for `work` while the node's communication goes on. Events queue up.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
-        self.take_up(Hold::Nothing);
+        self.take_up(EventGuard::Nothing);
         self.shared.block_on(self.executor.run(work))
     }
 
@@ -264,8 +264,8 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Ends the handling of the last event; if the next one is a request, its handling begins.
-    fn take_up(&self, mut hold: Hold) {
-        if let Hold::RequestSlot(turn) = &mut hold {
+    fn take_up(&self, mut hold: EventGuard) {
+        if let EventGuard::RequestSlot(turn) = &mut hold {
             turn.begin();
         }
         drop(self.hold.replace(hold));
@@ -308,7 +308,7 @@ impl<E: 'static> Runtime<E> {
                 if handler(&mut self, queued.event)? == Flow::Stop {
                     return Ok(());
                 }
-                self.take_up(Hold::Nothing);
+                self.take_up(EventGuard::Nothing);
                 // What the handler has published goes out now, not after the next event.
                 smol::future::yield_now().await;
             }

@@ -57,12 +57,18 @@ pub(crate) fn start(
     read: Read,
 ) -> Result<()> {
     let reader = shared.with_node(|node| node.create_subscription(topic, None))?;
-    shared.spawn(pump(Rc::clone(shared), endpoint, reader, gate, read));
+    shared.spawn(forward_samples(
+        Rc::clone(shared),
+        endpoint,
+        reader,
+        gate,
+        read,
+    ));
     Ok(())
 }
 
 /// Refused, with the topic and the reason in the log, are what comes from a writer of another type, and what `read` refuses.
-async fn pump(
+async fn forward_samples(
     shared: Rc<Shared>,
     endpoint: Rc<Endpoint>,
     reader: Subscription<Vec<u8>>,

@@ -150,7 +150,7 @@ pub(crate) struct AtValves {
 
 /// What a line has taken from its source and holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Taken {
+pub(crate) struct LineSample {
     /// From the source since the start, m^3.
     pub(crate) volume: f64,
     /// Gained in the line since the start, J, where the source has the pressure given.
@@ -416,7 +416,7 @@ impl Waves {
     }
 
     /// What it has taken from a source at the pressure `source`, and holds, at the end of the last step.
-    pub(crate) fn taken(&self, source: f64) -> Taken {
+    pub(crate) fn taken(&self, source: f64) -> LineSample {
         let Line {
             delay,
             impedance,
@@ -427,7 +427,7 @@ impl Waves {
         let early = self.integrals(end - self.trip, end - delay);
         let volume = (late[0] - r * early[0]) / (2.0 * impedance);
         let at_source = impedance + 0.5 * resistance;
-        Taken {
+        LineSample {
             volume: (late[0] - self.total[0]) / at_source,
             stored: (late[1] + r * r * early[1]) / (4.0 * impedance) + source * volume,
             friction: self.friction

@@ -132,7 +132,7 @@ impl Thrusters {
 
 /// The vehicle as it is seen here.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct MeasuredPose {
     /// Along, to starboard, down in the fixed frame, m.
     pub place: [f64; 3],
     /// Roll, pitch, yaw, rad.
@@ -144,7 +144,7 @@ pub(crate) struct Seen {
 /// Where to be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
-    /// As of [`Seen`].
+    /// As of [`MeasuredPose`].
     pub place: [f64; 3],
     /// rad
     pub heading: f64,
@@ -173,7 +173,7 @@ impl Hover {
         &mut self,
         parameters: &HoverParameters,
         thrusters: &Thrusters,
-        seen: &Seen,
+        seen: &MeasuredPose,
         target: &Target,
         dt: f64,
     ) -> Vec<f64> {

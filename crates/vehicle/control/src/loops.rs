@@ -13,7 +13,7 @@ use crate::angle_loop::short_way;
 use crate::autopilot::{Autopilot, DiveSetpoints, DiveTerms, Gains, Mode};
 use crate::feedback::Feedback;
 use crate::guidance::{Progress, Swing};
-use crate::hover::{Hover, Seen, Target, Thrusters};
+use crate::hover::{Hover, MeasuredPose, Target, Thrusters};
 use crate::limits::bounded;
 use crate::parameters::Config;
 use crate::safety::Reaction;
@@ -222,7 +222,7 @@ impl Loops {
         let target = (heading.commanded())
             .or(course.map(|course| course.heading))
             .unwrap_or(config.parameters.heading_setpoint);
-        let from = heading.stands().unwrap_or(feedback.yaw);
+        let from = heading.current_target().unwrap_or(feedback.yaw);
         let bounds = Bounds {
             rate: config.parameters.heading.setpoint_rate,
             ..Bounds::NONE
@@ -313,8 +313,8 @@ impl Loops {
     }
 }
 
-fn seen(feedback: &Feedback) -> Seen {
-    Seen {
+fn seen(feedback: &Feedback) -> MeasuredPose {
+    MeasuredPose {
         place: [feedback.x, feedback.y, feedback.depth],
         angles: [feedback.roll, feedback.pitch, feedback.yaw],
         rates: [feedback.roll_rate, feedback.pitch_rate, feedback.yaw_rate],

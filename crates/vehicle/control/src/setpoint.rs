@@ -95,7 +95,7 @@ impl Setpoint {
 
     /// Where the setpoint stood at the last tick; `None` when nobody followed it.
     #[must_use]
-    pub(crate) fn stands(&self) -> Option<f64> {
+    pub(crate) fn current_target(&self) -> Option<f64> {
         self.position
     }
 

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use crate::error::{During, Error, Result, refuse, refused};
 use planesman_control::ControllerParameters;
 use planesman_parameters::{Declaration, Parameters, Value, Values, file, probably_meant};
-use planesman_plant::{Craft, PlantParameters};
+use planesman_plant::{PlantParameters, VehicleModel};
 use planesman_text::{did_you_mean, setting, shown, yaml};
 use planesman_units::{Dimension, Quantity};
 use serde::Deserialize;
@@ -265,7 +265,7 @@ impl Scenario {
         let plant: PlantParameters = self.parameters_of("plant_sim")?;
         let is_given = self.given("depth_controller", "hover.vehicle").is_some();
         let craft =
-            Craft::load(&plant).map_err(|reason| refused!("plant_sim.vehicle: {reason}"))?;
+            VehicleModel::load(&plant).map_err(|reason| refused!("plant_sim.vehicle: {reason}"))?;
         if !is_given && !craft.thrusters().is_empty() {
             let given = self.parameters.entry("depth_controller").or_default();
             given.insert("hover.vehicle".to_owned(), plant.vehicle.as_str().into());
@@ -376,7 +376,7 @@ impl Scenario {
         let controller: ControllerParameters = self.parameters_of("depth_controller")?;
         let (flown, hovers) = (&plant.vehicle, &controller.hover.vehicle);
         if hovers.is_empty() {
-            let craft = Craft::load(&plant).map_err(|reason| refused!("{reason}"))?;
+            let craft = VehicleModel::load(&plant).map_err(|reason| refused!("{reason}"))?;
             if !craft.thrusters().is_empty() {
                 refuse!(
                     "plant_sim's vehicle '{flown}' has thrusters, which depth_controller commands where hover.vehicle names it: set \
@@ -393,7 +393,7 @@ impl Scenario {
             ..plant.clone()
         };
         let names = |parameters: &PlantParameters| -> Result<Vec<String>> {
-            let craft = Craft::load(parameters).map_err(|reason| refused!("{reason}"))?;
+            let craft = VehicleModel::load(parameters).map_err(|reason| refused!("{reason}"))?;
             Ok(craft.thrusters().to_vec())
         };
         let (has, commanded) = (names(&plant)?, names(&commanded)?);

@@ -404,7 +404,7 @@ fn truth(scenario: &Scenario) -> Result<ModelSummary> {
 
 /// The same of the vehicle with these parameters.
 pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
-    let craft = planesman_plant::Craft::load(parameters).map_err(|e| refused!("{e}"))?;
+    let craft = planesman_plant::VehicleModel::load(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &planesman_plant::derivatives(parameters, &craft),
         tick,
@@ -486,6 +486,12 @@ pub struct Quantity {
 }
 
 impl Quantity {
+    /// Whether it has a value.
+    #[must_use]
+    pub const fn is_known(&self) -> bool {
+        self.applies && self.value.is_ok()
+    }
+
     /// Its value with its unit.
     #[must_use]
     pub fn text(&self) -> String {

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{PlaneMotion, ThrusterCommand, VehicleState};
 use planesman_parameters::Value;
-use planesman_plant::{Craft, Plant, PlantParameters};
+use planesman_plant::{Plant, PlantParameters, VehicleModel};
 
 use crate::error::Error;
 use crate::node::Core;
@@ -62,20 +62,20 @@ enum Drive {
 
 impl Drive {
     /// Those of a vehicle.
-    fn of(craft: &Craft) -> Vec<Self> {
+    fn of(craft: &VehicleModel) -> Vec<Self> {
         let has = |name: &str| match craft {
-            Craft::Plane(_) => false,
-            Craft::SixDof(tick) => tick.vehicle().parts().inputs.iter().any(|it| it == name),
+            VehicleModel::Plane(_) => false,
+            VehicleModel::SixDof(tick) => tick.vehicle().parts().inputs.iter().any(|it| it == name),
         };
         let (planes, apart, roll, rudder, thrust) = match craft {
-            Craft::Plane(it) => (
+            VehicleModel::Plane(it) => (
                 true,
                 it.planes.is_some(),
                 it.roll.is_some(),
                 it.yaw.is_some(),
                 it.propulsion.is_some(),
             ),
-            Craft::SixDof(tick) => {
+            VehicleModel::SixDof(tick) => {
                 let (bow, stern, rudder) = (has("bow_planes"), has("stern_planes"), has("rudder"));
                 let known = [bow, stern, rudder].iter().filter(|it| **it).count();
                 let all = tick.vehicle().parts().inputs.len();
@@ -133,26 +133,26 @@ pub(crate) struct Driven {
 
 impl Core for Driven {
     type Parameters = PlantParameters;
-    type File = Craft;
+    type File = VehicleModel;
 
     const FILE: &'static str = "vehicle";
     const FIXED: &'static [&'static str] = &["initial_", "seed"];
 
-    fn read(name: &str, text: &str) -> Result<Craft, Error> {
-        Ok(Craft::parse(name, text)?)
+    fn read(name: &str, text: &str) -> Result<VehicleModel, Error> {
+        Ok(VehicleModel::parse(name, text)?)
     }
 
-    fn variables(craft: &Craft) -> Vec<Variable> {
+    fn variables(craft: &VehicleModel) -> Vec<Variable> {
         let inputs = Drive::of(craft).into_iter().map(|it| it.variable());
         let outputs = OUTPUTS.iter().map(Variable::field).chain([sway()]);
         inputs.chain(outputs).collect()
     }
 
-    fn has(_: &Craft, parameter: &str) -> bool {
+    fn has(_: &VehicleModel, parameter: &str) -> bool {
         PARAMETERS.iter().any(|it| parameter.starts_with(it))
     }
 
-    fn new(parameters: &PlantParameters, craft: Craft) -> Result<Self, Error> {
+    fn new(parameters: &PlantParameters, craft: VehicleModel) -> Result<Self, Error> {
         Ok(Self {
             drives: Drive::of(&craft),
             plant: Plant::of(craft, parameters)?,

@@ -4,7 +4,7 @@
 //! cargo run -p planesman_plant --example urdf brunner > launch-scripts/urdf/brunner.urdf
 //! ```
 
-use planesman_plant::{Craft, Error, PlantParameters, robot_description};
+use planesman_plant::{Error, PlantParameters, VehicleModel, robot_description};
 
 fn main() -> Result<(), Error> {
     let name = std::env::args_os().nth(1).unwrap_or("brunner".into());
@@ -12,6 +12,6 @@ fn main() -> Result<(), Error> {
         vehicle: name.to_string_lossy().into_owned(),
         ..PlantParameters::default()
     };
-    print!("{}", robot_description(&Craft::load(&parameters)?));
+    print!("{}", robot_description(&VehicleModel::load(&parameters)?));
     Ok(())
 }

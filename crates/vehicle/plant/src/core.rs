@@ -18,7 +18,7 @@ use planesman_msgs::{
 };
 
 use crate::{
-    craft::{Craft, Place},
+    craft::{Place, VehicleModel},
     description::{self, Driver, Part},
     error::Error,
     frames::Frames,
@@ -67,7 +67,7 @@ impl Pose {
 /// The vehicle, its instruments and where they stand at the present tick.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    craft: Craft,
+    craft: VehicleModel,
     settings: Settings,
     /// Accepted, and in force from the next tick on.
     next_settings: Option<Settings>,
@@ -141,14 +141,14 @@ impl Plant {
     /// # Errors
     /// The refusal and its reason: a vehicle file, a prefix, thrust for a vehicle without propulsion.
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
-        Self::of(Craft::load(parameters)?, parameters)
+        Self::of(VehicleModel::load(parameters)?, parameters)
     }
 
     /// The same of a vehicle that is read already.
     ///
     /// # Errors
     /// As [`Plant::new`].
-    pub fn of(craft: Craft, parameters: &PlantParameters) -> Result<Self, Error> {
+    pub fn of(craft: VehicleModel, parameters: &PlantParameters) -> Result<Self, Error> {
         let settings = Settings::new(parameters, &craft)?;
         Ok(Self {
             place: Place::of(settings.initial),
@@ -190,7 +190,7 @@ impl Plant {
 
     /// The vehicle, to compare an identified model with.
     #[must_use]
-    pub fn craft(&self) -> &Craft {
+    pub fn craft(&self) -> &VehicleModel {
         &self.craft
     }
 
@@ -1042,7 +1042,7 @@ mod tests {
 
     #[test]
     fn a_linear_damping_law_is_the_secant_or_tangent_of_the_drag_at_its_rate() {
-        let craft = Craft::load(&with(&[])).expect("built in");
+        let craft = VehicleModel::load(&with(&[])).expect("built in");
         let damping = |law: &str| {
             let parameters = with(&[
                 ("pitch_damping", Value::from(law)),

@@ -13,14 +13,14 @@ use crate::sensors;
 
 /// The vehicle that the parameters name.
 #[derive(Clone, Debug)]
-pub enum Craft {
+pub enum VehicleModel {
     /// Of the vertical plane, with roll and yaw as axes of their own.
     Plane(Box<Vehicle>),
     /// Of six coupled degrees of freedom.
     SixDof(Box<Tick>),
 }
 
-impl Craft {
+impl VehicleModel {
     /// The vehicle of that name, or of the file at that path.
     ///
     /// # Errors
@@ -272,9 +272,9 @@ impl Equations {
 }
 
 /// The derivatives of a craft's vertical plane at a speed \[m/s\] through the water, before any variant of its equations.
-pub(crate) fn derivatives(craft: &Craft, speed: f64) -> Derivatives {
+pub(crate) fn derivatives(craft: &VehicleModel, speed: f64) -> Derivatives {
     match craft {
-        Craft::Plane(vehicle) => vehicle.derivatives(speed),
-        Craft::SixDof(tick) => tick.derivatives(speed),
+        VehicleModel::Plane(vehicle) => vehicle.derivatives(speed),
+        VehicleModel::SixDof(tick) => tick.derivatives(speed),
     }
 }

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::six_dof::{Fin, Tick};
 
-use crate::craft::Craft;
+use crate::craft::VehicleModel;
 
 /// The body: forward, left, up.
 pub(crate) const BODY: &str = "base_link";
@@ -85,8 +85,8 @@ impl Thruster {
 }
 
 /// The thrusters, of a vehicle that has them.
-pub(crate) fn thrusters(craft: &Craft) -> Vec<Thruster> {
-    let Craft::SixDof(tick) = craft else {
+pub(crate) fn thrusters(craft: &VehicleModel) -> Vec<Thruster> {
+    let VehicleModel::SixDof(tick) = craft else {
         return Vec::new();
     };
     let parts = tick.vehicle().parts();
@@ -109,10 +109,10 @@ fn no_xml(name: &str) -> String {
 }
 
 /// The planes, bow and stern, and the ram that turns them, and the rudder; none where the vehicle file does not have them.
-pub(crate) fn parts(craft: &Craft) -> Vec<Part> {
+pub(crate) fn parts(craft: &VehicleModel) -> Vec<Part> {
     match craft {
-        Craft::Plane(vehicle) => parts_of_the_plane(vehicle),
-        Craft::SixDof(tick) => parts_of_six_degrees(tick),
+        VehicleModel::Plane(vehicle) => parts_of_the_plane(vehicle),
+        VehicleModel::SixDof(tick) => parts_of_six_degrees(tick),
     }
 }
 
@@ -196,9 +196,9 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    pub(crate) fn of(craft: &Craft) -> Self {
+    pub(crate) fn of(craft: &VehicleModel) -> Self {
         match craft {
-            Craft::Plane(vehicle) => {
+            VehicleModel::Plane(vehicle) => {
                 let length = vehicle.reference_length;
                 let width = 2.0 * (vehicle.buoyancy / (WATER * length * PI)).sqrt();
                 Self {
@@ -208,7 +208,7 @@ impl Extent {
                     is_round: true,
                 }
             }
-            Craft::SixDof(tick) => {
+            VehicleModel::SixDof(tick) => {
                 let hull = tick.vehicle().parts().hull;
                 Self {
                     length: hull.length,
@@ -231,7 +231,7 @@ struct Shape {
 }
 
 impl Shape {
-    fn new(craft: &Craft) -> Self {
+    fn new(craft: &VehicleModel) -> Self {
         let Extent {
             length,
             width,
@@ -296,7 +296,7 @@ fn jointed(
 
 /// The vehicle's URDF.
 #[must_use]
-pub fn robot_description(craft: &Craft) -> String {
+pub fn robot_description(craft: &VehicleModel) -> String {
     let Shape {
         name,
         collision,
@@ -381,7 +381,7 @@ mod tests {
     use planesman_vehicle::vehicle_file::{brunner, remus_100};
 
     fn of_the_plane(vehicle: Vehicle) -> String {
-        robot_description(&Craft::Plane(Box::new(vehicle)))
+        robot_description(&VehicleModel::Plane(Box::new(vehicle)))
     }
 
     #[test]
@@ -413,7 +413,7 @@ mod tests {
             vehicle: "bluerov2_heavy".to_owned(),
             ..crate::PlantParameters::default()
         };
-        let craft = Craft::load(&parameters).expect("built in");
+        let craft = VehicleModel::load(&parameters).expect("built in");
         assert_eq!(robot_description(&craft).matches("<joint").count(), 9);
         let all = thrusters(&craft);
         // Forward and to port, as its file says it pushes: (1, -1, 0) forward, right, down is (1, 1, 0) forward, left, up.

@@ -3,7 +3,7 @@
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
 //! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
 //! - [`Answers`]: what a tick is flown on, and when it is over.
-//! - [`Craft`]: the vehicle, of the plane or of six degrees, and its equations.
+//! - [`VehicleModel`]: the vehicle, of the plane or of six degrees, and its equations.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
 //! - `odometry`, `frames`, `messages`, `navigation_messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF. [`Outline`]: the same as lines.
 //!
@@ -25,7 +25,7 @@ mod settings;
 
 pub use answers::{Answers, THE_ACTUATOR};
 pub use core::{Observation, Plant, Pose, StaticMessages};
-pub use craft::Craft;
+pub use craft::VehicleModel;
 pub use description::robot_description;
 pub use error::Error;
 pub use messages::Instruments;

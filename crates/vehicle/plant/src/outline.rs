@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::craft::Craft;
+use crate::craft::VehicleModel;
 use crate::description::{self, Driver, Extent, Motion};
 use crate::error::Error;
 use crate::parameters::PlantParameters;
@@ -21,14 +21,14 @@ impl Outline {
     /// Of the vehicle that the parameters name.
     ///
     /// # Errors
-    /// As [`Craft::load`].
+    /// As [`VehicleModel::load`].
     pub fn load(parameters: &PlantParameters) -> Result<Self, Error> {
-        Ok(Self::of(&Craft::load(parameters)?))
+        Ok(Self::of(&VehicleModel::load(parameters)?))
     }
 
     /// Of a vehicle.
     #[must_use]
-    pub fn of(craft: &Craft) -> Self {
+    pub fn of(craft: &VehicleModel) -> Self {
         let Extent {
             length,
             width,

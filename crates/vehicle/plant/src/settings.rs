@@ -8,7 +8,7 @@ use planesman_vehicle::{
 };
 
 use crate::{
-    craft::{self, Craft, Equations, SixDof},
+    craft::{self, Equations, SixDof, VehicleModel},
     error::Error,
     parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
     sensors::Sensors,
@@ -34,7 +34,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn new(parameters: &PlantParameters, craft: &Craft) -> Result<Self, Error> {
+    pub(crate) fn new(parameters: &PlantParameters, craft: &VehicleModel) -> Result<Self, Error> {
         let tick_nanos = (parameters.tick * 1e9).round() as i64;
         let tick = tick_nanos as f64 * 1e-9;
         let steps = (tick / parameters.step - 1e-9).ceil();
@@ -46,13 +46,13 @@ impl Settings {
         };
         let step = tick / steps;
         let equations = match craft {
-            Craft::Plane(vehicle) => Equations::Plane(Box::new(of_the_plane(
+            VehicleModel::Plane(vehicle) => Equations::Plane(Box::new(of_the_plane(
                 parameters,
                 vehicle,
                 environment,
                 step,
             )?)),
-            Craft::SixDof(tick) => of_six_degrees(parameters, tick, step)?,
+            VehicleModel::SixDof(tick) => of_six_degrees(parameters, tick, step)?,
         };
         let plane = State {
             depth: parameters.initial_depth,
@@ -242,7 +242,7 @@ fn drag(parameters: &PlantParameters) -> Option<Drag> {
 
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
 #[must_use]
-pub fn derivatives(parameters: &PlantParameters, craft: &Craft) -> Derivatives {
+pub fn derivatives(parameters: &PlantParameters, craft: &VehicleModel) -> Derivatives {
     variant(parameters).apply(craft::derivatives(craft, parameters.speed))
 }
 

@@ -52,7 +52,7 @@ pub enum VehicleError {
     #[error(
         "vehicle file '{file}': {reason} (built in are {}){}",
         names(),
-        meant(file)
+        similar_vehicle(file)
     )]
     Unreadable {
         /// Its path.
@@ -145,7 +145,7 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
 }
 
 /// The built-in vehicle that was probably meant, as a question.
-fn meant(name: &str) -> String {
+fn similar_vehicle(name: &str) -> String {
     let plane = BUILT_IN.iter().map(|(name, _)| *name);
     planesman_text::did_you_mean(name, plane.chain(six_dof::built_in()))
 }

@@ -4,7 +4,7 @@
 //! beside the dynamics; it is kept where what is held out is simulated better by a good part.
 
 use super::curve::{CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, problem};
-use super::{Analysis, Beside, Options, Reason, judged_on};
+use super::{Analysis, CurvePlacement, Options, Reason, judged_on};
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion};
 use crate::static_curve::{Side, StaticCurve};
@@ -45,8 +45,13 @@ pub fn analyse_validated(
 fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> Result<Analysis> {
     let is_named = ![CurveChoice::Automatic, CurveChoice::None].contains(&options.curve);
     let linear = match is_named {
-        true => judged_on(record, &for_structure(options), validation, Beside::Nothing)?,
-        false => judged_on(record, options, validation, Beside::Nothing)?,
+        true => judged_on(
+            record,
+            &for_structure(options),
+            validation,
+            CurvePlacement::None,
+        )?,
+        false => judged_on(record, options, validation, CurvePlacement::None)?,
     };
     let run = record.segments[linear.segments[linear.longest]].run();
     let Run {
@@ -139,7 +144,7 @@ fn hammerstein(
     };
     let first = of(&linear.estimate.layout.structure, starts)?.curve;
     let behind = first.of_input(record);
-    let behind = judged_on(&behind, &for_structure(options), None, Beside::Nothing)?;
+    let behind = judged_on(&behind, &for_structure(options), None, CurvePlacement::None)?;
     let curve = of(&behind.estimate.layout.structure, &[first])?;
     let through = curve.curve.of_input(record);
     let validation = validation.map(|it| curve.curve.of_input(it));
@@ -147,7 +152,12 @@ fn hammerstein(
         record,
         curve: &curve,
     };
-    judged_on(&through, options, validation.as_ref(), Beside::Input(front))
+    judged_on(
+        &through,
+        options,
+        validation.as_ref(),
+        CurvePlacement::AtInput(front),
+    )
 }
 
 /// The order and delay of the dynamics are chosen for the outputs in front of the curve, as well as a first model tells them.
@@ -186,7 +196,13 @@ fn wiener(
             *first = outputs;
         }
     }
-    let chosen = judged_on(&in_front, &for_structure(options), None, Beside::Nothing)?.estimate;
+    let chosen = judged_on(
+        &in_front,
+        &for_structure(options),
+        None,
+        CurvePlacement::None,
+    )?
+    .estimate;
     // What the outputs in front of the curve owe to the first model does not ask for fewer poles: the curve's own criterion does.
     let most = chosen.layout.structure.poles;
     let orders = match options.order {
@@ -221,7 +237,7 @@ fn wiener(
         record,
         options,
         validation,
-        Beside::Output(structure, estimator),
+        CurvePlacement::AtOutput(structure, estimator),
     )
 }
 

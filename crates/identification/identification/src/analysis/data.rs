@@ -30,7 +30,7 @@ impl<'a> Data<'a> {
         let references = references(record);
         let caused = match references.is_empty() || options.method == Method::Frf {
             true => Vec::new(),
-            false => caused(&problem, references.clone())?,
+            false => noise_free_inputs(&problem, references.clone())?,
         };
         let mut data = Self {
             record,
@@ -39,7 +39,7 @@ impl<'a> Data<'a> {
             caused,
             following: Following::No,
         };
-        let second = data.second_stage(&data.problem);
+        let second = data.on_noise_free_inputs(&data.problem);
         data.following = following(&second.runs[data.longest()]);
         Ok(data)
     }
@@ -61,7 +61,7 @@ impl<'a> Data<'a> {
     }
 
     /// A problem of these runs with the part of each input that the reference causes, where there is one.
-    pub(super) fn second_stage<'b>(&'b self, problem: &Problem<'b>) -> Problem<'b> {
+    pub(super) fn on_noise_free_inputs<'b>(&'b self, problem: &Problem<'b>) -> Problem<'b> {
         let mut second = problem.clone();
         for (run, caused) in second.runs.iter_mut().zip(&self.caused) {
             run.inputs = caused;
@@ -76,12 +76,12 @@ fn references(record: &Record) -> Vec<&[f64]> {
     record.used().into_iter().filter_map(second).collect()
 }
 
-fn caused(problem: &Problem<'_>, references: Vec<&[f64]>) -> Result<Vec<Vec<f64>>> {
+fn noise_free_inputs(problem: &Problem<'_>, references: Vec<&[f64]>) -> Result<Vec<Vec<f64>>> {
     let staged = TwoStages {
         second: &LeastSquares,
         references,
     };
-    staged.caused(problem)
+    staged.noise_free_inputs(problem)
 }
 
 /// A record whose second input is the reference of a loop, with the part of its first input that the reference causes.
@@ -91,7 +91,7 @@ pub(super) fn caused_by_reference(record: &Record) -> Result<Cow<'_, Record>> {
     if references.len() < numbers.len() || record.runs().is_none() {
         return Ok(Cow::Borrowed(record));
     }
-    let caused = caused(&problem(record, &Structure::of_order(1))?, references)?;
+    let caused = noise_free_inputs(&problem(record, &Structure::of_order(1))?, references)?;
     let mut record = record.clone();
     for (number, caused) in numbers.into_iter().zip(caused) {
         record.segments[number].inputs[0] = caused;

@@ -52,7 +52,7 @@ impl HeldOutFits {
         let found = found.as_ref();
         Self {
             fit: found.and_then(|it| it.simulated_fit(longest, run, from)),
-            carried: found.and_then(|it| it.carried_fit(longest, run, from)),
+            carried: found.and_then(|it| it.fit_from_carried_state(longest, run, from)),
             ..it
         }
     }

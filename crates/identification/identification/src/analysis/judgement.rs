@@ -66,7 +66,7 @@ impl Analysis {
         reasons.extend(self.two_stages());
         reasons.extend(self.fits());
         reasons.extend(self.input_share());
-        reasons.extend(self.search.lines.map(Reason::Lines));
+        reasons.extend(self.search.lines.map(Reason::FirstOrderHold));
         reasons.extend(self.delay());
         reasons.extend(self.beyond(record));
         reasons.extend(self.residual_findings());
@@ -376,7 +376,7 @@ impl Analysis {
         let chosen = self.search.selected.first();
         // Half of a step test may hold no step; and half of a record without noise may not determine what all of it does.
         let may_tell = !self.is_unstable() && !self.is_step_test && !self.is_exact();
-        may_tell && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+        may_tell && chosen.is_some_and(|of| of.half_data_error_ratio() > STEADY)
     }
 
     /// Whether earlier inputs are seen in the residual: of an input that follows the output those before this instant.

@@ -65,7 +65,7 @@ impl Level {
     }
 
     /// Gives an estimate back the level that was taken off its record.
-    pub(super) fn put_back(self, estimate: &mut Estimate) {
+    pub(super) fn restore_units(self, estimate: &mut Estimate) {
         estimate.input_level += self.input;
         let steady = match estimate.error {
             Error::Equation => {

@@ -42,7 +42,8 @@ pub use judgement::SAMPLES_PER_PARAMETER;
 pub use lag::Lag;
 pub use options::Options;
 pub use reason::{FitRemark, Reason, ResidualFinding};
-pub use search::{Lines, OtherOrder, Search};
+pub use search::{FirstOrderHold, OtherOrder, Search};
+pub use text::Shown;
 pub use trajectory::Trajectory;
 pub use verdict::{GOOD, Standing, USABLE, Verdict};
 
@@ -137,25 +138,25 @@ pub struct Analysis {
 }
 
 /// What there is beside the linear dynamics.
-enum Beside<'a> {
-    Nothing,
+enum CurvePlacement<'a> {
+    None,
     /// A curve that the record's input has been through.
-    Input(curve::Front<'a>),
+    AtInput(curve::Front<'a>),
     /// A curve of the output, behind dynamics of a structure.
-    Output(Structure, Wiener),
+    AtOutput(Structure, Wiener),
 }
 
-impl Beside<'_> {
+impl CurvePlacement<'_> {
     fn is_at_output(&self) -> bool {
-        matches!(self, Self::Output(..))
+        matches!(self, Self::AtOutput(..))
     }
 
     /// The curve, with dynamics that were fitted.
     fn curve(&self, estimate: &Estimate) -> Option<Curved> {
         let (side, fitted) = match self {
-            Self::Nothing => return None,
-            Self::Input(front) => (Side::Input, front.curve.clone()),
-            Self::Output(..) => (Side::Output, estimate.output_curve.clone()?),
+            Self::None => return None,
+            Self::AtInput(front) => (Side::Input, front.curve.clone()),
+            Self::AtOutput(..) => (Side::Output, estimate.output_curve.clone()?),
         };
         Some(Curved {
             side,
@@ -169,7 +170,7 @@ fn judged_on(
     record: &Record,
     options: &Options,
     validation: Option<&Record>,
-    beside: Beside<'_>,
+    beside: CurvePlacement<'_>,
 ) -> Result<Analysis> {
     let stood = input_before_step(record, options).filter(|_| !beside.is_at_output());
     let at_rest = Options {
@@ -186,7 +187,7 @@ fn judged_on(
     let record = &*level.taken_off(record);
     let data = Data::of(record, options)?;
     let chosen = match &beside {
-        Beside::Output(structure, estimator) => {
+        CurvePlacement::AtOutput(structure, estimator) => {
             Chosen::of(structure.clone(), Box::new(estimator.clone()))
         }
         _ => search(&data, options, stood.is_some())?,
@@ -198,7 +199,7 @@ fn judged_on(
     let mut found = fitted(&data, &problem, options, chosen, &beside, validation)?;
     let own = std::iter::once(&mut found.estimate);
     own.chain(found.closed_loop.iter_mut().flat_map(|it| &mut it.direct))
-        .for_each(|it| level.put_back(it));
+        .for_each(|it| level.restore_units(it));
     let validated = validation.map(|it| found.validated(it, &problem));
     let validated = validated.transpose()?;
     found.finding = found.beyond_linear(measured);
@@ -226,7 +227,7 @@ fn fitted(
     problem: &Problem<'_>,
     options: &Options,
     chosen: Chosen,
-    beside: &Beside<'_>,
+    beside: &CurvePlacement<'_>,
     validation: Option<&Record>,
 ) -> Result<Analysis> {
     let longest = data.longest();
@@ -244,11 +245,11 @@ fn fitted(
         Some(fitted) => fitted,
         None => estimator.fit(problem)?,
     };
-    if let Beside::Input(front) = beside {
+    if let CurvePlacement::AtInput(front) = beside {
         front.widen(&mut estimate, estimator, problem)?;
     }
     // In a loop the output follows the part of the input that the reference causes, and noise that went round.
-    let second = data.second_stage(problem);
+    let second = data.on_noise_free_inputs(problem);
     let run = second.runs[longest];
     let tested_against = data.references.get(longest).copied();
     let tested_against = tested_against.unwrap_or(problem.runs[longest].inputs);
@@ -258,7 +259,7 @@ fn fitted(
             from: first_part(&run).outputs.len(),
             ..HeldOutFits::default()
         },
-        Beside::Input(front) => {
+        CurvePlacement::AtInput(front) => {
             let through = front.of_first_part(&problem.structure)?;
             let by_first_part = Problem {
                 runs: through.runs().unwrap_or_default(),

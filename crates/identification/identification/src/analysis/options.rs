@@ -1,7 +1,7 @@
 //! Options of the analysis, and the structures that they ask for.
 
 use super::curve::CurveChoice;
-use crate::estimators::{FrequencyDomain, Given, Knowledge, Method, Property};
+use crate::estimators::{FrequencyDomain, Knowledge, Method, Property, TransferConstraints};
 use crate::structure::{InitialState, Structure};
 
 /// Options of the analysis.
@@ -91,7 +91,7 @@ impl Options {
         references: &[&[f64]],
     ) -> FrequencyDomain {
         FrequencyDomain {
-            given: Given {
+            given: TransferConstraints {
                 poles: self.order,
                 zeros: self.numerator.map(|count| count.saturating_sub(1)),
                 // The first effect of a held input is seen a sample later.

@@ -1,7 +1,7 @@
 //! What speaks for a model and against it: findings with their numbers. `sentences` has them in words.
 
 use super::curve::Curved;
-use super::{Lines, OtherOrder};
+use super::{FirstOrderHold, OtherOrder};
 use crate::estimators::Form;
 use crate::selection::{Candidate, criteria, process};
 use crate::uncertainty::Uncertain;
@@ -100,7 +100,7 @@ pub enum Reason {
     /// A static curve in front of the dynamics or behind them.
     Curve(Curved),
     /// The input moves on straight lines between its samples.
-    Lines(Lines),
+    FirstOrderHold(FirstOrderHold),
     /// The residuals are rounding.
     NoNoise,
     /// The result of the residual tests, against the reference where that is so.
@@ -120,6 +120,44 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// Whether it says how the model was chosen, rather than what it is worth.
+    pub(crate) const fn is_of_the_choice(&self) -> bool {
+        matches!(
+            self,
+            Self::Selected(..) | Self::Order(..) | Self::Process(..) | Self::SearchedInPart(..)
+        )
+    }
+
+    /// Whether it speaks against the model.
+    #[must_use]
+    pub const fn is_against(&self) -> bool {
+        match self {
+            Self::Doubt(_)
+            | Self::LargestOrder(_)
+            | Self::LongestDelay(_)
+            | Self::HeldOutFit(_, FitRemark::WorseThanMean | FitRemark::Overfitted(_))
+            | Self::HeldOutIsNoise(None)
+            | Self::FirstPartUndetermined
+            | Self::NotLinear { .. }
+            | Self::Unsteady
+            | Self::InputShare(_, true)
+            | Self::InputEffect(..)
+            | Self::Inseparable(..)
+            | Self::GainUndetermined(_)
+            | Self::Early(_)
+            | Self::OtherDelay(..)
+            | Self::Residuals(ResidualFinding::InLoop(_) | ResidualFinding::Correlated(_), _)
+            | Self::Feedback(_)
+            | Self::NegativePole(_)
+            | Self::UnstablePole(_)
+            | Self::CancelledPole(_)
+            | Self::FewSamples(..) => true,
+            Self::Residuals(ResidualFinding::Coloured(_, is_allowed_for), _) => !*is_allowed_for,
+            Self::ProcessF(f, least) => *f < *least,
+            _ => false,
+        }
+    }
+
     /// What it says, as files and JSON have it.
     #[must_use]
     pub const fn code(&self) -> &'static str {
@@ -155,7 +193,7 @@ impl Reason {
             Self::OtherDelay(..) => "other_delay",
             Self::DirectFeedthrough => "direct_feedthrough",
             Self::Curve(_) => "curve",
-            Self::Lines(_) => "lines",
+            Self::FirstOrderHold(_) => "lines",
             Self::NoNoise => "no_noise",
             Self::Residuals(..) => "residuals",
             Self::Feedback(_) => "feedback",

@@ -34,7 +34,7 @@ pub struct Search {
     /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
     pub selected: Vec<selection::Candidate>,
     /// That the input moves between its samples, where it was found to.
-    pub lines: Option<Lines>,
+    pub lines: Option<FirstOrderHold>,
     /// What leaving out a pole that a zero may cancel, or not, would give.
     pub other_order: Option<OtherOrder>,
     /// The forms of process model tried, the best first; empty where none was.
@@ -47,7 +47,7 @@ pub struct Search {
 
 /// The input is on straight lines between its samples: parameters and cross-validated fit, %, of both.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lines {
+pub struct FirstOrderHold {
     /// On straight lines.
     pub lines: (usize, f64),
     /// With the input held.
@@ -116,7 +116,7 @@ impl From<process::Chosen> for Chosen {
 
 /// What the options leave open, sought in the data, whose output `stood` until a step.
 pub(super) fn search(data: &Data<'_>, options: &Options, stood: bool) -> Result<Chosen> {
-    let (problem, whole) = (&data.problem, data.second_stage(&data.problem));
+    let (problem, whole) = (&data.problem, data.on_noise_free_inputs(&data.problem));
     let part = whole.part().unwrap_or_else(|| whole.clone());
     let given = || {
         let estimator = options.method.estimator(&options.knowledge);
@@ -233,7 +233,7 @@ fn between_samples(
     let judged = |of: &Chosen| (of.best().parameters(), of.best().fit());
     Ok(match validation(true).chosen().ok().filter(is_better) {
         Some(mut lines) => {
-            lines.search.lines = Some(Lines {
+            lines.search.lines = Some(FirstOrderHold {
                 lines: judged(&lines),
                 held: judged(&held),
             });

@@ -8,7 +8,7 @@ use planesman_wording::{option, setting};
 
 use super::reason::{FitRemark, Reason, ResidualFinding};
 use super::text::interval;
-use super::{Curved, Lines, OtherOrder};
+use super::{Curved, FirstOrderHold, OtherOrder};
 use crate::estimators::Form;
 use crate::prediction::AHEAD;
 use crate::selection::{Candidate, criteria, process};
@@ -34,7 +34,7 @@ impl Reason {
             Self::Data(told) => told.clone(),
             Self::Doubt(doubt) => doubt.to_string(),
             Self::SegmentsLeftOut(used, all, share) => {
-                format!("of {all} segments the {used} longest were used, {share:.1} % of the samples")
+                format!("the {used} longest of {all} segments were used, {share:.1} % of the samples")
             }
             Self::SearchedInPart(searched, samples) => format!(
                 "order and delay were searched on the {searched} of {samples} samples where the input varies most; the model was \
@@ -60,7 +60,7 @@ impl Reason {
             ),
             Self::HeldOutFit(fit, remark) => format!("simulated fit on held-out data {fit:.1} %{remark}"),
             Self::AtRest => format!(
-                "the output stands still until the input steps: it is taken to have been at rest before, as by {}",
+                "the output is constant until the input steps: the system is assumed at rest before, as with {}",
                 option("at_rest")
             ),
             Self::HeldOutIsNoise(None) => "not validated: in the held-out data the output stays within the noise".to_owned(),
@@ -72,9 +72,9 @@ impl Reason {
                  fit, {:.1} %",
                 fit.unwrap_or_default()
             ),
-            Self::FirstPartUndetermined => "not validated: the first seven tenths alone do not determine the model".to_owned(),
+            Self::FirstPartUndetermined => "not validated: the first 70 % of the record alone do not determine the model".to_owned(),
             Self::WholeRecord(fit) => format!(
-                "the first seven tenths alone do not excite the band: judged by the simulated fit on all of the record, {}; {} \
+                "the first 70 % of the record alone do not excite the band: judged by the simulated fit on all of the record, {}; {} \
                  judges it on other data",
                 percent(*fit),
                 option("validation")
@@ -83,20 +83,20 @@ impl Reason {
             Self::NotLinear { finding, sample_time, segment } => not_linear(finding, *sample_time, *segment),
             Self::Curve(curved) => through_curve(curved),
             Self::Carried(fit) => format!(
-                "with the state from the samples before alone {fit:.1} % of it is simulated: slow modes drift, and a simulation \
+                "started from the state before the held-out data, the simulation fits {fit:.1} %: slow modes drift, and a simulation \
                  from a known state is no better"
             ),
-            Self::Unsteady => "fitted to one half of the record the model does not hold in the other: the system or its level \
-                 changes along the record, or the halves excite different dynamics"
+            Self::Unsteady => "a model fitted to one half of the record does not fit the other half: the system or its level changes, or the \
+                 halves excite different dynamics"
                 .to_owned(),
             Self::InputShare(share, is_too_little) => input_share(*share, *is_too_little),
             Self::GainUndetermined(gain) => gain_undetermined(gain),
             Self::InputEffect(f, needed, is_in) => format!(
-                "F {f:.1}, {needed:.1} needed: nothing that it does is seen in the output{}",
+                "F {f:.1} ({needed:.1} needed): the output shows no effect of this input{}",
                 if *is_in { "" } else { "; it is left out" }
             ),
             Self::Inseparable(other, share) => format!(
-                "{:.2} % of its variation is its own, the rest moves with {other}: what each does cannot be told apart",
+                "{:.2} % of its variance is its own, the rest moves with {other}: their effects cannot be separated",
                 100.0 * share
             ),
             Self::ProcessF(f, least) => format!("F of the input's part {f:.0}, {least:.0} needed: {}", match f < least {
@@ -108,21 +108,21 @@ impl Reason {
             Self::DirectFeedthrough => "the output answers its input within one sample: direct feedthrough, or the input moves \
                  between its samples, or the output's stamps are too early"
                 .to_owned(),
-            Self::Lines(Lines { lines, held }) => format!(
-                "the input moves on straight lines between its samples (foh): cross-validated fit {:.2} % with {} parameters; held \
-                 it would be {:.2} % with {}",
+            Self::FirstOrderHold(FirstOrderHold { lines, held }) => format!(
+                "the input moves on straight lines between its samples (first-order hold): cross-validated fit {:.2} %, {} \
+                 parameters; with a zero-order hold: {:.2} %, {} parameters",
                 lines.1, lines.0, held.1, held.0
             ),
-            Self::NoNoise => "the residuals are rounding: the data is free of noise".to_owned(),
+            Self::NoNoise => "the residuals are rounding errors: the data has no noise".to_owned(),
             Self::Residuals(finding, true) => residuals(finding, "the reference"),
             Self::Residuals(finding, false) => residuals(finding, "the input"),
             Self::Feedback(later) => feedback(later),
             Self::NegativePole(pole) => negative_pole(pole),
             Self::UnstablePole(pole) => format!("the pole at z = {} is unstable, beyond its 95 % interval", interval(pole)),
-            Self::CancelledPole(pole) => format!("a zero may cancel the pole at z = {}: try a lower order", interval(pole)),
+            Self::CancelledPole(pole) => format!("near pole-zero cancellation at z = {}: try a lower order", interval(pole)),
             Self::OtherOrder(other) => other_order(other),
             Self::FewSamples(samples, parameters) => format!(
-                "{samples} samples for {parameters} parameters: part of the fit is memory; record for longer"
+                "{samples} samples for {parameters} parameters: the model partly memorises them; record for longer"
             ),
         }
     }
@@ -135,7 +135,7 @@ impl fmt::Display for FitRemark {
             Self::WorseThanMean => f.write_str(": worse than the mean of the output"),
             Self::NoiseLimited(attainable) => write!(
                 f,
-                ": as good as the noise lets a model be ({attainable:.1} %)"
+                ": the noise allows no model a better one (limit {attainable:.1} %)"
             ),
             Self::VeryGood => f.write_str(": very good"),
             Self::Overfitted(whole) => write!(
@@ -162,13 +162,13 @@ fn validated(samples: usize, fit: Option<f64>, predicted: Option<f64>) -> String
 fn selected(tried: usize, chosen: &Candidate, largest: Option<&Candidate>) -> String {
     let largest = largest.map_or(String::new(), |it| {
         format!(
-            "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
+            "; the largest fit, {:.1} % ({}), is not significantly larger",
             it.fit(),
             candidate(it)
         )
     });
     let (name, fit) = (candidate(chosen), chosen.fit());
-    format!("of {tried} models cross-validated: {name}, fit {fit:.1} %{largest}")
+    format!("chosen from {tried} models by cross-validation: {name}, fit {fit:.1} %{largest}")
 }
 
 fn process(chosen: &process::Candidate, next: Option<(Form, f64)>) -> String {
@@ -254,9 +254,9 @@ fn input_share(share: f64, is_too_little: bool) -> String {
     let rest = "the rest is free motion, drift or disturbance";
     match is_too_little {
         true => format!(
-            "the input accounts for {percent:.1} % of the output's variation: {rest}; the gain is not to be trusted"
+            "{percent:.1} % of the output's variance comes from the input: {rest}; do not trust the gain"
         ),
-        false => format!("the input accounts for {percent:.0} % of the output's variation: {rest}"),
+        false => format!("{percent:.0} % of the output's variance comes from the input: {rest}"),
     }
 }
 
@@ -300,13 +300,13 @@ fn negative_pole(pole: &Uncertain) -> String {
 }
 
 fn other_order(other: &OtherOrder) -> String {
-    let without = if other.cancels { "with" } else { "without" };
+    let without = if other.cancels { "with a" } else { "without a" };
     let gain = match &other.gain {
         Some(gain) => format!("a steady-state gain of {}", interval(gain)),
         None => "no steady-state gain".to_owned(),
     };
     format!(
-        "the model of order {}, {without} a pole that a zero may cancel, has a cross-validated fit of {:.1} % and {gain}",
+        "an order-{} model, {without} near pole-zero cancellation, has a cross-validated fit of {:.1} % and {gain}",
         other.order, other.fit
     )
 }

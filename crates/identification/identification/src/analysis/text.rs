@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
-use super::{AHEAD, Analysis, ClosedLoop, HeldOutFits, Lag};
+use super::{AHEAD, Analysis, ClosedLoop, HeldOutFits, Lag, Verdict};
 use planesman_linear::digits::{significant, with_interval};
 use planesman_wording::option;
 
@@ -12,29 +12,59 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 /// Candidates, and offsets, printed.
 const SHOWN: usize = 8;
 
-/// Reasons and the verdict, a line each.
-pub(crate) fn listed(reasons: &[impl Display], verdict: &str) -> String {
-    let reasons = reasons.iter().map(|it| format!("- {it}\n"));
-    reasons.collect::<String>() + &format!("- {verdict}\n")
+/// How results are shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown<'a> {
+    /// Lines on the record, below the numbers.
+    pub record: &'a str,
+    /// What is next where the verdict says to write the model: it is written already.
+    pub once_written: Option<&'a str>,
+    /// Candidates, coefficients, poles, zeros and the reasons of the choice as well.
+    pub verbose: bool,
+}
+
+impl Shown<'_> {
+    /// The verdict, the numbers that bear it, the record, the reasons and what is next.
+    pub(crate) fn arranged(
+        &self,
+        verdict: Verdict,
+        numbers: &str,
+        reasons: &[impl Display],
+        next: impl FnOnce() -> String,
+    ) -> String {
+        let reasons: String = reasons.iter().map(|it| format!("- {it}\n")).collect();
+        let next = verdict.next_once(self.once_written, next);
+        let words = verdict.words();
+        let record = self.record;
+        format!("verdict: {words}\n\n{numbers}{record}\n{reasons}\nNext: {next}\n")
+    }
 }
 
 impl Analysis {
-    /// Results, reasons and verdict.
+    /// Verdict, results, reasons and what is next, with all detail.
     #[must_use]
     pub fn text(&self) -> String {
-        self.text_once_written(None)
+        self.text_as(Shown {
+            verbose: true,
+            ..Shown::default()
+        })
     }
 
-    /// The same; of a model that is written already, with what is next where writing it would be.
+    /// The same as it is to be shown.
     #[must_use]
-    pub fn text_once_written(&self, next: Option<&str>) -> String {
-        let next = self.verdict.next_once(next, || self.next());
-        self.numbers() + &listed(&self.reasons, &self.verdict.text(next))
+    pub fn text_as(&self, shown: Shown<'_>) -> String {
+        let numbers = match shown.verbose {
+            true => self.numbers() + "\n" + &self.detail(),
+            false => self.numbers(),
+        };
+        let reasons = self.reasons.iter();
+        let reasons = reasons.filter(|it| shown.verbose || !it.is_of_the_choice());
+        let reasons: Vec<_> = reasons.collect();
+        shown.arranged(self.verdict, &numbers, &reasons, || self.next())
     }
 
-    /// The results in numbers.
-    #[must_use]
-    pub fn numbers(&self) -> String {
+    /// The model in numbers: fit, gain, modes, delay.
+    fn numbers(&self) -> String {
         let structure = &self.estimate.layout.structure;
         let known = match structure.known_denominator.len() {
             1 => String::new(),
@@ -47,7 +77,8 @@ impl Analysis {
             }
         };
         let mut text = format!(
-            "{} -> {}, {}, {size}, delay {}, {} s\n",
+            "{:<12} {} -> {}: {}, {size}, delay {}, sample time {} s\n",
+            "model",
             self.input,
             self.output,
             self.method_name(),
@@ -59,24 +90,10 @@ impl Analysis {
                 Some(_) => "by the response to the reference, S_ry / S_ru",
                 None => "in two stages, from",
             };
-            let _ = writeln!(text, "{how} {reference}");
+            let _ = writeln!(text, "{:<12} {how} {reference}", "loop");
         }
-        text += &self.tried();
         text += &self.process();
         text += &self.frequency();
-        text += &self.coefficients();
-        if let Some(curved) = &self.curved {
-            let _ = writeln!(text, "{:<12} {}", curved.label(), curved.in_words());
-        }
-        for mode in self.modes() {
-            let _ = writeln!(text, "{:<12} {mode}", "mode");
-        }
-        text += &self.places();
-        text += &self.vehicle();
-        text += &interval_of_delay(self.lag);
-        let _ = writeln!(text, "{:<12} {}", "offset", self.offsets());
-        let estimate = &self.estimate;
-        text += &noise(estimate.noise_variance, &estimate.noise_denominator);
         let _ = writeln!(
             text,
             "{:<12} {} simulated, {} on held-out data, {} predicted {AHEAD} samples ahead",
@@ -85,23 +102,39 @@ impl Analysis {
             percent(self.held_out.fit),
             percent(self.predicted_fit)
         );
-        text += &what_the_noise_leaves(&self.held_out);
+        text += &limit_by_noise(&self.held_out);
+        if let Some(curved) = &self.curved {
+            let _ = writeln!(text, "{:<12} {}", curved.label(), curved.in_words());
+        }
+        text += &self.gain();
+        text += &modes(&self.reading());
+        text += &self.vehicle();
+        text + &interval_of_delay(self.lag)
+    }
+
+    /// Candidates, coefficients, poles and zeros, offset and noise.
+    fn detail(&self) -> String {
+        let mut text = self.tried();
+        text += &self.coefficients();
+        text += &self.places();
+        let _ = writeln!(text, "{:<12} {}", "offset", self.offsets());
+        let estimate = &self.estimate;
+        text += &noise(estimate.noise_variance, &estimate.noise_denominator);
         if let Some(part) = self.input_part {
             let _ = writeln!(
                 text,
-                "{:<12} {:.1} % of the output's variation",
-                "the input's",
+                "{:<12} {:.1} % of the output's variance comes from the input",
+                "variance",
                 100.0 * part.share
             );
         }
-        text.push('\n');
         text
     }
 
     /// The models tried.
     fn tried(&self) -> String {
         if !self.search.selected.is_empty() {
-            let mut text = String::from("\nmodel         order  delay   cross-validated fit\n");
+            let mut text = String::from("candidate     order  delay   cross-validated fit\n");
             for c in self.search.selected.iter().take(SHOWN) {
                 let integrator = if c.integrators() > 0 {
                     ", integrator"
@@ -120,18 +153,18 @@ impl Analysis {
             return text + "\n";
         }
         if !self.search.processes.is_empty() {
-            let mut text = String::from("\nprocess       begins     sought  BIC\n");
+            let mut text = String::from("process       begins     parameters  BIC\n");
             for c in &self.search.processes {
                 let begins = if c.is_at_rest { "at rest" } else { "in motion" };
                 let (form, sought) = (c.form.name(), c.parameters);
-                let _ = writeln!(text, "{form:<13} {begins:<10} {sought:<7} {:.1}", c.bic);
+                let _ = writeln!(text, "{form:<13} {begins:<10} {sought:<11} {:.1}", c.bic);
             }
             return text + "\n";
         }
         if let Some(fit) = &self.estimate.frequency
             && fit.candidates.len() > 1
         {
-            let mut text = String::from("\npoles  zeros  dead time    cost J     BIC\n");
+            let mut text = String::from("poles  zeros  dead time, s cost J     BIC\n");
             for c in fit.candidates.iter().take(SHOWN) {
                 let (delay, cost) = (significant(c.delay, 4), significant(c.cost, 4));
                 let (poles, zeros) = (c.orders.poles, c.orders.zeros);
@@ -144,7 +177,7 @@ impl Analysis {
             return text + "\n";
         }
         if self.search.candidates.is_empty() {
-            return "\n".to_owned();
+            return String::new();
         }
         // A finite impulse response chooses its length for each delay.
         let has_no_poles = self.options.method.has(Property::HasNoPoles);
@@ -153,7 +186,7 @@ impl Analysis {
             false => format!("{order:<6} "),
         };
         let head = of_order(&"order");
-        let mut text = format!("\n{head}delay   AIC        BIC        held-out fit\n");
+        let mut text = format!("{head}delay   AIC        BIC        held-out fit\n");
         for c in self.search.candidates.iter().take(SHOWN) {
             let fit = c.held_out_fit;
             let fit = fit.map_or("-".to_owned(), |fit| format!("{fit:.2} %"));
@@ -221,7 +254,7 @@ impl Analysis {
         self.reading().modes()
     }
 
-    /// Poles, zeros and the steady-state gain, each with its 95 % interval.
+    /// Poles and zeros, each with its 95 % interval.
     fn places(&self) -> String {
         let reading = self.reading();
         let mut text = String::new();
@@ -249,8 +282,15 @@ impl Analysis {
                 }
             }
         }
+        text
+    }
+
+    /// The gain with its 95 % interval.
+    fn gain(&self) -> String {
+        let reading = self.reading();
+        let mut text = String::new();
         if let Some(gain) = reading.steady_state_gain() {
-            let _ = writeln!(text, "steady-state gain {}", interval(&gain));
+            let _ = writeln!(text, "{:<12} {}, steady state", "gain", interval(&gain));
         }
         if let Some(gain) = reading.integrator_gain_text() {
             let _ = writeln!(text, "{:<12} {gain}", "gain");
@@ -363,13 +403,15 @@ fn list(values: &[f64]) -> String {
     values.join("  ")
 }
 
-/// The interval of a delay, where there is one.
+/// The delay, where it has an interval.
 pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
     lag.map_or(String::new(), |lag| {
         let (least, most) = lag.interval;
+        let best = lag.best;
+        let unit = if best == 1 { "sample" } else { "samples" };
         format!(
-            "{:<12} {least} to {most} samples with 95 %, best {}\n",
-            "delay", lag.best
+            "{:<12} {best} {unit}, {least} to {most} with 95 %\n",
+            "delay"
         )
     })
 }
@@ -390,15 +432,32 @@ pub(crate) fn noise(variance: f64, denominator: &[f64]) -> String {
     text
 }
 
-/// The fit that the noise leaves to the best of models, %.
-pub(crate) fn what_the_noise_leaves(held_out: &HeldOutFits) -> String {
+/// The fit that the noise allows any model to reach, %.
+pub(crate) fn limit_by_noise(held_out: &HeldOutFits) -> String {
     held_out.attainable.map_or(String::new(), |most| {
-        let left = match held_out.is_noise() {
-            true => "leaves nothing to simulate".to_owned(),
-            false => format!("leaves {most:.2} % to the best of models"),
+        let limit = match held_out.is_noise() {
+            true => "the output stays within the noise".to_owned(),
+            false => format!("noise limits any model to {most:.2} %"),
         };
-        format!("{:<12} {left} on held-out data\n", "the noise")
+        format!("{:<12} {limit} on the held-out data\n", "limit")
     })
+}
+
+/// The modes, a line each; those that the record does not determine are counted.
+fn modes(reading: &Reading<'_>) -> String {
+    let (known, others) = reading.determined_modes();
+    let mut text: String = known
+        .iter()
+        .map(|it| format!("{:<12} {it}\n", "mode"))
+        .collect();
+    if others > 0 {
+        let _ = writeln!(
+            text,
+            "{:<12} {others} more, each with an interval larger than its pole",
+            "mode"
+        );
+    }
+    text
 }
 
 /// A fit, %.

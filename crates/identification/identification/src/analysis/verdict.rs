@@ -217,8 +217,8 @@ impl Verdict {
                 setting("method", "armax")
             ),
             Self::NotLinear { .. } => format!(
-                "fit levels or times apart, {window}, or the curve that is named above with the dynamics, where the input has more \
-                 levels than the curve has numbers: {}",
+                "fit levels or times separately: {window}; or fit the curve named above together with the dynamics: {} (the input needs \
+                 more levels than the curve has parameters)",
                 option("curve")
             ),
             Self::Disturbed { .. } => format!(
@@ -230,15 +230,15 @@ impl Verdict {
             Self::Unusable => format!(
                 "look at the page for where it fails: {page}; then choose a segment: {window}"
             ),
-            Self::Unsteady => format!("fit segments apart: {window}, once for each"),
+            Self::Unsteady => format!("fit each segment by itself: {window}"),
             Self::TimeDoubtful => format!(
-                "name their unit or column: {}, {}; of a bag the clock: {}",
+                "name the unit or column of the time: {}, {}; for a bag, the clock: {}",
                 option("time_unit"),
                 option("time"),
                 setting("stamp", "log")
             ),
             Self::Mixed => format!(
-                "record each under a name of its own, or name one: {}, {}",
+                "record each publisher under its own name, or choose one: {}, {}",
                 option("input"),
                 option("output")
             ),
@@ -251,7 +251,7 @@ impl Verdict {
                 "record steps that are held until the output settles".to_owned()
             }
             Self::ParametersUndetermined => {
-                "fix one of those that are named above (fixed: VALUE), or record what tells them apart"
+                "fix one of the parameters named above (fixed: VALUE), or record a manoeuvre that separates them"
                     .to_owned()
             }
             Self::DynamicsMissing => format!(

@@ -95,7 +95,7 @@ impl Orders {
 /// ```
 /// Polynomials in d keep the digits of poles near z = 1, which those in z lose (Middleton and Goodwin, *Digital Control and
 /// Estimation*, 1990).
-pub(super) struct Held {
+pub(super) struct HeldInputTransfer {
     /// `D`, `N_0`, `N_1`, the highest power first.
     den: Vec<f64>,
     now: Vec<f64>,
@@ -105,7 +105,7 @@ pub(super) struct Held {
     whole: usize,
 }
 
-impl Held {
+impl HeldInputTransfer {
     /// # Errors
     /// A transfer function that is not strictly proper, a dead time below 0, numbers that overflow.
     pub(super) fn new(of: &DelayedLoop, sample_time: f64) -> Result<Self> {
@@ -161,7 +161,7 @@ impl Held {
         (value.re.is_finite() && value.im.is_finite()).then_some(value)
     }
 
-    /// `a1 ...` and `b1 ...`, one more, behind [`Held::delay`] samples.
+    /// `a1 ...` and `b1 ...`, one more, behind [`HeldInputTransfer::delay`] samples.
     pub(super) fn difference_equation(&self) -> (Vec<f64>, Vec<f64>) {
         let in_z = |of: &[f64]| {
             let each = of.iter();
@@ -230,7 +230,7 @@ mod tests {
         };
         // (s + 3) / ((s + 1)(s + 2)), steps to 1.5 - 2 e^-t + 0.5 e^-2t.
         let values = DVector::from_vec(vec![1.0, 3.0, 3.0, 2.0, 0.34]);
-        let held = Held::new(&orders.transfer(&values).unwrap(), 0.1).unwrap();
+        let held = HeldInputTransfer::new(&orders.transfer(&values).unwrap(), 0.1).unwrap();
         assert_eq!(held.delay(), 4);
         let (a, b) = held.difference_equation();
         let through = planesman_record::filter(

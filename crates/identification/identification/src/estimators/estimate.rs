@@ -7,7 +7,7 @@ use super::frequency_fit::FrequencyFit;
 use super::physical::Physical;
 use super::process_model::ProcessModel;
 use super::rows::impulse;
-use crate::fit::{Spread, fit};
+use crate::fit::{FitRange, fit};
 use crate::free_motion::{STATE_SAMPLES, STATE_SHARE, carried_on, without_free_motion};
 use crate::model::Model;
 use crate::static_curve::FittedCurve;
@@ -177,7 +177,8 @@ impl Estimate {
     }
 
     /// The first outputs of a record that count for nothing, as [`Structure::unknown`] has it; none of a process model.
-    pub(crate) fn unknown(&self, record: Run<'_>) -> usize {
+    #[must_use]
+    pub fn unknown(&self, record: Run<'_>) -> usize {
         match self.process {
             Some(_) => 0,
             None => self.layout.structure.unknown(record.past.len()),
@@ -248,7 +249,7 @@ impl Estimate {
     /// The same with the state fitted to the samples right before alone, a twentieth of the record or more of a high order: what a
     /// simulation does that is given no output. `None` where there are fewer.
     #[must_use]
-    pub fn carried_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+    pub fn fit_from_carried_state(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         if self.output_curve.is_some() {
             return self.fit_behind_curve(run, record, from);
         }
@@ -259,7 +260,7 @@ impl Estimate {
             return None;
         }
         let (left, _) = self.left_from_rest(run, record, begin);
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         record.outputs[from..]
             .iter()
             .for_each(|y| spread.update(*y, 1.0));
@@ -270,7 +271,7 @@ impl Estimate {
     fn fit_behind_curve(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         let errors = self.simulation_errors(run, record);
         let from = from.max(self.unknown(record));
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         let outputs = record.outputs.iter().skip(from);
         outputs.for_each(|y| spread.update(*y, 1.0));
         let squares = errors.iter().skip(from).map(|e| e * e).sum();
@@ -306,7 +307,7 @@ impl Estimate {
             }
             (Some(at), ..) => vec![self.offset_at_level(at); outputs.len()],
         };
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         let pairs = outputs.iter().zip(filter(b, &a, &driving)).zip(constant);
         let left: Vec<f64> = pairs
             .map(|((y, x), constant)| {

@@ -73,7 +73,7 @@ pub struct FrequencyDomain {
     /// What is sought; `None` to choose.
     pub orders: Option<Orders>,
     /// What is tried where it is to be chosen: poles, zeros and dead time that are given, and what is known.
-    pub given: Given,
+    pub given: TransferConstraints,
     /// The least coherence used; `None` for [`COHERENCE`].
     pub coherence: Option<f64>,
     /// The reference of the loop, over the same samples as each record or more; none in open loop.
@@ -84,7 +84,7 @@ pub struct FrequencyDomain {
 
 /// What is given of a transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Given {
+pub struct TransferConstraints {
     /// Its poles, known ones not counted.
     pub poles: Option<usize>,
     /// Its zeros, known ones not counted.
@@ -97,7 +97,7 @@ pub struct Given {
     pub differentiators: usize,
 }
 
-impl Given {
+impl TransferConstraints {
     /// Every choice of what is not given.
     fn choices(&self) -> Vec<Orders> {
         let poles = self.poles.map_or(1..=MOST_POLES, |it| it..=it);

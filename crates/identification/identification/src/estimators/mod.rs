@@ -63,7 +63,7 @@ pub use delayed_transfer::Orders;
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use fir::Fir;
-pub use frequency_domain::{FrequencyDomain, Given};
+pub use frequency_domain::{FrequencyDomain, TransferConstraints};
 pub use frequency_fit::{Candidate, FrequencyFit};
 pub use least_squares::LeastSquares;
 pub(crate) use levenberg_marquardt::{Linearised, unit_factor};

@@ -44,7 +44,7 @@ impl<'a> Simulator<'a> {
     }
 
     /// `B/A u` of a record, without offset and motion.
-    pub(super) fn caused(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
+    pub(super) fn simulate_input_response(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
         let b: Vec<f64> = theta.as_slice()[self.layout.b(run)].to_vec();
         filter(&b, &self.denominator(theta), &self.signals[run].driving)
     }
@@ -64,7 +64,7 @@ impl<'a> Simulator<'a> {
             let count = run.outputs.len();
             let motion: Vec<f64> = theta.as_slice()[self.layout.motion(r)].to_vec();
             let of = &self.signals[r];
-            let mut x = self.caused(theta, r);
+            let mut x = self.simulate_input_response(theta, r);
             for (x, m) in x.iter_mut().zip(filter(&motion, &a, &of.impulse)) {
                 *x += m;
             }

@@ -38,7 +38,7 @@ impl TwoStages<'_> {
     ///
     /// # Errors
     /// [`IdentificationError`], when a reference is shorter than its record, or determines nothing.
-    pub fn caused(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>> {
+    pub fn noise_free_inputs(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>> {
         if self.references.len() != problem.runs.len() {
             return Err(IdentificationError::Record(
                 "every record needs a reference".to_owned(),
@@ -74,12 +74,12 @@ impl TwoStages<'_> {
         Ok(caused.collect())
     }
 
-    fn second_stage<T>(
+    fn fit_plant_on_noise_free_input<T>(
         &self,
         problem: &Problem<'_>,
         estimate: impl FnOnce(&Problem<'_>) -> Result<T>,
     ) -> Result<T> {
-        let caused = self.caused(problem)?;
+        let caused = self.noise_free_inputs(problem)?;
         let runs = caused.iter().zip(&problem.runs).map(|(caused, run)| Run {
             inputs: caused,
             ..*run
@@ -93,11 +93,11 @@ impl TwoStages<'_> {
 
 impl Estimator for TwoStages<'_> {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
-        self.second_stage(problem, |problem| self.second.fit(problem))
+        self.fit_plant_on_noise_free_input(problem, |problem| self.second.fit(problem))
     }
 
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
-        self.second_stage(problem, |problem| self.second.learner(problem))
+        self.fit_plant_on_noise_free_input(problem, |problem| self.second.learner(problem))
     }
 }
 

@@ -101,7 +101,7 @@ impl Candidate {
     /// Whether the mean logarithm of its errors exceeds that of the other's by no more than so many standard errors of
     /// their difference, or than `slack`.
     pub(super) fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
-        are_within(&self.errors, standard_errors, slack, &best.errors)
+        errors_not_significantly_worse(&self.errors, standard_errors, slack, &best.errors)
     }
 
     /// Whether samples enough tell it from the best neither by that criterion, within a bound, nor block by block.
@@ -144,7 +144,7 @@ impl Candidate {
 
     /// How many times larger the error is with half the record left out than with a fifth.
     #[must_use]
-    pub fn halves_over_fifths(&self) -> f64 {
+    pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
         let (halves, fifths) = self.errors.split_at(HALVES);
         mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
@@ -167,7 +167,12 @@ pub(crate) fn mean_logarithm(errors: &[f64]) -> f64 {
 
 /// Whether the mean logarithm of errors exceeds that of others, block by block, by no more than so many standard errors
 /// of their difference, or than `slack`.
-pub(crate) fn are_within(errors: &[f64], standard_errors: f64, slack: f64, others: &[f64]) -> bool {
+pub(crate) fn errors_not_significantly_worse(
+    errors: &[f64],
+    standard_errors: f64,
+    slack: f64,
+    others: &[f64],
+) -> bool {
     let pairs = errors.iter().zip(others);
     let worse: Vec<f64> = pairs
         .map(|(it, other)| logarithm(*it) - logarithm(*other))

@@ -30,7 +30,7 @@ use planesman_linear::ComplexFunctions as _;
 use planesman_linear::polynomial::{self, product};
 
 pub use candidate::{Candidate, Kind};
-pub(crate) use candidate::{are_within, mean_logarithm};
+pub(crate) use candidate::{errors_not_significantly_worse, mean_logarithm};
 
 use crate::estimators::{
     Armax, Estimator, LeastSquares, NormalEquations, Search, held_within, independent_share,

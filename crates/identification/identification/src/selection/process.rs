@@ -14,7 +14,7 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Begins, Estimate, Estimator, Form, Process, ProcessModel, whitened, whitening,
 };
-use crate::fit::{Spread, fit};
+use crate::fit::{FitRange, fit};
 use crate::structure::{InitialState, Problem, range};
 use crate::uncertainty::{Reading, SIGMAS_95};
 use planesman_parallel::on_all_cores;
@@ -303,7 +303,7 @@ fn cross_validated(estimator: &Process, problem: &Problem<'_>) -> Option<f64> {
     let errors = estimator.left_out(problem, PARTS).ok()?;
     let squares: f64 = errors.iter().flatten().map(|e| e * e).sum();
     let spread = problem.runs.iter().map(|run| {
-        let mut spread = Spread::default();
+        let mut spread = FitRange::default();
         run.outputs.iter().for_each(|y| spread.update(*y, 1.0));
         spread.sum_of_squares()
     });

@@ -5,7 +5,7 @@ use planesman_record::{Record, Segment, StraightLine};
 use super::delays::lags;
 use super::equations::Equations;
 use super::estimate::{Fitted, InUnits};
-use super::excitation::{Own, own};
+use super::excitation::{IndependentShare, own};
 use super::finding::Finding;
 use super::layout::Channel;
 use super::options::Options;
@@ -59,7 +59,7 @@ pub struct InputFindings {
     /// Whether it does anything.
     pub effect: Effect,
     /// What of it the other inputs do not explain.
-    pub own: Own,
+    pub own: IndependentShare,
     /// What it does; `None` where that is nothing.
     pub model: Option<ChannelModel>,
 }

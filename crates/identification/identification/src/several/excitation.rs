@@ -14,7 +14,7 @@ const ROWS_PER_PARAMETER: usize = 2;
 
 /// The share of an input's variation that the others do not explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Own {
+pub struct IndependentShare {
     /// From 0 to 1.
     pub share: f64,
     /// The number of the other input that explains most; `None` of one input alone.
@@ -23,7 +23,7 @@ pub struct Own {
 
 /// Of each input of the records: what is left of it when the others, up to five samples earlier and later, explain it as
 /// well as they can.
-pub(super) fn own(segments: &[Segment]) -> Vec<Own> {
+pub(super) fn own(segments: &[Segment]) -> Vec<IndependentShare> {
     let inputs = segments.first().map_or(0, |it| it.inputs.len());
     (0..inputs)
         .map(|input| {
@@ -31,7 +31,7 @@ pub(super) fn own(segments: &[Segment]) -> Vec<Own> {
             let by = |others: &[usize]| left(segments, input, others);
             let each = others.iter().map(|other| (by(&[*other]), *other));
             let most = each.min_by(|p, q| p.0.total_cmp(&q.0));
-            Own {
+            IndependentShare {
                 share: most.map_or(1.0, |most| by(&others).min(most.0)),
                 other: most.map(|it| it.1),
             }

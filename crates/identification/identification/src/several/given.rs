@@ -16,7 +16,7 @@ use planesman_record::filter;
 
 /// A model of one output, wherever it comes from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
+pub struct KnownStructure {
     /// The number of each channel's input in a record, and its transfer function.
     pub channels: Vec<(usize, GivenModel)>,
     /// The output's offset where every input is 0, output unit.
@@ -40,7 +40,7 @@ pub struct Judged {
     pub residuals: Vec<Option<ResidualTests>>,
 }
 
-impl Given {
+impl KnownStructure {
     /// The judgement on one output of a record.
     ///
     /// # Errors

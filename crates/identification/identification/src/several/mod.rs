@@ -35,9 +35,9 @@ mod verdict;
 pub use analysis::{
     Analysis, ChannelModel, InputFindings, analyse, analyse_validated, searched_part,
 };
-pub use excitation::Own;
+pub use excitation::IndependentShare;
 pub use finding::Finding;
-pub use given::{Given, Judged};
+pub use given::{Judged, KnownStructure};
 pub use layout::Channel;
 pub use options::Options;
 pub use selection::{Candidate, Effect};

@@ -23,7 +23,8 @@ use crate::free_motion::without_free_motion;
 use crate::selection::folds::{Folds, HALVES};
 use crate::selection::realisation::from_markov_parameters;
 use crate::selection::{
-    Kind, MIN_EFFECTIVE_SAMPLES, STANDARD_ERRORS, are_within, lagged, mean_logarithm,
+    Kind, MIN_EFFECTIVE_SAMPLES, STANDARD_ERRORS, errors_not_significantly_worse, lagged,
+    mean_logarithm,
 };
 use crate::structure::{InitialState, monic};
 
@@ -126,7 +127,7 @@ impl Candidate {
 
     /// How many times larger the error is with half the record left out than with a fifth.
     #[must_use]
-    pub fn halves_over_fifths(&self) -> f64 {
+    pub fn half_data_error_ratio(&self) -> f64 {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
         let (halves, fifths) = self.errors.split_at(HALVES);
         mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
@@ -135,8 +136,10 @@ impl Candidate {
     /// The place of the best of these with fewer parameters than the first, if it is no more than a standard error worse.
     pub(super) fn simpler(&self, among: &[Self]) -> Option<usize> {
         let most = among.first()?.parameters();
-        let is_as_good =
-            |it: &Self| it.parameters() < most && are_within(&it.errors, 1.0, 0.0, &self.errors);
+        let is_as_good = |it: &Self| {
+            it.parameters() < most
+                && errors_not_significantly_worse(&it.errors, 1.0, 0.0, &self.errors)
+        };
         let found = among.iter().enumerate().filter(|(_, it)| is_as_good(it));
         let best = found.min_by(|p, q| p.1.score().total_cmp(&q.1.score()));
         best.map(|it| it.0)
@@ -590,8 +593,10 @@ impl<'a> Chooser<'a> {
         let own = candidates
             .iter()
             .find(|it| it.channels == end.model.channels);
-        let own = own.filter(|it| are_within(&it.errors, 1.0, 0.0, &best));
-        let is_as_good = |it: &&Candidate| are_within(&it.errors, STANDARD_ERRORS, 0.0, &best);
+        let own = own.filter(|it| errors_not_significantly_worse(&it.errors, 1.0, 0.0, &best));
+        let is_as_good = |it: &&Candidate| {
+            errors_not_significantly_worse(&it.errors, STANDARD_ERRORS, 0.0, &best)
+        };
         let fewest = || {
             let as_good = candidates.iter().filter(is_as_good);
             as_good.min_by(|p, q| {

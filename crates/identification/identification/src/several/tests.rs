@@ -226,7 +226,7 @@ fn a_given_model_is_simulated_as_it_stands() {
         noise_model: Vec::new(),
         noise_denominator: Vec::new(),
     };
-    let given = Given {
+    let given = KnownStructure {
         channels: vec![
             (0, exact(&[0.0, 0.0, 0.2], &[1.0, -0.9, 0.0, 0.0])),
             (1, exact(&[-0.05, -0.005], &[1.0, -1.6, 0.71])),

@@ -5,44 +5,63 @@ use std::fmt::Write as _;
 use planesman_linear::digits::significant;
 
 use super::analysis::{Analysis, ChannelModel};
+use crate::analysis::Shown;
 use crate::analysis::text::{
-    denominator, interval, interval_of_delay, listed, noise, numerator, percent, to_a_nanosecond,
-    what_the_noise_leaves,
+    denominator, interval, interval_of_delay, limit_by_noise, noise, numerator, percent,
+    to_a_nanosecond,
 };
 
 /// Candidates printed, and offsets.
 const SHOWN: usize = 8;
 
 impl Analysis {
-    /// Results, reasons and verdict.
+    /// Verdict, results, reasons and what is next, with all detail.
     #[must_use]
     pub fn text(&self) -> String {
-        self.text_once_written(None)
+        self.text_as(Shown {
+            verbose: true,
+            ..Shown::default()
+        })
     }
 
-    /// The same; of a model that is written already, with what is next where writing it would be.
+    /// The same as it is to be shown.
     #[must_use]
-    pub fn text_once_written(&self, next: Option<&str>) -> String {
-        let next = self.verdict.next_once(next, || self.next());
-        self.numbers() + &listed(&self.reasons, &self.verdict.text(next))
+    pub fn text_as(&self, shown: Shown<'_>) -> String {
+        let numbers = match shown.verbose {
+            true => self.numbers() + "\n" + &self.detail(),
+            false => self.numbers(),
+        };
+        shown.arranged(self.verdict, &numbers, &self.reasons, || self.next())
     }
 
-    /// The results in numbers: a table of the channels, then each.
-    #[must_use]
-    pub fn numbers(&self) -> String {
+    /// The model in numbers: fit and a table of the channels.
+    fn numbers(&self) -> String {
         let names: Vec<&str> = self.inputs.iter().map(|it| it.name.as_str()).collect();
         let mut text = format!(
-            "{} -> {}, {}, {} s\n\n",
+            "{:<12} {} -> {}: {}, sample time {} s\n",
+            "model",
             names.join(", "),
             self.output,
             self.kind.name(),
             to_a_nanosecond(self.sample_time)
         );
-        text += &self.tried();
-        text += &self.table();
+        let _ = writeln!(
+            text,
+            "{:<12} {} simulated, {} on held-out data",
+            "fit",
+            percent(self.fit),
+            percent(self.held_out.fit)
+        );
+        text + &limit_by_noise(&self.held_out) + "\n" + &self.table()
+    }
+
+    /// Candidates, each channel's coefficients, poles and zeros, offsets and noise.
+    fn detail(&self) -> String {
+        let mut text = self.tried();
         for (_, input, model) in self.channels() {
-            let _ = writeln!(text, "\n{} -> {}", input.name, self.output);
+            let _ = writeln!(text, "{} -> {}", input.name, self.output);
             text += &of_channel(model);
+            text.push('\n');
         }
         let runs = self.segments.iter().enumerate().take(SHOWN);
         let offsets = runs.map(|(run, number)| {
@@ -57,18 +76,8 @@ impl Analysis {
             0 => String::new(),
             more => format!(", {more} more"),
         };
-        let _ = writeln!(text, "\n{:<12} {}{more}", "offset", offsets.join(", "));
-        text += &noise(self.noise_variance, &self.noise_denominator);
-        let _ = writeln!(
-            text,
-            "{:<12} {} simulated, {} on held-out data",
-            "fit",
-            percent(self.fit),
-            percent(self.held_out.fit)
-        );
-        text += &what_the_noise_leaves(&self.held_out);
-        text.push('\n');
-        text
+        let _ = writeln!(text, "{:<12} {}{more}", "offset", offsets.join(", "));
+        text + &noise(self.noise_variance, &self.noise_denominator)
     }
 
     fn tried(&self) -> String {
@@ -161,7 +170,7 @@ fn of_channel(model: &ChannelModel) -> String {
         }
     }
     if let Some(gain) = reading.steady_state_gain() {
-        let _ = writeln!(text, "steady-state gain {}", interval(&gain));
+        let _ = writeln!(text, "{:<12} {}, steady state", "gain", interval(&gain));
     }
     text + &interval_of_delay(model.lag)
 }

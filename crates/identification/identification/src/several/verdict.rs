@@ -261,7 +261,7 @@ impl Analysis {
 
     fn is_unsteady(&self) -> bool {
         let chosen = self.candidates.first();
-        chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+        chosen.is_some_and(|of| of.half_data_error_ratio() > STEADY)
     }
 }
 

@@ -5,7 +5,7 @@ use planesman_text::shown;
 
 use super::{CsvSource, TableTime, Time};
 use crate::csv_cell::{is_missing, number, value};
-use crate::csv_time::{self, Order, Written};
+use crate::csv_time::{self, Order, TimeFormat};
 use crate::error::{Result, SourceError};
 use crate::time_unit::{self, JudgedUnit, Known, TimeUnit};
 use crate::unit_name::with_unit;
@@ -176,7 +176,7 @@ impl CsvSource {
         };
         let has_text = (1..self.form.columns.len()).any(is_text);
         let stamp = |order| {
-            let written = Written {
+            let written = TimeFormat {
                 unit: TimeUnit::Ms,
                 order,
             };
@@ -228,7 +228,7 @@ impl CsvSource {
         if csv_time::day_and_month(&self.dated(first, start)).is_some() {
             let (order, told) = self.find_order(column)?;
             let unit = asked.unit.unwrap_or_default();
-            self.written = Written { unit, order };
+            self.written = TimeFormat { unit, order };
             self.written_told = told;
             return Ok(());
         }

@@ -18,7 +18,7 @@ use rustdds::{
 };
 use smol::{LocalExecutor, channel::bounded};
 
-use super::{Hold, Runtime};
+use super::{EventGuard, Runtime};
 use crate::{
     args::RosArguments,
     clock, clock_source,
@@ -163,7 +163,7 @@ impl<E: 'static> Runtime<E> {
             sender,
             receiver,
             gate: Rc::default(),
-            hold: RefCell::new(Hold::Nothing),
+            hold: RefCell::new(EventGuard::Nothing),
             stop,
             failed,
             failure: RefCell::default(),

@@ -155,7 +155,7 @@ impl Part {
 
 /// The cases of a part, flown.
 #[derive(Clone, Debug)]
-pub struct Flown {
+pub struct CaseResult {
     /// The file with a row a case.
     pub file: PathBuf,
     /// Its cases.
@@ -281,7 +281,7 @@ impl Sweep {
         part: Option<Part>,
         jobs: NonZero<usize>,
         progress: &dyn Progress,
-    ) -> Result<Flown> {
+    ) -> Result<CaseResult> {
         let file = folder.join(match part {
             None => "cases.csv".to_owned(),
             Some(Part { part, of }) => file_of(part, of),
@@ -297,7 +297,7 @@ impl Sweep {
         filled.during(|| format!("'{}'; the same command again goes on", file.display()))?;
         #[cfg(feature = "parquet")]
         parquet::write(&file, &self.kinds())?;
-        Ok(Flown { file, all, there })
+        Ok(CaseResult { file, all, there })
     }
 
     /// What is flown, but for what is varied.

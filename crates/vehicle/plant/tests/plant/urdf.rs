@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-use planesman_plant::{Craft, PlantParameters, robot_description};
+use planesman_plant::{PlantParameters, VehicleModel, robot_description};
 
 #[test]
 fn the_committed_files_are_what_is_published() {
@@ -29,7 +29,7 @@ fn the_committed_files_are_what_is_published() {
             vehicle: name.to_owned(),
             ..PlantParameters::default()
         };
-        let published = robot_description(&Craft::load(&parameters).unwrap());
+        let published = robot_description(&VehicleModel::load(&parameters).unwrap());
         assert!(
             published == committed,
             "write it anew: cargo run -p planesman_plant --example urdf {name} > launch-scripts/urdf/{name}.urdf"

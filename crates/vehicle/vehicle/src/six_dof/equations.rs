@@ -96,7 +96,7 @@ impl<T: Real> Forces<T> {
 }
 
 /// Inputs that are held, with what they alone determine.
-pub(super) struct Held<'a, T> {
+pub(super) struct FixedTerms<'a, T> {
     inputs: &'a [T],
     /// Of the propulsors that do not feel the flow.
     thrust: Six<T>,
@@ -115,7 +115,7 @@ impl Vehicle {
 
     /// The inputs, with the thrust that hangs on them alone: of the propulsors before the first that feels the flow.
     #[inline(always)]
-    pub(super) fn held<'a, T: Real>(&'a self, inputs: &'a [T]) -> Held<'a, T> {
+    pub(super) fn held<'a, T: Real>(&'a self, inputs: &'a [T]) -> FixedTerms<'a, T> {
         let propulsors = &self.parts.propulsors;
         let still = propulsors
             .iter()
@@ -126,7 +126,7 @@ impl Vehicle {
         let thrust = still.iter().fold(zero, |thrust, propulsor| {
             sum(thrust, propulsor.force(&zero, inputs))
         });
-        Held {
+        FixedTerms {
             inputs,
             thrust,
             in_flow,
@@ -139,7 +139,7 @@ impl Vehicle {
         &self,
         r: &[Three<T>; 3],
         state: &State<T>,
-        held: &Held<'_, T>,
+        held: &FixedTerms<'_, T>,
         water: &Water<T>,
     ) -> Forces<T> {
         let (nu, inputs) = (state.velocity, held.inputs);
@@ -225,7 +225,7 @@ impl Vehicle {
     pub(super) fn derivative_under<T: Real>(
         &self,
         state: &State<T>,
-        held: &Held<'_, T>,
+        held: &FixedTerms<'_, T>,
         water: &Water<T>,
     ) -> [T; 13] {
         let (linear, turning) = halves(state.velocity);

@@ -2,7 +2,7 @@
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step, runge_kutta_step};
 
-use super::equations::{Held, State};
+use super::equations::{FixedTerms, State};
 use super::lanes::Real;
 use super::rotation::normalised;
 use super::vehicle::Vehicle;
@@ -27,7 +27,7 @@ pub fn runge_kutta<T: Real>(
 pub(super) fn runge_kutta_under<T: Real>(
     vehicle: &Vehicle,
     state: &State<T>,
-    held: &Held<'_, T>,
+    held: &FixedTerms<'_, T>,
     water: &Water<T>,
     dt: f64,
 ) -> State<T> {

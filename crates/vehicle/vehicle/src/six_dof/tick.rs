@@ -7,7 +7,7 @@
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
-use super::equations::{Held, State};
+use super::equations::{FixedTerms, State};
 use super::lanes::{Six, Three};
 use super::propulsion::Propulsor;
 use super::rotation::{self, normalised};
@@ -203,7 +203,7 @@ impl Tick {
         conditions: &Conditions<'_>,
         steady: Option<&Water<f64>>,
         state: &State,
-        held: &Held<'_, f64>,
+        held: &FixedTerms<'_, f64>,
         time: f64,
     ) -> [f64; 13] {
         let water = match steady {
@@ -290,10 +290,11 @@ impl Tick {
             }
             // What hangs on the inputs alone, once where they stand still.
             let stand = rows.chunks(count).all(|row| *row == rows[..count]);
-            let held: Vec<Held<'_, f64>> = (rows.chunks(count).take(if stand { 1 } else { NODES }))
-                .map(|row| self.vehicle.held(&row[..self.actuators.len()]))
-                .collect();
-            let nodes: [(f64, &Held<'_, f64>); NODES] = std::array::from_fn(|k| {
+            let held: Vec<FixedTerms<'_, f64>> =
+                (rows.chunks(count).take(if stand { 1 } else { NODES }))
+                    .map(|row| self.vehicle.held(&row[..self.actuators.len()]))
+                    .collect();
+            let nodes: [(f64, &FixedTerms<'_, f64>); NODES] = std::array::from_fn(|k| {
                 let time = conditions.time + t + DORMAND_PRINCE_NODES[k] * h;
                 (time, &held[if stand { 0 } else { k }])
             });
