@@ -42,11 +42,7 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     } else if let Some(format) = args.format {
         of_fields(&survey).text(format)
     } else {
-        wrapped(&table_within(
-            &survey,
-            args.all,
-            terminal().map(usize::from),
-        ))
+        wrapped(&table(&survey, args.all, terminal().map(usize::from)))
     };
     Ok(planesman_console::print(text)?)
 }
@@ -78,7 +74,8 @@ const NUMBERS: usize = 43;
 
 /// The proposed command, the notes, then each topic's fields; those that are constant are only counted, unless `all` are listed. Within
 /// a width with narrower time histories, and with numbers below their path where both do not fit.
-fn table_within(survey: &Survey, all: bool, width: Option<usize>) -> String {
+#[must_use]
+pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
     let mut text = String::new();
     if let Some(suggestion) = &survey.suggestion {
         text += &format!("try: {suggestion}\n");
@@ -327,14 +324,14 @@ mod tests {
                 ..TopicSurvey::default()
             });
         }
-        let text = table_within(&survey, false, Some(80));
+        let text = table(&survey, false, Some(80));
         assert!(
             text.lines().all(|line| line.chars().count() <= 80),
             "{text}"
         );
         assert!(text.contains("longer.than.that\n"), "{text}");
         // Elsewhere as wide as it needs.
-        let wide = table_within(&survey, false, None);
+        let wide = table(&survey, false, None);
         assert!(wide.contains("longer.than.that  "));
     }
 }

@@ -126,7 +126,7 @@ fn every_field_is_listed_with_its_range() {
     let (pitch, rate) = (field("orientation.pitch"), field("angular_velocity.y"));
     assert!((2.0 * pitch.max - rate.max).abs() < 1e-12);
     assert!(!field("angular_velocity.y").means.is_empty());
-    let text = topics::table(&survey);
+    let text = topics::table(&survey, true, None);
     assert!(text.contains("orientation_covariance[0..8]"), "{text}");
 }
 

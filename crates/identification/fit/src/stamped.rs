@@ -7,7 +7,7 @@ use planesman_signals::{Method, Reading, Request, Role, Stretches, hertz, read_s
 use crate::data::{DataOptions, reading};
 use crate::declaration::OptionGroup as _;
 use crate::error::FitError;
-use crate::fit::{doubted, told};
+use crate::fit::{data_warnings, downgrade_verdict};
 use crate::options::{FitOptions, GridOptions, Validation};
 use planesman_identification::analysis::{Reason, Verdict};
 

@@ -23,7 +23,7 @@ use planesman_linear::{Complex, ComplexFunctions as _, DelayedLoop, polar, unwra
 use planesman_wording::option;
 
 use super::coloured::{whitened, whitening};
-use super::delayed_transfer::{Held, Orders, slopes};
+use super::delayed_transfer::{HeldInputTransfer, Orders, slopes};
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::frequency_fit::{Candidate, FrequencyFit};
@@ -181,7 +181,7 @@ impl Fitted<'_> {
         if !(0.0..=self.longest()).contains(&transfer.delay) {
             return None;
         }
-        let held = Held::new(&transfer, self.sample_time).ok()?;
+        let held = HeldInputTransfer::new(&transfer, self.sample_time).ok()?;
         let mut errors = DVector::zeros(2 * self.points.len());
         for (row, (_, omega, measured, weight)) in self.points.iter().enumerate() {
             let ratio = (measured / held.at(*omega)?).ln();
@@ -367,7 +367,7 @@ impl Fitted<'_> {
 
     /// V: the mean square of the errors over their random errors.
     fn misfit(&self, transfer: &DelayedLoop) -> Option<f64> {
-        let held = Held::new(transfer, self.sample_time).ok()?;
+        let held = HeldInputTransfer::new(transfer, self.sample_time).ok()?;
         let squares = self
             .points
             .iter()
@@ -541,7 +541,8 @@ impl Fitted<'_> {
     ) -> Option<()> {
         let orders = &candidate.orders;
         let values = theta.component_mul(&orders.scales(self.middle));
-        let held = Held::new(&orders.transfer(&values).ok()?, self.sample_time).ok()?;
+        let held =
+            HeldInputTransfer::new(&orders.transfer(&values).ok()?, self.sample_time).ok()?;
         let numbers: Vec<usize> = self.points.iter().map(|it| it.0).collect();
         let of_left = on_all_cores(&numbers, |at| self.spectra.of_other(*at, left));
         for (point, response) in self.points.iter_mut().zip(of_left) {
@@ -562,7 +563,7 @@ impl Fitted<'_> {
         // What each weighted error moves the parameters by.
         let by = &factor * factor.transpose() * here.slopes.transpose();
         let values = theta.component_mul(&orders.scales(self.middle));
-        let held = Held::new(&orders.transfer(&values)?, self.sample_time)?;
+        let held = HeldInputTransfer::new(&orders.transfer(&values)?, self.sample_time)?;
         let parts: Vec<usize> = (0..PARTS).collect();
         let count = theta.len();
         let sums = on_all_cores(&parts, |part| {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::{Complex, DelayedLoop};
 
-use super::delayed_transfer::{Held, Orders};
+use super::delayed_transfer::{HeldInputTransfer, Orders};
 use crate::frequency::{Point, Row, rows};
 
 /// Orders that were tried.
@@ -100,13 +100,15 @@ impl FrequencyFit {
     /// The response and the model's at each frequency, for a table or a plot.
     #[must_use]
     pub fn rows(&self, sample_time: f64) -> Vec<Row> {
-        let held = Held::new(&self.transfer, sample_time).ok();
+        let held = HeldInputTransfer::new(&self.transfer, sample_time).ok();
         rows(&self.points, &self.used, |omega| held.as_ref()?.at(omega))
     }
 
     /// The response of the model to samples of a held input at a frequency, rad/s.
     #[must_use]
     pub fn model_at(&self, omega: f64, sample_time: f64) -> Option<Complex<f64>> {
-        Held::new(&self.transfer, sample_time).ok()?.at(omega)
+        HeldInputTransfer::new(&self.transfer, sample_time)
+            .ok()?
+            .at(omega)
     }
 }

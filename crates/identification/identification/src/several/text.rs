@@ -31,7 +31,10 @@ impl Analysis {
             true => self.numbers() + "\n" + &self.detail(),
             false => self.numbers(),
         };
-        shown.arranged(self.verdict, &numbers, &self.reasons, || self.next())
+        let reasons = self.reasons.iter();
+        let reasons = reasons.filter(|it| shown.verbose || !it.reason.is_of_the_choice());
+        let reasons: Vec<_> = reasons.collect();
+        shown.arranged(self.verdict, &numbers, &reasons, || self.next())
     }
 
     /// The model in numbers: fit and a table of the channels.

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use maud::{Markup, html};
-use planesman_identification::analysis::{Reason, Standing, Verdict};
+use planesman_identification::analysis::{Standing, Verdict};
 
 /// How a card is coloured; its words say the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,13 +88,8 @@ pub(crate) fn cards(cards: &[Card]) -> Markup {
     }
 }
 
-/// Findings on a model; those against it are marked.
-pub(crate) fn findings(reasons: &[Reason]) -> Markup {
-    listed(reasons.iter().map(|it| (it, it.is_against())))
-}
-
 /// Findings, each with whether it speaks against what it is of.
-pub(crate) fn listed(findings: impl IntoIterator<Item = (impl Display, bool)>) -> Markup {
+pub(crate) fn findings(findings: impl IntoIterator<Item = (impl Display, bool)>) -> Markup {
     html! {
         ul.findings {
             @for (text, is_against) in findings {

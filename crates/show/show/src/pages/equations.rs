@@ -8,7 +8,7 @@ use planesman_fit::{EquationsResult, StampedRuns};
 use planesman_identification::SIGMAS_95;
 use planesman_linear::digits::{significant, value_and_interval};
 
-use crate::pages::cards::listed;
+use crate::pages::cards::findings;
 use crate::pages::fit::{RECORD, TIME};
 use crate::pages::{document, figures_with_first};
 
@@ -187,7 +187,7 @@ pub fn page(of: &EquationsResult) -> String {
         (figures_with_first(&plots))
         div.columns { div { h2 { "Parameters" } (parameters(of).html()) } div { h2 { "Outputs" } (outputs(of).html()) } }
         h2 { "Findings" }
-        (listed(fit.reasons.iter().map(|it| (it, false))))
+        (findings(fit.reasons.iter().map(|it| (it, false))))
         details { summary { "All numbers" } pre { (text(of)) } }
     };
     document(&title, "", &body, "")

@@ -65,7 +65,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         (cards(&summary(analysis)))
         (figures_with_first(&plots[..1]))
         h2 { "Findings" }
-        (findings(&analysis.reasons))
+        (findings(analysis.reasons.iter().map(|it| (it, it.is_against()))))
         div.columns {
             div {
                 h2 { "The model" }

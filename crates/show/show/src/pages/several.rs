@@ -8,7 +8,7 @@ use planesman_flight::titles;
 use planesman_identification::SIGMAS_95;
 use planesman_identification::several::{Analysis, ChannelModel};
 
-use crate::pages::cards::{Card, cards, listed};
+use crate::pages::cards::{Card, cards, findings};
 use crate::pages::fit::{
     RECORD, SINCE_STEP, STEP, TIME, correlation, is_near, line, range, settling, timed,
 };
@@ -43,7 +43,7 @@ fn of_output(found: &SeveralResult, output: usize, analysis: &Analysis) -> Marku
             Card::verdict(analysis.verdict, &analysis.next()),
             Card::new("fit on held-out data", analysis.held_out.fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"))),
         ]))
-        (listed(analysis.reasons.iter().map(|it| (it, it.is_against()))))
+        (findings(analysis.reasons.iter().map(|it| (it, it.reason.is_against()))))
         div.scroll { table.words {
             tr { @for head in ["input", "order", "delay, samples", "steady-state gain", "modes", "F"] { th { (head) } } }
             @for row in analysis.rows() { tr { @for cell in row { td { (cell) } } } }

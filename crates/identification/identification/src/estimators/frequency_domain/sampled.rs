@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::DelayedLoop;
 use planesman_record::filter;
 
-use super::super::delayed_transfer::{Held, Orders, slopes};
+use super::super::delayed_transfer::{HeldInputTransfer, Orders, slopes};
 use super::super::estimate::{Error, Estimate};
 use super::super::frequency_fit::FrequencyFit;
 use super::super::rows::{self, impulse};
@@ -33,7 +33,7 @@ impl Simulated {
         orders: &Orders,
         transfer: &DelayedLoop,
     ) -> Result<Self> {
-        let held = Held::new(transfer, problem.sample_time)?;
+        let held = HeldInputTransfer::new(transfer, problem.sample_time)?;
         let all = orders.poles + orders.integrators;
         let (structure, a, b) = difference_equation(&problem.structure, orders, &held);
         let of = Problem {
@@ -104,7 +104,7 @@ impl Simulated {
 fn difference_equation(
     of: &Structure,
     orders: &Orders,
-    held: &Held,
+    held: &HeldInputTransfer,
 ) -> (Structure, Vec<f64>, Vec<f64>) {
     let all = orders.poles + orders.integrators;
     let (mut a, b) = held.difference_equation();
@@ -146,7 +146,7 @@ pub(super) fn sampled(
         // The whole samples of the dead time stay: slopes are of the fraction.
         let whole = (simulated.structure.delay - 1) as f64 * problem.sample_time;
         transfer.delay -= whole;
-        let held = Held::new(&transfer, problem.sample_time).ok()?;
+        let held = HeldInputTransfer::new(&transfer, problem.sample_time).ok()?;
         if held.delay() > 1 || transfer.delay < 0.0 {
             return None;
         }
