@@ -26,6 +26,8 @@ pub enum Reason {
     SearchedInPart(usize, usize),
     /// Models cross-validated, the one chosen, and the one of the largest fit if that is larger.
     Selected(usize, Box<Candidate>, Option<Box<Candidate>>),
+    /// The same of several inputs, in words.
+    SelectedOfSeveral(String),
     /// The order and delay chosen by criteria, and the next order.
     Order(criteria::Candidate, Option<criteria::Candidate>),
     /// The process model chosen, and the next form with the difference of its criterion.
@@ -124,7 +126,11 @@ impl Reason {
     pub(crate) const fn is_of_the_choice(&self) -> bool {
         matches!(
             self,
-            Self::Selected(..) | Self::Order(..) | Self::Process(..) | Self::SearchedInPart(..)
+            Self::Selected(..)
+                | Self::SelectedOfSeveral(_)
+                | Self::Order(..)
+                | Self::Process(..)
+                | Self::SearchedInPart(..)
         )
     }
 
@@ -168,7 +174,7 @@ impl Reason {
             Self::Doubt(_) => "doubt",
             Self::SegmentsLeftOut(..) => "segments_left_out",
             Self::SearchedInPart(..) => "searched_in_part",
-            Self::Selected(..) => "selected",
+            Self::Selected(..) | Self::SelectedOfSeveral(_) => "selected",
             Self::Order(..) => "order",
             Self::Process(..) => "process",
             Self::LargestOrder(_) => "largest_order",

@@ -31,7 +31,7 @@ impl Reason {
     fn text(&self) -> String {
         match self {
             Self::Validated(samples, fit, predicted) => validated(*samples, *fit, *predicted),
-            Self::Data(told) => told.clone(),
+            Self::Data(text) | Self::SelectedOfSeveral(text) => text.clone(),
             Self::Doubt(doubt) => doubt.to_string(),
             Self::SegmentsLeftOut(used, all, share) => {
                 format!("the {used} longest of {all} segments were used, {share:.1} % of the samples")

@@ -403,15 +403,13 @@ fn list(values: &[f64]) -> String {
     values.join("  ")
 }
 
-/// The delay, where it has an interval.
+/// The interval of a delay, where there is one.
 pub(crate) fn interval_of_delay(lag: Option<Lag>) -> String {
     lag.map_or(String::new(), |lag| {
         let (least, most) = lag.interval;
-        let best = lag.best;
-        let unit = if best == 1 { "sample" } else { "samples" };
         format!(
-            "{:<12} {best} {unit}, {least} to {most} with 95 %\n",
-            "delay"
+            "{:<12} {least} to {most} samples with 95 %, best {}\n",
+            "delay", lag.best
         )
     })
 }

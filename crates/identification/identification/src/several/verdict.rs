@@ -172,19 +172,19 @@ impl Analysis {
         let chosen = self.candidates.first()?;
         let best = (self.candidates.iter()).max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
         let mut text = format!(
-            "of {} models cross-validated: {}, fit {:.1} %",
+            "chosen from {} models by cross-validation: {}, fit {:.1} %",
             self.candidates.len(),
             self.in_words(chosen),
             chosen.fit()
         );
         if best.fit() > chosen.fit() + 0.05 {
             text += &format!(
-                "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
+                "; the largest fit, {:.1} % ({}), is not significantly larger",
                 best.fit(),
                 self.in_words(best)
             );
         }
-        Some(Reason::Data(text))
+        Some(Reason::SelectedOfSeveral(text))
     }
 
     /// A candidate in words.
