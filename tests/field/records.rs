@@ -202,7 +202,7 @@ fn a_step_in_the_first_rows_is_a_step_from_rest() {
     let at_rest = [&arguments[..], &["--at-rest"]].concat();
     write(1, (0.0, 2.0));
     is_the_plant_from_rest(
-        fit(folder.path(), &arguments).says("stands still until the input steps"),
+        fit(folder.path(), &arguments).says("is constant until the input steps"),
     );
     is_the_plant_from_rest(&fit(folder.path(), &at_rest));
     // From another level than 0.
@@ -310,7 +310,19 @@ fn a_dead_zone_is_named_and_two_files_have_two_offsets() {
     write("a.csv", &levels, 3.0);
     write("b.csv", &levels, 6.0);
     let both = [
-        "sysid", "fit", "a.csv", "b.csv", "-i", "u", "-o", "y", "--method", "oe", "--order", "2",
+        "sysid",
+        "fit",
+        "a.csv",
+        "b.csv",
+        "-i",
+        "u",
+        "-o",
+        "y",
+        "--method",
+        "oe",
+        "--order",
+        "2",
+        "--verbose",
     ];
     let text = planesman(folder.path(), &both).text;
     let offsets = text

@@ -445,7 +445,7 @@ fn the_page_of_a_comparison_stands_alone() {
         assert!(page.contains(heading), "{heading}");
     }
     let page = content(&page);
-    assert_eq!(page.matches("<figure class=\"plot\">").count(), 8);
+    assert_eq!(page.matches("<figure class=\"plot").count(), 8);
     assert!(!page.contains(" src=") && !page.contains("NaN"));
 }
 

@@ -67,7 +67,7 @@ fn data_and_its_model_file_lead_to_gains_that_keep_their_limits() {
         "Output after a step of the setpoint",
         "Nyquist plot",
         "Phase margins of the drawn plants",
-        "What limits them",
+        "What limits the margins",
     ] {
         assert!(page.contains(part), "{part}");
     }

@@ -54,13 +54,19 @@ impl Analysis {
     #[must_use]
     pub fn text_as(&self, shown: Shown<'_>) -> String {
         let numbers = match shown.verbose {
-            true => self.numbers() + "\n" + &self.detail(),
+            true => self.all_numbers(),
             false => self.numbers(),
         };
         let reasons = self.reasons.iter();
         let reasons = reasons.filter(|it| shown.verbose || !it.is_of_the_choice());
         let reasons: Vec<_> = reasons.collect();
         shown.arranged(self.verdict, &numbers, &reasons, || self.next())
+    }
+
+    /// The model in numbers, with candidates, coefficients, poles and zeros.
+    #[must_use]
+    pub fn all_numbers(&self) -> String {
+        self.numbers() + "\n" + &self.detail()
     }
 
     /// The model in numbers: fit, gain, modes, delay.

@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use crate::pages::cards::{Card, Tone, cards};
 use crate::pages::{document, figures_with_first};
 use crate::plot::{Plot, Series, Style};
 use maud::html;
@@ -145,7 +146,12 @@ impl Analysis {
             let name = speed_text(*speed);
             let dive_loop = self.subject.dive_loop(&drive, law, *speed)?;
             let drawn = Drawn::new(&dive_loop, name.clone(), highest, self.duration)?;
-            verdicts.push(format!("{name}: {}", stability(&drawn.judged)));
+            let (tone, words) = match drawn.judged.is_stable() {
+                true => (Tone::Good, "stable"),
+                false => (Tone::Bad, "UNSTABLE"),
+            };
+            let verdict = Card::new(name.clone(), words).toned(tone);
+            verdicts.push(verdict.note(stability(&drawn.judged)));
             let [gain_marks, phase_marks] = drawn.marks();
             magnitude = magnitude.line(name.clone(), drawn.decibels()).with(
                 Style::Circles,
@@ -190,7 +196,7 @@ impl Analysis {
         let body = html! {
             h1 { (title) }
             p.lead { (law_text(&law.0, &law.1)) }
-            ul.verdict { @for verdict in verdicts { li { (verdict) } } }
+            (cards(&verdicts))
             (figures_with_first(&[step, magnitude, phase, nyquist, poles]))
             details open { summary { "All numbers" } pre { (self.text()?) } }
         };

@@ -417,15 +417,16 @@ impl<'a> Evidence<'a> {
             let own = match (file.is_validation, analysis, judged) {
                 (false, Some(found), _) => (found.segments.iter().position(|it| it == segment))
                     .and_then(|run| Simulated::of_run(found, record, run).ok())
-                    .map(|it| it.simulated),
+                    .map(|it| (it.unknown, it.simulated)),
                 (true, _, Some(judged)) => (judged.segments.iter().position(|it| it == segment))
-                    .and_then(|run| judged.simulated.get(run).cloned()),
+                    .and_then(|run| Some((0, judged.simulated.get(run)?.clone()))),
                 _ => None,
             };
-            if let Some(values) = own {
+            if let Some((unknown, values)) = own {
+                let known = begin + unknown as f64 * record.sample_time;
                 // A simulation that diverges would flatten what was measured.
                 let mut points = thin(&values);
-                points.retain(|(_, it)| is_near(*it, outputs.0, outputs.1));
+                points.retain(|(t, it)| *t >= known && is_near(*it, outputs.0, outputs.1));
                 simulated.push(points);
             }
         }

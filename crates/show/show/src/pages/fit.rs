@@ -80,7 +80,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         }
         h2 { "Plots" }
         (figures(&plots[1..]))
-        details { summary { "All numbers" } pre { (analysis.text()) } }
+        details { summary { "All numbers" } pre { (analysis.all_numbers()) } }
     };
     Ok(document(&title, "", &body, ""))
 }

@@ -313,7 +313,7 @@ pub fn page(review: &Review<'_>) -> String {
         "Conclusion",
         html! {
             (cards(&review.cards()))
-            ul.verdict { @for (text, entry) in review.conclusion() { li { (linked(&text, entry)) } } }
+            ul.verdict { @for (text, entry) in review.conclusion().into_iter().skip(1) { li { (linked(&text, entry)) } } }
             p { "Each sentence and each cell leads to the " a href="#evidence" { "method and the samples" } " that its numbers are from. Repeated by" br; code { (review.command) } br; (review.program) }
         },
     )];

@@ -93,8 +93,8 @@ pub fn page(of: &Tuning) -> String {
         h1 { (title) }
         (cards(&summary(of)))
         (figures_with_first(&plots[..1]))
-        h2 { "Findings" }
-        ul.findings {
+        h2 { "Notes" }
+        ul.findings.notes {
             @if !of.causes.is_empty() { li { (limiting(of)) } }
             @for note in &of.notes { li { (note) } }
         }
