@@ -111,10 +111,11 @@ fn follow(page: &str) {
     }
 }
 
-const TUTORIALS: [&str; 5] = [
+const TUTORIALS: [&str; 6] = [
     "tutorial_design.md",
     "tutorial_frequency.md",
     "tutorial_identify.md",
+    "tutorial_replay.md",
     "tutorial_reproduce.md",
     "tutorial_ros2.md",
 ];
@@ -155,22 +156,32 @@ fn a_line_that_is_not_printed_or_not_in_its_place_is_missed() {
 
 #[test]
 fn a_controller_is_designed_and_flown() {
-    follow(TUTORIALS[0]);
+    follow("tutorial_design.md");
+}
+
+#[test]
+fn a_frequency_response_is_taken_from_a_chirp() {
+    follow("tutorial_frequency.md");
 }
 
 #[test]
 fn a_model_is_identified_and_judged() {
-    follow(TUTORIALS[1]);
+    follow("tutorial_identify.md");
+}
+
+#[test]
+fn a_replay_through_an_estimator_gives_the_same_answers() {
+    follow("tutorial_replay.md");
 }
 
 #[test]
 fn the_reports_are_reproduced() {
-    follow(TUTORIALS[2]);
+    follow("tutorial_reproduce.md");
 }
 
 #[test]
 fn a_controller_in_rclpy_flies_and_its_bag_is_read() {
-    follow(TUTORIALS[3]);
+    follow("tutorial_ros2.md");
 }
 
 #[test]
