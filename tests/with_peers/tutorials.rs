@@ -1,13 +1,13 @@
 //! The tutorials and the gallery of docs, followed: their commands run as they stand, and print what is written below them.
 //!
 //! A fenced block `sh` is run in a scratch folder, in a network namespace of its own. A block `text` behind it has lines that it prints, in their order; others may stand between. A block `sh WORD`
-//! needs more than this repository: `rclpy` is run where tests/ros is installed; `ros2` (the command line) and `build` are not run, and named.
+//! needs more than this repository: `rclpy` is run where tests/ros is installed, `rosbags` where tests/peers is; `ros2` (the command line) and `build` are not run, and named.
 
 use crate::foreign;
 use std::path::Path;
 use std::process::Command;
 
-use foreign::{RCLPY, root, skip};
+use foreign::{CYCLONE, RCLPY, root, skip};
 
 /// A fenced block of commands.
 struct Block {
@@ -59,21 +59,25 @@ fn missing<'a>(expected: &'a [String], output: &str) -> Option<&'a String> {
 fn follow(page: &str) {
     let text = std::fs::read_to_string(root().join("docs").join(page)).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let scripts = root().join("launch-scripts");
-    std::os::unix::fs::symlink(scripts, folder.path().join("launch-scripts")).unwrap();
+    for shared in ["launch-scripts", "crates"] {
+        std::os::unix::fs::symlink(root().join(shared), folder.path().join(shared)).unwrap();
+    }
     let program = Path::new(env!("CARGO_BIN_EXE_planesman")).parent().unwrap();
     let mut path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
 
     let blocks = blocks(&text);
     assert!(!blocks.is_empty(), "{page} has no commands");
-    let rclpy = blocks.iter().any(|it| it.needs == "rclpy") && RCLPY.found().is_some();
-    if rclpy {
-        let python = root().join(RCLPY.environment).join("bin");
-        path = format!("{}:{path}", python.display());
+    let mut installed = Vec::new();
+    for (word, python) in [("rclpy", RCLPY), ("rosbags", CYCLONE)] {
+        if blocks.iter().any(|it| it.needs == word) && python.found().is_some() {
+            let programs = root().join(python.environment).join("bin");
+            path = format!("{}:{path}", programs.display());
+            installed.push(word);
+        }
     }
     let (run, left): (Vec<_>, Vec<_>) = blocks.iter().partition(|it| match it.needs.as_str() {
         "" => true,
-        "rclpy" => rclpy,
+        word @ ("rclpy" | "rosbags") => installed.contains(&word),
         "ros2" | "build" => false,
         needs => panic!("{page}:{}: nobody has {needs}", it.line),
     });
@@ -111,10 +115,12 @@ fn follow(page: &str) {
     }
 }
 
-const TUTORIALS: [&str; 5] = [
+const TUTORIALS: [&str; 7] = [
     "tutorial_design.md",
     "tutorial_frequency.md",
     "tutorial_identify.md",
+    "tutorial_log.md",
+    "tutorial_replay.md",
     "tutorial_reproduce.md",
     "tutorial_ros2.md",
 ];
@@ -155,22 +161,37 @@ fn a_line_that_is_not_printed_or_not_in_its_place_is_missed() {
 
 #[test]
 fn a_controller_is_designed_and_flown() {
-    follow(TUTORIALS[0]);
+    follow("tutorial_design.md");
+}
+
+#[test]
+fn a_frequency_response_is_taken_from_a_chirp() {
+    follow("tutorial_frequency.md");
 }
 
 #[test]
 fn a_model_is_identified_and_judged() {
-    follow(TUTORIALS[1]);
+    follow("tutorial_identify.md");
+}
+
+#[test]
+fn a_vehicle_is_fitted_to_its_log() {
+    follow("tutorial_log.md");
+}
+
+#[test]
+fn a_replay_through_an_estimator_gives_the_same_answers() {
+    follow("tutorial_replay.md");
 }
 
 #[test]
 fn the_reports_are_reproduced() {
-    follow(TUTORIALS[2]);
+    follow("tutorial_reproduce.md");
 }
 
 #[test]
 fn a_controller_in_rclpy_flies_and_its_bag_is_read() {
-    follow(TUTORIALS[3]);
+    follow("tutorial_ros2.md");
 }
 
 #[test]
