@@ -1,7 +1,7 @@
 //! `planesman sysid fit` as it is called without options, on data as it comes: every case has a known truth.
 //!
 //! ```text
-//! cargo test --test program messy:: -- --nocapture      # prints the table of docs/sysid.md
+//! cargo test --test program messy:: -- --nocapture      # prints a table; docs/sysid.md has what is not good in it
 //! ```
 use std::fs;
 
