@@ -87,9 +87,10 @@ pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
     match fields.sum() {
         0 if survey.topics.is_empty() => text += "no topics\n",
         fields => {
+            let topics = survey.topics.len();
+            let s = if topics == 1 { "" } else { "s" };
             text += &format!(
-                "\n{} topics, {fields} numeric fields. Columns: field, samples, minimum, maximum, time history\n",
-                survey.topics.len()
+                "\n{topics} topic{s}, {fields} numeric fields. Columns: field, samples, minimum, maximum, time history\n"
             );
         }
     }

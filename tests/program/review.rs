@@ -144,7 +144,7 @@ fn what_is_not_usable_is_reviewed_for_all_that_with_what_to_do() {
         outcome.stdout
     );
     let text = fs::read_to_string(&page).unwrap();
-    assert!(text.contains("NOT USABLE: ") && text.contains("PRBS"));
+    assert!(text.contains("NOT USABLE") && text.contains("PRBS"));
     assert_links_resolve(&text);
     // Where nothing is read, there is no page.
     let other = stage.path("other.html");

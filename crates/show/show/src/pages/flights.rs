@@ -16,7 +16,8 @@ use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::{Summary, distance_text};
 use planesman_flight::titles;
-use planesman_text::{grouped, number};
+use planesman_linear::digits::significant;
+use planesman_text::grouped;
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +62,9 @@ pub struct FlightReport {
     pub is_counted: bool,
 }
 
+/// Digits of energies.
+const DIGITS: usize = 4;
+
 const SIDE_VIEW: &str = include_str!("side_view.js");
 
 /// The page of these flights.
@@ -85,12 +89,13 @@ pub fn page(flights: &[FlightReport]) -> String {
         @if let [flown] = flights { (cards(&summary(&flown.summary))) }
         (figures_with_first(&plots[..1]))
         div.columns {
-            div { (response_table(flights)) @if by_planes(flights) { (modes_table(flights)) } (energy_table(flights)) }
+            div { (response_table(flights)) @if by_planes(flights) { (modes_table(flights)) } }
             div {
                 @for flown in flights {
                     @if !flown.summary.hovers { (side_view(flown, alone)) }
                     (space::view((!alone).then_some(&flown.name), &flown.flight.time_histories, &flown.scenario))
                 }
+                (energy_table(flights))
             }
         }
         h2 { "Plots" }
@@ -278,18 +283,18 @@ fn energy_table(flights: &[FlightReport]) -> Markup {
                 @for (term, joule) in energy.terms().iter().filter(|(_, joule)| *joule != 0.0) {
                     @let share = 100.0 * joule / energy.supply;
                     tr {
-                        td { (term) } td { (number(*joule)) } td { (format!("{share:.2} %")) }
+                        td { (term) } td { (significant(*joule, DIGITS)) } td { (format!("{share:.2} %")) }
                         td { div style=(format!("width:{:.2}%", share.abs().min(100.0))) {} }
                     }
                 }
-                tr { td { "work of the supply" } td { (number(energy.supply)) } td { "100 %" } td {} }
+                tr { td { "work of the supply" } td { (significant(energy.supply, DIGITS)) } td { "100 %" } td {} }
             } }
             p { "The terms add up to the supply's work to " (format!("{:.0e}", energy.closure().unwrap_or_default()))
                 " of it. The load is the mass and the viscous damping of the actuator's file." }
             @if let Some(joule) = proportional {
-                p { "For the same motion an ideal proportional valve would need " (number(*joule)) " J in the same circuit (load "
+                p { "For the same motion an ideal proportional valve would need " (significant(*joule, DIGITS)) " J in the same circuit (load "
                     (format!("{:.1} %", 100.0 * energy.load() / joule)) "), and an ideal 4-way valve "
-                    (number(energy.proportional_valve)) " J, whose smaller chamber returns its oil to the tank and not to the supply." }
+                    (significant(energy.proportional_valve, DIGITS)) " J, whose smaller chamber returns its oil to the tank and not to the supply." }
             }
         }
     }
