@@ -12,7 +12,7 @@ use planesman_identification::selection::Candidate;
 use planesman_identification::static_curve::Side;
 use planesman_model_file::ModelFile;
 use planesman_parallel::Progress;
-use planesman_signals::{PreparedRecord, Reading};
+use planesman_signals::{Channel, PreparedRecord, Reading};
 use serde_json::{Value, json};
 
 use crate::error::FitError;
@@ -22,6 +22,10 @@ use crate::record::Expected;
 use crate::response;
 use crate::simulated::Simulated;
 use crate::trial::{Trial, ranked};
+
+/// An input that is so many times as fast as the grid moves within its samples: where, the record does not say, and the delay is known to a
+/// sample at best.
+const FASTER: f64 = 1.5;
 
 /// A model and its record.
 #[derive(Debug)]
@@ -204,6 +208,14 @@ impl FitResult {
         let readings: Vec<_> = readings.map(|it| &it.reading).collect();
         self.analysis.reasons.splice(0..0, data_warnings(&readings));
         self.analysis.verdict = downgrade_verdict(&readings, self.analysis.verdict);
+        let resampled = &self.prepared.resampled;
+        let rate = 1.0 / resampled.record.sample_time;
+        let is_faster = |it: &Channel| it.timing.rate() > FASTER * rate;
+        if resampled.inputs.first().is_some_and(is_faster)
+            && let Some(lag) = &mut self.analysis.lag
+        {
+            lag.interval = (lag.interval.0 - 1, lag.interval.1 + 1);
+        }
     }
 
     /// Everything but the record's numbers, as `--json` prints it.

@@ -26,7 +26,15 @@ const PLACES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 /// Widths of a backlash, as shares of the signal's range.
 const WIDTHS: [f64; 4] = [0.05, 0.15, 0.3, 0.5];
 /// Samples by which the kind of a curve is chosen, the last of the longest segment.
-const SEARCHED: usize = 1000;
+pub(super) const SEARCHED: usize = 1000;
+/// An output dwells at a limit where this share of the samples is in the outermost part of its range, so many times as many as in the
+/// next part.
+const PARTS_OF_RANGE: f64 = 10.0;
+const DWELT: f64 = 0.08;
+/// It is clipped where so many samples in a row are equal, and it moved by this share of its largest move on the way there.
+const CLIPPED: usize = 5;
+const CLIPPED_FROM: f64 = 0.05;
+const MORE_OFTEN: f64 = 2.5;
 /// A slope beside one of 1 where the search begins.
 const SLIGHTLY_BENT: f64 = 0.5;
 /// Standard deviations from 0 within which a parameter may be 0.
@@ -162,7 +170,11 @@ pub(super) fn of_inputs(inputs: &[f64]) -> impl Iterator<Item = StaticCurve> {
 
 /// Curves that may cure the cause of an error: its own, and straight lines that meet where it bends. What bends may be told by a square,
 /// and the other way round.
-pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
+pub(super) fn of_cause(
+    cause: &Cause,
+    inputs: &[f64],
+    outputs: &[f64],
+) -> Option<(Side, Vec<StaticCurve>)> {
     let of = |curve: &StaticCurve| {
         let levels = curve.levels();
         let mut curves = vec![curve.clone()];
@@ -179,9 +191,55 @@ pub(super) fn of_cause(cause: &Cause, inputs: &[f64]) -> Option<(Side, Vec<Stati
             (Side::Input, all.collect())
         }
         Cause::Output(StaticCurve::Backlash { .. }) => return None,
-        Cause::Output(curve) => (Side::Output, of(curve)),
+        Cause::Output(curve) => {
+            let choices = match curve {
+                StaticCurve::DeadZone { .. } => &[CurveChoice::OutputDeadZone][..],
+                StaticCurve::Saturation { .. } => &[CurveChoice::OutputSaturation],
+                _ => &[CurveChoice::OutputDeadZone, CurveChoice::OutputSaturation],
+            };
+            let starts = choices.iter().flat_map(|it| it.starts(outputs));
+            (Side::Output, of(curve).into_iter().chain(starts).collect())
+        }
         _ => return None,
     })
+}
+
+/// Limits at which an output dwells: many samples are within a tenth of its range of its largest or least value, and few in the next tenth.
+pub(super) fn dwelt_at(outputs: &[f64]) -> Option<StaticCurve> {
+    let least = outputs.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = least + range(outputs);
+    let part = range(outputs) / PARTS_OF_RANGE;
+    let dwells = |away: &dyn Fn(f64) -> f64| {
+        let parts = outputs.iter().map(|y| away(*y) / part);
+        let [near, next] = [0.0, 1.0].map(|from| {
+            let within = |it: &f64| (from..from + 1.0).contains(it);
+            parts.clone().filter(within).count() as f64
+        });
+        near > DWELT * outputs.len() as f64 && near > MORE_OFTEN * next
+    };
+    let lower = dwells(&|y| y - least).then_some(least + part / 2.0);
+    let upper = dwells(&|y| largest - y).then_some(largest - part / 2.0);
+    (lower.is_some() || upper.is_some()).then_some(StaticCurve::Saturation { lower, upper })
+}
+
+/// Limits at which an output is clipped: it stays at its largest or least value, to the last digit, and moves on the way there; one that
+/// settles there, or rounds to it, comes by ever smaller or the smallest steps.
+pub(super) fn clipped_at(outputs: &[f64]) -> Option<StaticCurve> {
+    let moves = || outputs.windows(2).map(|y| (y[1] - y[0]).abs());
+    let largest_move = moves().fold(0.0, f64::max);
+    let least_move = moves().filter(|it| *it > 0.0).fold(f64::INFINITY, f64::min);
+    let is_large = |it: f64| it > CLIPPED_FROM * largest_move && it > 2.0 * least_move;
+    let is_clipped = |limit: f64| {
+        outputs.windows(CLIPPED + 2).any(|y| {
+            let is_moving = y[0] != y[1] && (y[1] - y[0]) * (y[2] - y[1]) > 0.0;
+            is_moving && is_large((y[1] - y[0]).abs()) && y[2..].iter().all(|y| *y == limit)
+        })
+    };
+    let least = outputs.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = outputs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (lower, upper) = (Some(least).filter(|it| is_clipped(*it)), Some(largest));
+    let upper = upper.filter(|it| is_clipped(*it));
+    (lower.is_some() || upper.is_some()).then_some(StaticCurve::Saturation { lower, upper })
 }
 
 /// A linear structure on a record.

@@ -3,16 +3,23 @@
 //! What the linear model's error points to ([`super::Analysis::finding`]) says which curve is tried, or the user does. Its levels are fitted
 //! beside the dynamics; it is kept where what is held out is simulated better by a good part.
 
-use super::curve::{CurveChoice, Front, WORTH_A_TRY, fitted, of_cause, of_inputs, problem};
-use super::{Analysis, CurvePlacement, Options, Reason, judged_on};
+use super::curve::{
+    CurveChoice, Front, SEARCHED, WORTH_A_TRY, clipped_at, dwelt_at, fitted, of_cause, of_inputs,
+    problem,
+};
+use super::{Analysis, CurvePlacement, Options, Reason, USABLE, judged_on};
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Estimate, Estimator, Method, Wiener, of_least_criterion};
+use crate::estimators::{Estimate, Estimator, LeastSquares, Method, Wiener, of_least_criterion};
 use crate::static_curve::{Side, StaticCurve};
-use crate::structure::Structure;
+use crate::structure::{Problem, Structure};
 use crate::validation::identifiability::Following;
 use planesman_record::{Record, Run};
 use planesman_wording::setting;
 
+/// The largest order of the dynamics that a curve is first sought beside.
+const SIMPLE: usize = 2;
+/// The error, %, of a simulation that is not usable.
+const UNUSABLE: f64 = 100.0 - USABLE;
 /// What a curve must leave at most of the error of the held-out simulation by the linear model.
 const BETTER: f64 = 0.8;
 
@@ -60,17 +67,25 @@ fn analysed(record: &Record, options: &Options, validation: Option<&Record>) -> 
     match options.curve {
         CurveChoice::None => Ok(linear),
         CurveChoice::Automatic => {
-            let found = tried(&linear, inputs)
-                .filter(|_| options.method == Method::Automatic)
-                .and_then(|(side, starts)| {
-                    beside(record, options, validation, &linear, side, &starts).ok()
-                });
+            let attempts = match options.method {
+                Method::Automatic => tried(&linear, inputs, outputs),
+                _ => Vec::new(),
+            };
+            let finding = linear.finding.as_ref();
+            let is_told = finding.is_some_and(|it| it.gain.is_some());
             let missed = |it: &Analysis| it.held_out.fit.map(|fit| 100.0 - fit);
             let is_better = |it: &Analysis| {
                 let pair = missed(it).zip(missed(&linear));
-                pair.is_some_and(|(curved, linear)| curved < BETTER * linear)
+                let is_better =
+                    pair.is_some_and(|(curved, linear)| curved < BETTER * linear.min(UNUSABLE));
+                // One that nothing points to must leave no more than the noise.
+                is_better && (is_told || it.curve_misses().is_none())
             };
-            Ok(found.filter(is_better).unwrap_or(linear))
+            let found = attempts.iter().find_map(|(side, starts)| {
+                let found = beside(record, options, validation, &linear, *side, starts);
+                found.ok().filter(is_better)
+            });
+            Ok(found.unwrap_or(linear))
         }
         choice => {
             let starts = choice.starts(match choice.side() {
@@ -96,17 +111,42 @@ fn for_structure(options: &Options) -> Options {
     }
 }
 
-/// The curves that are worth a try: those of the cause that was found, or those of an input where the noise would leave a better
-/// fit and no cause was.
-fn tried(linear: &Analysis, inputs: &[f64]) -> Option<(Side, Vec<StaticCurve>)> {
-    match &linear.finding {
-        Some(finding) => {
-            let is_large = finding.gain.is_some_and(|(share, _)| share > WORTH_A_TRY);
-            of_cause(&finding.cause, inputs).filter(|_| is_large)
-        }
-        // In a loop the linear model's error may be noise that goes round.
-        None => (linear.is_below_noise() && linear.following != Following::Yes)
-            .then(|| (Side::Input, of_inputs(inputs).collect())),
+/// The curves that are worth a try, one side after the other: those of the cause that was found; or, where the noise would leave a better
+/// fit and no cause was, limits at which the output dwells, then those of an input.
+fn tried(linear: &Analysis, inputs: &[f64], outputs: &[f64]) -> Vec<(Side, Vec<StaticCurve>)> {
+    if let Some(finding) = &linear.finding
+        && let Some((share, _)) = finding.gain
+    {
+        let of_cause = of_cause(&finding.cause, inputs, outputs);
+        return of_cause
+            .filter(|_| share > WORTH_A_TRY)
+            .into_iter()
+            .collect();
+    }
+    let clipped = clipped_at(outputs).filter(|_| !linear.is_exact());
+    // In a loop the linear model's error may be noise that goes round.
+    if !linear.is_below_noise() || linear.following == Following::Yes {
+        let of_output = clipped.map(|it| (Side::Output, vec![it]));
+        return of_output.into_iter().collect();
+    }
+    let limits = clipped.or_else(|| dwelt_at(outputs));
+    let limits = limits.map(|it| (Side::Output, vec![it]));
+    let of_inputs = (Side::Input, of_inputs(inputs).collect());
+    limits.into_iter().chain([of_inputs]).collect()
+}
+
+/// The structure that a curve is first sought beside: the linear model's, but of second order at most, since a linear model of a curve
+/// has more poles than the plant.
+fn simple(linear: &Analysis) -> Structure {
+    let own = &linear.estimate.layout.structure;
+    match own.poles > SIMPLE && linear.options.order.is_none() {
+        true => Structure {
+            start: own.start,
+            offset: own.offset,
+            delay: own.delay.max(1),
+            ..linear.options.structure(SIMPLE)
+        },
+        false => own.clone(),
     }
 }
 
@@ -138,11 +178,12 @@ fn hammerstein(
     linear: &Analysis,
     starts: &[StaticCurve],
 ) -> Result<Analysis> {
-    let is_pointed_to = options.curve != CurveChoice::Automatic || linear.finding.is_some();
+    let is_told = linear.finding.as_ref().is_some_and(|it| it.gain.is_some());
+    let is_pointed_to = options.curve != CurveChoice::Automatic || is_told;
     let of = |structure: &Structure, starts: &[StaticCurve]| {
         fitted(record, structure, starts, is_pointed_to)
     };
-    let first = of(&linear.estimate.layout.structure, starts)?.curve;
+    let first = of(&simple(linear), starts)?.curve;
     let behind = first.of_input(record);
     let behind = judged_on(&behind, &for_structure(options), None, CurvePlacement::None)?;
     let curve = of(&behind.estimate.layout.structure, &[first])?;
@@ -169,23 +210,40 @@ fn wiener(
     starts: &[StaticCurve],
 ) -> Result<Analysis> {
     let poles = |of: &Estimate| of.theta.as_slice()[of.layout.a()].to_vec();
-    let all = problem(record, &linear.estimate.layout.structure)?;
-    let signal: Vec<f64> = all.runs.iter().flat_map(|it| it.outputs).copied().collect();
-    let fitted = starts.iter().filter_map(|start| {
-        let estimator = Wiener {
-            start: start.clone(),
-            poles: poles(&linear.estimate),
-        };
-        let found = estimator.fit(&all).ok()?;
-        let curve = found.output_curve.as_ref()?;
-        let parameters = curve.curve.parameters().len();
-        let is_determined = curve.is_determined(&signal);
-        is_determined.then_some((parameters, found.residuals.concat(), found))
-    });
-    let least = of_least_criterion(fitted.collect());
+    let structure = simple(linear);
+    let all = problem(record, &structure)?;
+    let begin = match linear.estimate.layout.structure == structure {
+        true => poles(&linear.estimate),
+        false => poles(&LeastSquares.fit(&all)?),
+    };
     let none = IdentificationError::Search("the search for the curve found no minimum");
-    let mut first = least.ok_or(none.clone())?;
-    let start = first.output_curve.take().ok_or(none)?.curve.normalised();
+    let nearest = |problem: &Problem<'_>, starts: &[StaticCurve]| {
+        let runs = problem.runs.iter();
+        let signal: Vec<f64> = runs.flat_map(|it| it.outputs).copied().collect();
+        let fitted = starts.iter().filter_map(|start| {
+            let estimator = Wiener {
+                start: start.clone(),
+                poles: begin.clone(),
+            };
+            let found = estimator.fit(problem).ok()?;
+            let curve = found.output_curve.as_ref()?;
+            let parameters = curve.curve.parameters().len();
+            let is_determined = curve.is_determined(&signal);
+            is_determined.then_some((parameters, found.residuals.concat(), found))
+        });
+        of_least_criterion(fitted.collect()).ok_or(none.clone())
+    };
+    let mut first = match starts {
+        [_] => nearest(&all, starts)?,
+        // Which of them, a part of the record tells.
+        _ => {
+            let of_part = nearest(&all.last_samples(SEARCHED), starts)?;
+            let curve = of_part.output_curve.map(|it| it.curve);
+            nearest(&all, &curve.into_iter().collect::<Vec<_>>())?
+        }
+    };
+    let start = first.output_curve.take().ok_or(none.clone())?.curve;
+    let start = start.normalised();
     let simulated: Vec<_> = (all.runs.iter().enumerate())
         .map(|(number, run)| first.simulate(number, *run))
         .collect();

@@ -69,6 +69,7 @@ impl Analysis {
         reasons.extend(self.search.lines.map(Reason::FirstOrderHold));
         reasons.extend(self.delay());
         reasons.extend(self.beyond(record));
+        reasons.extend(self.curve_misses().map(Reason::CurveMisses));
         reasons.extend(self.residual_findings());
         reasons.extend(self.suspicious_poles());
         reasons.extend(self.search.other_order.clone().map(Reason::OtherOrder));
@@ -306,6 +307,9 @@ impl Analysis {
                     false => Verdict::NotLinear { usable },
                 }
             }
+            Some(held) if self.curve_misses().is_some() => Verdict::NotLinear {
+                usable: held >= USABLE,
+            },
             Some(held) if feedback => Verdict::ClosedLoop {
                 usable: held >= USABLE,
             },
@@ -321,6 +325,14 @@ impl Analysis {
             Some(_) if self.drifting_fit().is_some_and(|fit| fit < USABLE) => Verdict::Usable,
             Some(_) => Verdict::Good,
         }
+    }
+
+    /// By how much, %, a model with a curve stays below what the noise leaves.
+    pub(super) fn curve_misses(&self) -> Option<f64> {
+        self.curved.as_ref()?;
+        let held = self.held_out.fit?;
+        let missed = self.held_out.attainable? - held;
+        (missed > BELOW_NOISE).then_some(missed)
     }
 
     /// The verdict, and what to do next.
@@ -388,7 +400,7 @@ impl Analysis {
     }
 
     /// Whether the model leaves nothing of the record but rounding.
-    fn is_exact(&self) -> bool {
+    pub(super) fn is_exact(&self) -> bool {
         self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING)
     }
 

@@ -67,12 +67,14 @@ use crate::static_curve::Side;
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::identifiability::{self, Doubt, Following};
-use crate::validation::nonlinearity::{self, Finding};
+use crate::validation::nonlinearity::{self, Cause, Finding};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::{Record, Run};
 
 /// By how much a fit, %, lies below what the noise leaves where another model is asked for.
 const BELOW_NOISE: f64 = 5.0;
+/// The same from which the error is asked for its cause.
+const ASKED_FROM: f64 = 2.0;
 
 /// A loop that the input is in.
 #[derive(Clone, Debug)]
@@ -366,13 +368,24 @@ impl Analysis {
         let oscillation = self.finding.clone();
         let is_asked = self.may_be_disturbed() && self.is_caused();
         let beyond = self.is_below_noise().then(finding).flatten();
-        beyond.or_else(|| oscillation.filter(|_| is_asked))
+        // A simulation that is worse than the mean drifts: its error bends with any signal.
+        let simulates = self.held_out.fit.is_some_and(|fit| fit > 0.0);
+        let beyond = beyond.filter(|it| simulates || it.cause.is_disturbance());
+        let clipped = || {
+            let is_linear = self.curved.is_none() && !self.is_exact();
+            let limits = curve::clipped_at(run.outputs).filter(|_| is_linear)?;
+            Some(Finding {
+                cause: Cause::Output(limits),
+                gain: None,
+            })
+        };
+        beyond.or_else(|| clipped().or(oscillation).filter(|_| is_asked))
     }
 
     /// Whether the noise would leave a better fit to another model.
     fn is_below_noise(&self) -> bool {
         let fits = self.held_out.attainable.zip(self.held_out.fit);
-        fits.is_some_and(|(attainable, held)| attainable - held > BELOW_NOISE)
+        fits.is_some_and(|(attainable, held)| attainable - held > ASKED_FROM)
             && self.may_be_disturbed()
     }
 

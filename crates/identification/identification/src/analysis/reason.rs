@@ -101,6 +101,8 @@ pub enum Reason {
     DirectFeedthrough,
     /// A static curve in front of the dynamics or behind them.
     Curve(Curved),
+    /// By how much, %, the fit with the curve stays below what the noise leaves.
+    CurveMisses(f64),
     /// The input moves on straight lines between its samples.
     FirstOrderHold(FirstOrderHold),
     /// The residuals are rounding.
@@ -145,6 +147,7 @@ impl Reason {
             | Self::HeldOutIsNoise(None)
             | Self::FirstPartUndetermined
             | Self::NotLinear { .. }
+            | Self::CurveMisses(_)
             | Self::Unsteady
             | Self::InputShare(_, true)
             | Self::InputEffect(..)
@@ -199,6 +202,7 @@ impl Reason {
             Self::OtherDelay(..) => "other_delay",
             Self::DirectFeedthrough => "direct_feedthrough",
             Self::Curve(_) => "curve",
+            Self::CurveMisses(_) => "curve_misses",
             Self::FirstOrderHold(_) => "lines",
             Self::NoNoise => "no_noise",
             Self::Residuals(..) => "residuals",

@@ -82,6 +82,9 @@ impl Reason {
             Self::Band { band, coherence, cost } => in_band(*band, *coherence, *cost),
             Self::NotLinear { finding, sample_time, segment } => not_linear(finding, *sample_time, *segment),
             Self::Curve(curved) => through_curve(curved),
+            Self::CurveMisses(missed) => format!(
+                "with the curve the fit is {missed:.1} % below the limit set by noise: something else is not linear"
+            ),
             Self::Carried(fit) => format!(
                 "started from the state before the held-out data, the simulation fits {fit:.1} %: slow modes drift, and a simulation \
                  from a known state is no better"

@@ -19,7 +19,7 @@ use super::simulator::{Simulator, coloured_factor};
 use super::sums::dot;
 use crate::error::{IdentificationError, Result};
 use crate::static_curve::{FittedCurve, StaticCurve};
-use crate::structure::{Problem, range};
+use crate::structure::{Problem, Structure, range};
 use planesman_record::Run;
 
 /// A difference for a slope, as a share of the signal's range.
@@ -27,6 +27,8 @@ const DIFFERENCE: f64 = 1e-3;
 /// Steps of the search over a curve, and the share of the cost that a step worth another one takes away.
 const STEPS: usize = 20;
 const SHARE: f64 = 1e-4;
+/// Squares of errors below this share of the largest candidate's are rounding.
+const ROUNDING: f64 = 1e-16;
 /// Passes from measured outputs to those in front of a curve.
 const PASSES: usize = 8;
 
@@ -82,8 +84,11 @@ pub(crate) fn of_least_criterion<T>(models: Vec<(usize, Vec<f64>, T)>) -> Option
     let least = (models.iter()).min_by(|p, q| squares(&p.1).total_cmp(&squares(&q.1)))?;
     let share = independent_share(&whitening([least.1.as_slice()].into_iter()));
     let n = (share * least.1.len() as f64).max(2.0);
+    // Errors that are rounding are alike.
+    let largest = (models.iter()).map(|it| squares(&it.1)).fold(0.0, f64::max);
+    let rounding = (ROUNDING * largest).max(f64::MIN_POSITIVE);
     let criterion = |(parameters, errors, _): &(usize, Vec<f64>, T)| {
-        n * libm::log(squares(errors).max(f64::MIN_POSITIVE)) + *parameters as f64 * libm::log(n)
+        n * libm::log(squares(errors).max(rounding)) + *parameters as f64 * libm::log(n)
     };
     let best = (models.into_iter()).min_by(|p, q| criterion(p).total_cmp(&criterion(q)));
     best.map(|it| it.2)
@@ -152,7 +157,19 @@ fn errors_behind(
         poles: poles.borrow().clone(),
         noise: false,
     };
-    let found = estimator.fit(&behind).ok()?;
+    let own = &problem.structure;
+    // Without noise the right curve leaves nothing for more poles than the plant's.
+    let lower = (1..own.poles).rev().map(|order| Problem {
+        structure: Structure {
+            poles: order,
+            numerator: own.numerator.min(order),
+            ..own.clone()
+        },
+        ..behind.clone()
+    });
+    let found = std::iter::once(behind.clone())
+        .chain(lower)
+        .find_map(|it| estimator.fit(&it).ok())?;
     poles.replace(found.theta.as_slice()[found.layout.a()].to_vec());
     let errors = found.residuals.concat();
     Some(DVector::from_vec(errors))

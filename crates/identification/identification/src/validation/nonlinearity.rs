@@ -184,7 +184,7 @@ impl Tested<'_> {
     fn finding(&self) -> Option<Finding> {
         let pairs = self.run.outputs.iter().zip(&self.simulated);
         let errors: Vec<f64> = pairs.map(|(y, x)| y - x).skip(self.first).collect();
-        let linear = [self.at_rest(), self.slopes()].concat();
+        let linear = self.linear();
         let (columns, mut terms) = self.terms();
         let enough = SAMPLES_PER_COLUMN * (linear.len() + STEPS);
         if errors.len() < enough || !errors.iter().any(|e| *e != 0.0) {
@@ -287,6 +287,11 @@ impl Tested<'_> {
         let at = |k: usize| signal.get(usize::try_from(k as i64 - by).ok()?).copied();
         let samples = self.first..self.run.outputs.len();
         samples.map(|k| at(k).unwrap_or_default()).collect()
+    }
+
+    /// What a larger linear model may add.
+    fn linear(&self) -> Vec<Vec<f64>> {
+        [self.at_rest(), self.slopes()].concat()
     }
 
     /// A constant, and free motions.
@@ -422,6 +427,16 @@ impl Tested<'_> {
         };
         let input = || self.in_front(<[f64]>::to_vec);
         Some(match &term.kind {
+            // Less damping at a larger output than a linear model has is that of dry friction.
+            Kind::Other(Cause::Drag) => {
+                let own = [columns[term.columns[0]].clone()];
+                let left = Left::of(&self.run.outputs[self.first..], &self.linear(), &own);
+                let (coefficients, _) = left.with(&[0], 0..0)?;
+                match coefficients[0] < 0.0 {
+                    true => Cause::Drag,
+                    false => Cause::Friction,
+                }
+            }
             Kind::Other(cause) => cause.clone(),
             Kind::Steps(times) => {
                 let mut times = times.clone();
