@@ -255,15 +255,15 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         ),
         (
             "time,speed\n0,0\n1,0.3\n",
-            "column 'speed' is none of time, position and force",
+            "unknown column 'speed'; known: time, position, force",
         ),
         (
             "time,position,load\n0,0,1\n1,0.1,1\n",
-            "column 'load' is none of time, position and force",
+            "unknown column 'load'; known: time, position, force",
         ),
         (
             "time,position,position [mm]\n0,0,0\n1,0.1,100\n",
-            "columns 'position' and 'position [mm]' are both the position",
+            "columns 'position' and 'position [mm]' both contain the position",
         ),
         (
             "time,position,force_stone\n0,0,1\n1,0.1,1\n",
