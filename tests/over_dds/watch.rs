@@ -751,7 +751,7 @@ fn a_page_of_another_origin_in_the_same_browser_gets_nothing_and_does_nothing() 
         }
         // A link to the page is no way in without the token.
         browser.run(&format!("location.href = 'http://{}/'", page.host));
-        browser.until_text("body", "open the address that it has printed");
+        browser.until_text("body", "open the address that planesman watch printed");
     }
     assert!(
         with_cookie > 8,
