@@ -202,7 +202,7 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     set(&mut browser, "-1");
     browser.until_text(&format!("{row} output"), "must lie in");
     set(&mut browser, "much");
-    browser.until_text(&format!("{row} output"), "no numeric field");
+    browser.until_text(&format!("{row} output"), "not a number");
     set(&mut browser, "1.25");
     browser.until_text(&format!("{row} output"), "set");
     let get = operator

@@ -57,7 +57,7 @@ pub enum Error {
     #[error("{0}: {1}")]
     Quantity(&'static str, Box<Self>),
     /// A text that is not a number.
-    #[error("'{0}' is no number")]
+    #[error("'{0}' is not a number")]
     Number(String),
     /// A text that is not a finite number.
     #[error("'{0}' is not a finite number")]
