@@ -195,6 +195,7 @@ impl RunFolder {
         let mut answer = summary.conclusions();
         answer.extend(flights::kept(&flown));
         if let Some(reason) = &flown.flight.truncated {
+            let reason = reason.trim_start_matches("incomplete: ");
             answer.insert(0, format!("The bag is incomplete: {reason}."));
         }
         let held = Some(summary.held_ticks).filter(|it| *it > 0);

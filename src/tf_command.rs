@@ -68,7 +68,7 @@ pub fn text(models: &Models) -> Result<String> {
     // A hold leaves the steady-state gain as it is; rounding would show another beside a pole at 1.
     match models.continuous.steady_state_gain(Domain::Continuous) {
         Ok(gain) => writeln!(text, "  steady   {}", Number(gain))?,
-        Err(_) => writeln!(text, "   steady   none (the response integrates)")?,
+        Err(_) => writeln!(text, "  steady   none (the response integrates)")?,
     }
     writeln!(text, "\nzero-order hold, {}", models.sampling)?;
     describe(&mut text, &models.sampled)?;

@@ -154,12 +154,12 @@ fn how_a_bag_is_stored_is_no_difference_and_what_was_cut_off_is_missing() {
     differs(
         &stage,
         &[&a, &path("cut.mcap")],
-        &["only A has it", "B: not whole: "],
+        &["only A has it", "B: incomplete: "],
     );
     differs(
         &stage,
         &[&path("cut.mcap"), &a],
-        &["only B has it", "A: not whole: "],
+        &["only B has it", "A: incomplete: "],
     );
 }
 

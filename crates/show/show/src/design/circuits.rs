@@ -362,7 +362,7 @@ impl Outcome {
             div.scroll { (self.table(false).html()) }
             h2 { "All designs" }
             div.scroll { (self.table(true).html()) }
-            h2 { "Time histories of  " (design.name()) }
+            h2 { "Time histories of " (design.name()) }
             p { "The best compromise between tracking and energy, with the first seed of the valves' scatter." }
             (figures(&traces(design, cycle)))
             h2 { "Where its energy goes (mean over the seeds)" }
@@ -464,7 +464,7 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
     row("leakage past the piston".to_owned(), ledger.seal);
     row("compression of the oil, net".to_owned(), ledger.compression);
     row(
-        "   stored (the rest was given back)".to_owned(),
+        "  stored (the rest was given back)".to_owned(),
         ledger.compressed,
     );
     row("viscous friction".to_owned(), ledger.viscous);

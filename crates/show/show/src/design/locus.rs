@@ -128,7 +128,7 @@ impl Locus {
         }
         let body = html! {
             h1 { (title) }
-            p.lead { "All other gains:  " (fixed) "." }
+            p.lead { "All other gains: " (fixed) "." }
             div.columns { (figures(&[self.drawing(drive, varied)?])) (rows.html()) }
         };
         Ok(document(&title, "td { text-align: left; }", &body, ""))

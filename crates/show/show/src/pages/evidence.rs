@@ -509,7 +509,7 @@ impl<'a> Evidence<'a> {
                     }
                 } }
             } }
-            p { "Samples on the grid of " (number(self.data.prepared.resampled.record.sample_time)) "  s, counted from 1 in each file; times from the output's first sample in the file." }
+            p { "Samples on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s, counted from 1 in each file; times from the output's first sample in the file." }
             div.scroll { table.words {
                 thead { tr { @for head in ["row", "file", "samples", "time, s", "role", "shown in"] { th { (head) } } } }
                 @for (row, part) in (1..).zip(&self.parts) { tr #(part.id) {
@@ -540,7 +540,7 @@ impl<'a> Evidence<'a> {
         html! {
             @match entry {
                 Entry::Data => a href="#samples-fitted" { "every sample of each file" },
-                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies where the coherence is  " (COHERENCE) " or more" },
+                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies where the coherence is " (COHERENCE) " or more" },
                 Entry::Validation => {
                     @if has(HELD_OUT) { a href="#samples-held-out" { "held out" } "; " }
                     a href="#samples-fitted" { (text) }

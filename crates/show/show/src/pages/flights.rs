@@ -149,7 +149,7 @@ fn summary(of: &Summary) -> Vec<Card> {
 fn conclusions(flown: &FlightReport, alone: bool) -> Markup {
     html! {
         @if let Some(reason) = &flown.flight.truncated {
-            p.warn { "The bag is incomplete:  " (reason) "; this page shows what it contains." }
+            p.warn { "The bag is incomplete: " (reason.trim_start_matches("incomplete: ")) "; this page shows what it contains." }
         }
         @for note in &flown.summary.notes {
             p.warn { (note) }
@@ -288,7 +288,7 @@ fn energy_table(flights: &[FlightReport]) -> Markup {
                 }
                 tr { td { "work of the supply" } td { (significant(energy.supply, DIGITS)) } td { "100 %" } td {} }
             } }
-            p { "The terms add up to the work of the supply within  " (format!("{:.0e}", energy.closure().unwrap_or_default()))
+            p { "The terms add up to the work of the supply within " (format!("{:.0e}", energy.closure().unwrap_or_default()))
                 " of it. The load is the mass and the viscous damping of the actuator's file." }
             @if let Some(joule) = proportional {
                 p { "For the same motion an ideal proportional valve would need " (significant(*joule, DIGITS)) " J in the same circuit (load "

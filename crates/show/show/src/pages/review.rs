@@ -317,7 +317,7 @@ pub fn page(review: &Review<'_>) -> String {
         html! {
             (cards(&review.cards()))
             ul.verdict { @for (text, entry) in review.conclusion().into_iter().skip(1) { li { (linked(&text, entry)) } } }
-            p { "Each sentence and each cell links to the  " a href="#evidence" { "method and the samples" } "  of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
+            p { "Each sentence and each cell links to the " a href="#evidence" { "method and the samples" } " of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
         },
     )];
     sections.push((

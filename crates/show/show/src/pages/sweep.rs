@@ -140,7 +140,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
                     }
                 }
             } }
-            @if front.len() > LISTED { p { (front.len() - LISTED) "  more combinations are not beaten." } }
+            @if front.len() > LISTED { p { (front.len() - LISTED) " more combinations are not beaten." } }
         } @else {
             p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
         }
