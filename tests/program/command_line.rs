@@ -312,7 +312,7 @@ fn a_nodes_log_has_the_form_the_colours_and_the_file_that_rcls_variables_ask_for
     node.signal(Signal::INT);
     let outcome = node.finish().success();
     let passed_over =
-        "\x1b[33mWARN|auv.plant_sim|ignored: extra: ROS's arguments follow --ros-args\x1b[0m\n";
+        "\x1b[33mWARN|auv.plant_sim|ignored: extra: ROS arguments must follow --ros-args\x1b[0m\n";
     assert!(outcome.stderr.starts_with(passed_over), "{outcome:#?}");
     assert!(!outcome.stderr.contains("rustdds"), "{outcome:#?}");
 
