@@ -185,7 +185,7 @@ fn what_is_no_bag_is_refused_in_one_line_that_names_it() {
             file_with(folder.path(), "letter.txt", b"Dear planesman,"),
             "something else",
         ),
-        (empty_folder, "holds no .mcap or .db3 file"),
+        (empty_folder, "contains no .mcap or .db3 file"),
         (not_yaml, "not the metadata of a rosbag2 bag"),
     ];
     for (path, words) in cases {
