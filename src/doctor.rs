@@ -61,7 +61,7 @@ fn line(text: &str) -> std::io::Result<()> {
 
 fn described(domain: Domain) -> String {
     let range = if domain.local {
-        "LOCALHOST: nodes on this machine alone"
+        "LOCALHOST: only nodes on this machine"
     } else {
         "SUBNET: nodes on all machines of the subnet"
     };

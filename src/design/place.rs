@@ -1,7 +1,7 @@
 //! `planesman design place`: gains by pole placement for the depth loop.
 //!
-//! The formula places the poles of a simplified loop: continuous, pitch only, ideal planes. The analysis printed below the gains is of the
-//! sampled loop, with heave and the actuator.
+//! The formula places the poles of a simplified loop: continuous, pitch only, ideal planes. The analysis printed below the gains applies
+//! to the sampled loop with heave and the actuator.
 
 use anyhow::Result;
 use clap::Args;

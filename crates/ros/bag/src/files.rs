@@ -50,7 +50,7 @@ pub(crate) fn present(
         let said = format!("{said}; reading {} instead", self::listed(&others));
         return Ok((others, Some(said)));
     }
-    // Without any, the first is asked for, and refused by its name.
+    // If no name exists, the first one is opened, so that the error names it.
     if missing.len() < listed.len() {
         listed.retain(|it| it.exists());
     }

@@ -83,13 +83,13 @@ pub enum WriteError {
     /// The path exists already.
     #[error("{path} exists already; recordings are never overwritten: name a new path")]
     Exists {
-        /// The path asked for.
+        /// The requested path.
         path: PathBuf,
     },
     /// The path has no name at its end.
     #[error("{path} does not end with a name; the last part of the path is the bag's name")]
     NoName {
-        /// The path asked for.
+        /// The requested path.
         path: PathBuf,
     },
     /// An error of the file system while creating the bag.

@@ -53,7 +53,9 @@ pub enum DefinitionError {
     #[error("the type is unknown to this program")]
     Unknown,
     /// No installed package contains the file.
-    #[error("no {0} in AMENT_PREFIX_PATH")]
+    #[error(
+        "no {0} in the folders of AMENT_PREFIX_PATH; source the workspace of this package first"
+    )]
     NotInstalled(String),
     /// The publisher's type has a different hash.
     #[error("the publisher uses another version of the type ({announced}, not {known})")]

@@ -75,7 +75,7 @@ pub enum Error {
     NotOfTheLoop {
         /// The topic.
         topic: String,
-        /// The type asked for.
+        /// The requested type.
         type_name: &'static str,
     },
     /// An error of the middleware.

@@ -6,8 +6,8 @@ use regex_lite::Regex;
 /// End of the names of service introspection topics.
 const SERVICE_EVENT: &str = "/_service_event";
 
-/// The parameters `record.*`: which topics, by the rules of `ros2 bag record`. Where none of all_topics, topics, topic_types,
-/// regex, all_services and services is given, the loop's topics are recorded.
+/// The parameters `record.*`: which topics are recorded, by the rules of `ros2 bag record`. If all_topics, topics, topic_types,
+/// regex, all_services and services are all unset, the loop's topics are recorded.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Record {
     /// Record every topic that is published in the domain.
@@ -19,7 +19,7 @@ pub struct Record {
     /// Record every topic of these types ('sensor_msgs/msg/Imu').
     #[parameter(default = Vec::new(), read_only)]
     pub topic_types: Vec<String>,
-    /// Record every topic in whose name this regular expression is found; of services likewise.
+    /// Record every topic and every service in whose name this regular expression is found.
     #[parameter(default = "", read_only)]
     pub regex: String,
     /// Record the events of every service with introspection.

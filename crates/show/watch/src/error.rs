@@ -48,7 +48,7 @@ pub enum Error {
     #[error("no node serves {0}")]
     NotServed(String),
     /// A node's answers contradict each other.
-    #[error("the node returned other parameters than it lists")]
+    #[error("the node returned parameters different from those it lists")]
     Parameters,
     /// The program cannot load the vehicle.
     #[error(transparent)]

@@ -42,7 +42,7 @@ pub(crate) const SINCE_STEP: &str = "time after the step [s]";
 /// Axes of a frequency response.
 pub(crate) const MAGNITUDE: [&str; 2] = ["frequency [rad/s]", "magnitude [dB]"];
 pub(crate) const PHASE: [&str; 2] = ["frequency [rad/s]", "phase [deg]"];
-/// Plots over the record's time share one x axis; plots over frequency and over lag likewise.
+/// All plots over time share one x axis; so do all plots over frequency, and all plots over lag.
 pub(crate) const RECORD: &str = "record";
 pub(crate) const FREQUENCY: &str = "frequency";
 pub(crate) const LAG: &str = "lag";

@@ -5,7 +5,7 @@
 //! - [`flights`]: a dive, or a comparison of several; [`sweep`]: the cases of a sweep.
 //! - [`fit`]: a model; [`several`]: a model with several inputs and outputs; [`compare`]: a comparison of models; [`tables`]: the same as tables for a
 //!   terminal.
-//! - [`equations`]: user-written state equations, also as text for a terminal; [`continuous`]: a continuous-time transfer function, likewise.
+//! - [`equations`]: user-written state equations; [`continuous`]: a continuous-time transfer function; both also as text for a terminal.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
 //! - [`diff`]: a comparison of two recordings.
