@@ -83,7 +83,7 @@ impl RunFolder {
             .and_then(|()| fs::create_dir_all(self.path.join("log")))
             .and_then(|()| fs::write(self.scenario_file(), scenario.to_yaml()))
             .and_then(|()| fs::write(self.parameter_file(), parameters))
-            .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
+            .with_context(|| format!("cannot create the folder '{}'", self.path.display()))
     }
 
     /// Writes a file into the folder that says that the flight failed, and why.

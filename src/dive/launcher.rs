@@ -60,7 +60,7 @@ impl LaunchedNode {
         match difference(&self.parameters, |name| has.get(name).cloned().flatten()) {
             None => Ok(()),
             Some(difference) => bail!(
-                "the running node has other parameters than the flight: {}.{difference}",
+                "the running node and the flight differ in a parameter: {}.{difference}",
                 self.node
             ),
         }

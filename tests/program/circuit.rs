@@ -98,7 +98,7 @@ fn designs_are_compared_over_a_load_cycle_and_none_on_the_front_is_beaten() {
         "Energy and tracking",
         "Where its energy goes",
         "throttling P-A",
-        "missing in the balance",
+        "error of the energy balance",
     ] {
         assert!(page.contains(part), "{part}");
     }

@@ -151,11 +151,12 @@ impl Gates {
             return;
         }
         log::info!(
-            "gate {}: a tick ends with {}",
+            "gate {}: each tick ends at {}",
             topic.name,
             match stamp {
-                Some(_) => "the message with its stamp",
-                None => "the first message after its state (the messages have no stamp)",
+                Some(_) => "the message with the stamp of the tick",
+                None =>
+                    "the first message after the state of the tick (the messages have no stamp)",
             }
         );
         gate.state = State::Open(stamp);

@@ -125,7 +125,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         answers,
         move |planes| match judge.motion(planes) {
             Some(motion) => refuses(&judge, &motion),
-            None => Some("no joint 'dive_planes' with a position".to_owned()),
+            None => Some("the message has no joint 'dive_planes' with a position".to_owned()),
         },
         Event::Planes,
     )?;

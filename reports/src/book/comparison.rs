@@ -44,7 +44,7 @@ impl Line<'_> {
             let shown =
                 |verdict: Option<Verdict>| verdict.map_or("none".to_owned(), |v| v.to_string());
             let (stands, now) = (shown(self.entry.verdict), shown(self.verdict));
-            return Some(format!("the verdict was '{stands}' and is '{now}'"));
+            return Some(format!("the verdict changed from '{stands}' to '{now}'"));
         }
         if self.entry.near_reference(value) == Some(false) {
             return Some("the value differs from the previous one".to_owned());

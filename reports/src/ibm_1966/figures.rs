@@ -70,7 +70,7 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
         },
         Chapter {
             title: "Section III: mathematical model and hardware",
-            note: "The recorded curves are missing in the copy of the report. These are simulations of the surrogate missile PS-2 with the actuator of Table 3-1; the data of the report's own missile and of the hardware are lost. Figures 3-3 and 3-4 are block diagrams: the loop with the hardware or the model, while the other one receives the same commands; and the equations of the ram with its load.",
+            note: "The recorded curves are missing in the copy of the report. These are simulations of the surrogate missile PS-2 with the actuator of Table 3-1; the data of the report's own missile and of the hardware are lost. Figures 3-3 and 3-4 are block diagrams. In the first, either the hardware or the model closes the loop, and the other receives the same commands; the second shows the equations of the ram with its load.",
             figures: section_3()?,
         },
         Chapter {

@@ -264,11 +264,12 @@ const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (time until the
      Motion: an orbit found by shooting that the loop follows, with its largest multiplier (below 1, deviations decay); \
      rest; an exact repetition of decisions (repeats); or irregular. Starts: the number of dives, with the ram at 0, -3/8 and 1/4 quantum, that end in this motion, and the motions of the others. \
      Orbit: in brackets the mean over periods of this program's simulation from 500 to 1000 s. First harmonic: its share in the variance of the actuator's command; harmonic balance \
-     assumes 100 %. Predicted: given if |1 + N H| is below 0.1; otherwise harmonic balance predicts no limit cycle, and the brackets contain the smallest |1 + N H|.";
+     assumes 100 %. Predicted: only if |1 + N H| is below 0.1; otherwise harmonic balance predicts no limit cycle, and the brackets contain the smallest |1 + N H|. \
+     pp: peak to peak.";
 
 /// Explanation of the columns for irregular motions.
-const IRREGULAR: &str = "Irregular motions: the smallest and largest values in windows of 50 s (the number of windows is given), over all starts with such a motion; these are not bounds. Growth: growth rate of small deviations (largest Lyapunov exponent, with decisions \
-     moving with their thresholds), with its standard error over the windows. The motion is chaotic if the rate is above 0 by more than three standard errors. If it is below 0 by as many, deviations decay towards an orbit, but decisions happen only at samples, \
+const IRREGULAR: &str = "Irregular motions: the smallest and largest values in windows of 50 s (the number of windows is given), over all starts with such a motion; these are not bounds. Growth: growth rate of small deviations (largest Lyapunov exponent, which includes \
+     the effect of deviations on the times of decisions), with its standard error over the windows. The motion is chaotic if the rate is above 0 by more than three standard errors. If it is below 0 by as many, deviations decay towards an orbit, but decisions happen only at samples, \
      which keeps the loop away from the orbit. Nearest orbit: the orbit found with the nearest frequency, its period and its largest multiplier.";
 
 /// Number of columns for the comparison with the independent simulation.
@@ -305,7 +306,7 @@ fn tally(rows: &[Row]) -> String {
     let count = |is: fn(&Motion) -> bool| rows.iter().filter(|row| is(&row.motion)).count();
     let several = rows.iter().filter(|row| row.alike() < STARTS.len());
     format!(
-        "From the middle: {} orbits, {} exact repetitions, {} at rest, {} irregular. In {} configurations other starts lead to another motion.",
+        "Motions with the ram initially in the middle: {} orbits, {} exact repetitions, {} at rest, {} irregular. In {} configurations the motion depends on the start.",
         count(|m| matches!(m, Motion::Orbit(_))),
         count(|m| matches!(m, Motion::Repeats(_))),
         count(|m| matches!(m, Motion::Rest)),

@@ -69,7 +69,7 @@ pub enum DefinitionError {
     #[error(transparent)]
     Text(#[from] planesman_rosidl::Error),
     /// The publisher's node omits the text of a type.
-    #[error("the publisher's node gives no text of {0}")]
+    #[error("the publisher's node returned no definition of {0}")]
     NoText(String),
     /// The publisher's node refuses; contains its message.
     #[error("{0}")]

@@ -320,7 +320,7 @@ impl Speakers {
         };
         let node = nodes.iter().find(is_another)?;
         Some(format!(
-            "it is about the node {node}, which is in another participant"
+            "it concerns the node {node}, which does not belong to the sender"
         ))
     }
 }

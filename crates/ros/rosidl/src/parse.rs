@@ -160,7 +160,7 @@ pub(crate) fn parse_part(
                 arity: Arity::One,
             },
             default: None,
-            comment: vec!["Always 0: an empty message still takes a byte.".to_owned()],
+            comment: vec!["Always 0: this byte represents an empty message.".to_owned()],
             line: 0,
         });
     }

@@ -409,7 +409,7 @@ impl Watch {
         for (action, running) in &mut self.manoeuvres {
             if running.goal.is_some() && !running.client.is_served() {
                 running.goal = None;
-                let lost = json!({"state": "lost", "message": "the controller is gone"});
+                let lost = json!({"state": "lost", "message": "the controller no longer exists"});
                 locked(&self.board).put(&format!("manoeuvre:{action}"), lost);
             }
         }

@@ -476,7 +476,7 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
         row("stored in the lines".to_owned(), ledger.lines);
         row("friction in the lines".to_owned(), ledger.line_friction);
     }
-    row("missing in the balance".to_owned(), ledger.residual());
+    row("error of the energy balance".to_owned(), ledger.residual());
     row(
         "switching (electrical, in addition)".to_owned(),
         ledger.switching,

@@ -147,7 +147,7 @@ fn table(path: &Path) -> Result<Recording, DiffError> {
     })
 }
 
-/// A table and a bag, both with the columns that the bag contains.
+/// Reads a table and a bag; of the table, only columns that the bag contains are kept.
 fn beside(
     table: Recording,
     path: &Path,

@@ -472,7 +472,7 @@ fn response(review: &Review<'_>, evidence: &mut Evidence<'_>) -> Markup {
     };
     html! {
         p { "The measured response where the coherence is high enough, with 95 % intervals, and the model's response with its 95 % band. Both are computed \
-             from the same samples by different methods: where they disagree, the model lacks something, or its band is too narrow." }
+             from the same samples by different methods: where they disagree, the model lacks dynamics or its band is too narrow." }
         (of_entry(evidence, Entry::Response, &plots))
     }
 }
