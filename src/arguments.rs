@@ -62,7 +62,7 @@ pub fn overwrites() -> bool {
     options.any(|it| it == OVERWRITE)
 }
 
-/// Removes an existing file if `--overwrite` is given. Anything but a regular file stays; writing to that path then fails.
+/// Removes an existing regular file if `--overwrite` is given. Anything else at the path is kept, and writing there fails.
 ///
 /// # Errors
 /// When it cannot be removed.
@@ -280,7 +280,7 @@ pub fn parsed<C: Parser>() -> Result<C, clap::Error> {
     C::from_arg_matches_mut(&mut matches)
 }
 
-/// Adds what all commands share. An option for a number accepts negative values, so that the option's own range refuses them. A command
+/// Adds the settings that all commands share. An option for a number accepts negative values, so that the option's own range refuses them. A command
 /// that writes files gets `--overwrite`, which [`overwrites`] reads.
 #[must_use]
 pub fn completed(command: clap::Command) -> clap::Command {

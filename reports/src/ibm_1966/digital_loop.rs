@@ -96,13 +96,13 @@ impl DigitalLoop {
         f64::from(self.cycles) * self.period
     }
 
-    /// State of the missile at that time.
+    /// Current state of the missile.
     #[must_use]
     pub fn yaw(&self) -> Yaw {
         self.yaw
     }
 
-    /// Ram position X_1 at that time, m.
+    /// Current ram position X_1, m.
     #[must_use]
     pub fn ram(&self) -> f64 {
         self.ram

@@ -95,7 +95,7 @@ impl Case {
         true
     }
 
-    /// Whether the row's numbers can be within one test step of `printed`, from tests on either side of each; the tests most likely to fail run first.
+    /// Whether the row's numbers can be within one test step of `printed`. Each number is tested on both sides; the tests most likely to fail run first.
     #[must_use]
     pub fn is_near(&self, printed: &Outcome, start: Start) -> bool {
         let stable = |step: i32| self.is_stable(f64::from(step), start);

@@ -237,7 +237,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Appends all of them.
+    /// Appends all numbers to `list`.
     pub(crate) fn append_to(self, list: &mut Vec<f64>) {
         if self.primitive == Primitive::Float64 && self.little_endian {
             // The usual ones, without looking at each what it is.

@@ -220,8 +220,8 @@ impl Decoder {
     }
 
     /// The names that identify the number at path `index` in the message read last: that of the message, and those of the list elements on the
-    /// path, from outside to inside. A name is empty if there is none. For a number in a list without names it is the list's length. Each name
-    /// comes with the path's steps up to it.
+    /// path, from outside to inside. A missing name is empty. A number in a list without names is identified by the list's length. Each name
+    /// is returned with the path's steps up to it.
     pub fn identity<'v>(
         &'v self,
         index: usize,

@@ -29,7 +29,7 @@ const CLAIM_LIFETIME: Duration = Duration::from_millis(2500);
 /// The stage of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Asked for; another node may hold the role.
+    /// Requested; another node may hold the role.
     Asked,
     /// Held; no other claim was found.
     Held,

@@ -127,7 +127,7 @@ pub struct Runtime<E> {
     executor: Rc<LocalExecutor<'static>>,
     parameters: Rc<RefCell<ParameterServer>>,
     mapping: ServiceMapping,
-    /// Dropped last of the middleware's parts: it informs the peers.
+    /// The middleware's context. Dropped after all other objects of the middleware, because it then informs the peers.
     context: Context,
     sender: Sender<Queued<E>>,
     receiver: Receiver<Queued<E>>,

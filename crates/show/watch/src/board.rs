@@ -13,8 +13,8 @@ const MAX_LOG_LINES: usize = 2000;
 /// Maximum number of samples kept over all channels, 16 bytes each. With more channels than one vehicle has, each keeps fewer than
 /// [`SAMPLES_PER_CHANNEL`].
 const SAMPLES_IN_ALL: usize = 25 * SAMPLES_PER_CHANNEL;
-/// Limits of one message to a page: samples, bytes of log lines, bytes of sections. Each may be exceeded by one item; the rest follows in the
-/// next message.
+/// Limits of one message to a page: samples, bytes of log lines, bytes of sections. The last item may exceed a limit; further items follow in
+/// the next message.
 const SAMPLES: usize = 10_000;
 const LOG: usize = 1 << 18;
 const SECTIONS: usize = 1 << 18;

@@ -16,7 +16,7 @@ pub(crate) struct Feed {
     pub(crate) type_name: String,
     types: Types,
     stamp: Option<FieldPath>,
-    /// SI units of its fields, if the definition gives them.
+    /// SI units of the fields, if the definition states them.
     units: BTreeMap<String, &'static str>,
     /// Channels with their fields.
     channels: Vec<(String, FieldPath)>,

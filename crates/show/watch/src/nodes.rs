@@ -45,7 +45,7 @@ struct Node {
 pub(crate) struct Nodes {
     nodes: BTreeMap<String, Node>,
     statuses: BTreeMap<String, (Instant, DiagnosticStatus)>,
-    /// Total length of their texts, bytes.
+    /// Total length of the texts of all statuses, bytes.
     text: usize,
 }
 

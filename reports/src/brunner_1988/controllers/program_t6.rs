@@ -271,7 +271,7 @@ impl Track {
         self.turn(0, |before, now, after| before < now && now >= after)
     }
 
-    /// First minimum after the first maximum, in the same form.
+    /// First minimum of the depth after the first maximum: time (s), and depth as a fraction of the setpoint.
     #[must_use]
     pub fn first_dip(&self) -> Option<(f64, f64)> {
         let (time, _) = self.first_maximum()?;

@@ -173,7 +173,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Sets of designs on a load cycle, the file's own first, and which ones are not beaten.
+    /// Compares the designs (the file's own first) by their results on the load cycle, and finds those that no other design beats.
     #[must_use]
     pub fn new(designs: Vec<(Design, Evaluation)>, cycle: &LoadCycle) -> Self {
         let circuit = &designs[0].0.circuit;

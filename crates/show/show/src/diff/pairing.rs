@@ -55,7 +55,7 @@ pub struct CanonicalOrder {
 }
 
 impl CanonicalOrder {
-    /// Adds the next recorded message, and passes on those that no later message can precede.
+    /// Adds the next recorded message, and gives `take` the payloads that no later message can precede.
     pub fn push(&mut self, stamp: i64, payload: Vec<u8>, mut take: impl FnMut(&[u8])) {
         self.held.insert((self.keys.next(stamp), payload));
         while self.held.len() > LATE {
@@ -152,7 +152,7 @@ impl Pairing {
         self.has_ended[side] = true;
     }
 
-    /// Passes on all outcomes that are certain by now.
+    /// Gives `take` all outcomes that later messages cannot change.
     pub(crate) fn advance(&mut self, take: &mut dyn FnMut(&Outcome)) {
         loop {
             let alone = match [0, 1].map(|side| self.queues[side].front()) {

@@ -156,7 +156,7 @@ impl File<'_> {
         &self.prepared.sources[self.source].name
     }
 
-    /// Indices of its segments.
+    /// Indices of the file's segments.
     fn segments(&self) -> impl Iterator<Item = usize> {
         let all = self.prepared.resampled.record.segments.iter().enumerate();
         all.filter(|it| it.1.source == self.source).map(|it| it.0)

@@ -374,7 +374,7 @@ pub fn brief(review: &Review<'_>) -> String {
     document(&title, STYLE, &body, "")
 }
 
-/// A missing part: the reason.
+/// A paragraph in the place of a missing part: the reason.
 fn missing(reason: &str) -> Markup {
     html! { p.warn { "None: " (reason) } }
 }
