@@ -12,7 +12,7 @@ pub(crate) const BUFFER: usize = 256 * 1024;
 /// The first bytes of a zstd frame.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Largest ratio of unpacked to packed size: telemetry compresses to a hundredth at best, a decompression bomb to a hundred-thousandth.
+/// Largest ratio of unpacked to packed size. Telemetry has a ratio of 100 at most, a decompression bomb of about 100,000.
 const MAX_EXPANSION: u64 = 1000;
 
 /// A file, read from its beginning.
