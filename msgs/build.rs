@@ -54,7 +54,7 @@ fn read(here: &Path) -> Result<Library, Box<dyn Error>> {
     Ok(library)
 }
 
-/// Our own package, and every package below `standard/`: folder and name.
+/// Folder and name of this package and of every package below `standard/`.
 fn packages(here: &Path) -> io::Result<Vec<(PathBuf, String)>> {
     let mut packages = vec![(here.to_owned(), "planesman_msgs".to_owned())];
     for package in here.join("standard").read_dir()? {

@@ -1,4 +1,4 @@
-//! Values on the command line, read and written: what several commands share.
+//! Parsing and printing of command-line values, shared by several commands.
 
 use std::any::TypeId;
 use std::ffi::{OsStr, OsString};
@@ -15,7 +15,7 @@ use planesman_text::{did_you_mean, in_one_line, shown};
 use planesman_units::{Dimension, Quantity};
 use rustix::fs::{Access, access};
 
-/// The help of an argument that is a scenario.
+/// Help text of a scenario argument.
 pub fn scenario_help() -> String {
     let names = planesman_flight::scenario::builtin_names().join(", ");
     format!("A built-in scenario ({names}) or a scenario file")
@@ -29,8 +29,7 @@ pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + C
     }
 }
 
-/// A parser of quantities in `[least, most]`, both in SI. A bare number is in SI; any other unit is written with
-/// it, as `1ft/s`.
+/// A parser of quantities in `[least, most]`, both in SI. A bare number is in SI; other units are written with the number, such as `1ft/s`.
 pub fn quantity(
     dimension: Dimension,
     least: f64,
@@ -53,7 +52,7 @@ pub fn length(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + C
     quantity(Dimension::Length, least, most)
 }
 
-/// The option that lets a command replace files and folders of results.
+/// The option that allows a command to replace its existing files and folders.
 const OVERWRITE: &str = "--overwrite";
 
 /// Whether the command line has `--overwrite`. Parsers of values need it before all options are parsed.
@@ -63,7 +62,7 @@ pub fn overwrites() -> bool {
     options.any(|it| it == OVERWRITE)
 }
 
-/// Removes the file that `--overwrite` lets a command replace. What is no file stays, and is refused by whoever writes there.
+/// Removes an existing regular file if `--overwrite` is given. Anything else at the path is kept, and writing there fails.
 ///
 /// # Errors
 /// When it cannot be removed.
@@ -74,11 +73,10 @@ pub fn make_way(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Removes the folder that `--overwrite` lets a command replace, as [`is_replaceable`] says. Any other stays, and is refused
-/// by whoever writes there.
+/// Removes an existing results folder if `--overwrite` is given and [`is_replaceable`] allows it. Any other folder stays; writing to it then fails.
 ///
 /// # Errors
-/// As [`is_replaceable`]; when it cannot be removed.
+/// Those of [`is_replaceable`]; the folder cannot be removed.
 pub fn make_way_for_folder(folder: &Path, own: &[&str]) -> io::Result<()> {
     match is_replaceable(folder, own)? {
         true => fs::remove_dir_all(folder),
@@ -86,19 +84,19 @@ pub fn make_way_for_folder(folder: &Path, own: &[&str]) -> io::Result<()> {
     }
 }
 
-/// Whether `--overwrite` lets a command replace a folder: the first of its `own` files is in it, by which the folder is known. The
-/// names of its own files are relative to it, with a `*` for any characters but `/`.
+/// Whether `--overwrite` may replace this folder. The folder is recognised by the first file of `own`. The names in `own` are relative to the
+/// folder; a `*` matches any characters but `/`.
 ///
 /// # Errors
-/// When such a folder is a link or the current folder or around it, holds a file that is not the command's own or that
-/// the command line names, or cannot be read.
+/// The folder is a link, the current folder or a parent of it, or cannot be read. It contains a file that is not in `own`, or that
+/// the command line names.
 pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
     let is_known = own.first().is_some_and(|it| folder.join(it).is_file());
     if !overwrites() || !is_known {
         return Ok(false);
     }
     let refused = |reason: String| {
-        let text = format!("'{}' is not replaced: {reason}", folder.display());
+        let text = format!("'{}' cannot be replaced: {reason}", folder.display());
         Err(io::Error::other(text))
     };
     // Without a slash at its end, which would follow a link.
@@ -109,11 +107,11 @@ pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
     let whole = folder.canonicalize()?;
     let is_around = std::env::current_dir()?.canonicalize()?.starts_with(&whole);
     if plain.file_name().is_none() || is_around {
-        return refused("it is the current folder or around it".to_owned());
+        return refused("it is the current folder or contains it".to_owned());
     }
     if let Some(foreign) = first_foreign(folder, Path::new(""), own)? {
         return refused(format!(
-            "'{}' in it is not this command's; name a new folder",
+            "it contains '{}', which this command did not write; name a new folder",
             foreign.display()
         ));
     }
@@ -128,7 +126,7 @@ pub fn is_replaceable(folder: &Path, own: &[&str]) -> io::Result<bool> {
     }
 }
 
-/// The first file or folder in `folder`, below `within`, whose name is none of its `own`.
+/// The first file or folder in `folder`, below `within`, that no pattern of `own` matches.
 fn first_foreign(folder: &Path, within: &Path, own: &[&str]) -> io::Result<Option<PathBuf>> {
     let entries = fs::read_dir(folder.join(within))?;
     let mut entries = entries.collect::<io::Result<Vec<_>>>()?;
@@ -152,7 +150,7 @@ fn first_foreign(folder: &Path, within: &Path, own: &[&str]) -> io::Result<Optio
     Ok(None)
 }
 
-/// Whether a path is the pattern, in which one `*` stands for any characters but `/`.
+/// Whether a path matches the pattern; one `*` matches any characters but `/`.
 fn is_like(path: &Path, pattern: &str) -> bool {
     let Some(text) = path.to_str() else {
         return false;
@@ -166,7 +164,7 @@ fn is_like(path: &Path, pattern: &str) -> bool {
     }
 }
 
-/// The paths that a word of the command line may name: itself, and what is behind `=`, commas or an option's letter.
+/// The paths that a word of the command line may name: the whole word, and the parts after `=`, after commas and after an option's letter.
 fn paths_in(word: &OsStr) -> Vec<PathBuf> {
     let text = word.to_string_lossy();
     let behind_letter = text.strip_prefix('-').and_then(|it| it.get(1..));
@@ -175,8 +173,8 @@ fn paths_in(word: &OsStr) -> Vec<PathBuf> {
     std::iter::once(PathBuf::from(word)).chain(parts).collect()
 }
 
-/// Why `--overwrite` does not let a command replace this file, which the command line names `given` times as an output: it
-/// names it once more, or the file is part of a recording.
+/// Why `--overwrite` may not replace this file: the command line names the file more than `given` times, or the file is part of a recording.
+/// `given` is the number of times it is named as an output.
 fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
     let identity = |it: &Path| it.metadata().ok().map(|it| (it.dev(), it.ino()));
     let own = identity(path)?;
@@ -193,10 +191,10 @@ fn reason_to_keep(path: &Path, given: usize) -> Option<String> {
         .then(|| "it is part of a recording; name another file".to_owned())
 }
 
-/// Whether `--overwrite` lets a command replace this file, if it is there; `is_named` when the command line names it.
+/// Whether `--overwrite` may replace this file, if it exists. `is_named`: the command line names the file.
 ///
 /// # Errors
-/// When the command reads it, or it is part of a recording.
+/// The command reads the file, or the file is part of a recording.
 pub fn overwritten(path: &Path, is_named: bool) -> io::Result<bool> {
     match overwrites().then(|| reason_to_keep(path, usize::from(is_named))) {
         Some(Some(reason)) => Err(io::Error::other(format!("'{}': {reason}", path.display()))),
@@ -208,43 +206,43 @@ fn ending(path: &Path) -> Option<&str> {
     path.extension()?.to_str()
 }
 
-/// A page that a command is to write: as [`output_file`], and a file that is replaced is one.
+/// Checks an HTML page to be written, as [`output_file`] does; an existing file is replaced only if it is a page.
 ///
 /// # Errors
-/// A sentence: what keeps the page from being written.
+/// A sentence: why the page cannot be written.
 pub fn page_file(text: &str) -> Result<PathBuf, String> {
     let path = output_file(text)?;
     let is_page = ending(&path).is_some_and(|it| ["html", "htm"].contains(&it));
     match path.is_file() && !is_page {
         true => Err(format!(
-            "it exists already, and {OVERWRITE} replaces a page *.html alone"
+            "it exists already, and {OVERWRITE} replaces only pages, *.html"
         )),
         false => Ok(path),
     }
 }
 
-/// The file that a command writes where none is named: as [`output_file`].
+/// Checks the default output file of a command, as [`output_file`] does.
 ///
 /// # Errors
-/// A sentence: what keeps the file from being written.
+/// A sentence: why the file cannot be written.
 pub fn default_file(text: &str) -> Result<PathBuf, String> {
     output(text, 0)
 }
 
-/// A file that a command is to write. It is checked before the work is done: the folder exists and can be written,
-/// and no file or folder of that name is there, but for a file with `--overwrite`. A device such as `/dev/stdout` may be there.
+/// Checks a file to be written, before the command starts its work: its folder exists and is writable, and no file or folder has its
+/// name yet. With `--overwrite` a file may exist; a device such as `/dev/stdout` always may.
 ///
 /// # Errors
-/// A sentence: what keeps the file from being written.
+/// A sentence: why the file cannot be written.
 pub fn output_file(text: &str) -> Result<PathBuf, String> {
     output(text, 1)
 }
 
-/// The same of a file that the command line names `given` times as an output.
+/// As [`output_file`], for a file that the command line names `given` times as an output.
 fn output(text: &str, given: usize) -> Result<PathBuf, String> {
     let path = Path::new(text);
     if path.file_name().is_none() {
-        return Err("the name of a file is expected".to_owned());
+        return Err("a file name is expected".to_owned());
     }
     match path.metadata() {
         Ok(there) if there.is_dir() => return Err("it is a folder".to_owned()),
@@ -266,14 +264,14 @@ fn output(text: &str, given: usize) -> Result<PathBuf, String> {
         _ => Path::new("."),
     };
     if !folder.is_dir() {
-        return Err(format!("there is no folder '{}'", folder.display()));
+        return Err(format!("the folder '{}' does not exist", folder.display()));
     }
     access(folder, Access::WRITE_OK | Access::EXEC_OK)
         .map_err(|error| format!("the folder '{}': {error}", folder.display()))?;
     Ok(path.to_owned())
 }
 
-/// The arguments of the program, as it was called, by [`completed`].
+/// The command line of this process, parsed with the shared options of [`completed`].
 ///
 /// # Errors
 /// As clap's `try_parse`.
@@ -282,8 +280,8 @@ pub fn parsed<C: Parser>() -> Result<C, clap::Error> {
     C::from_arg_matches_mut(&mut matches)
 }
 
-/// A command with what all commands share. An option for a number takes one below 0 as its value, so that the option's own
-/// range refuses it. A command that writes files has `--overwrite`, which [`overwrites`] reads.
+/// Adds the settings that all commands share. An option for a number accepts negative values, so that the option's own range refuses them. A command
+/// that writes files gets `--overwrite`, which [`overwrites`] reads.
 #[must_use]
 pub fn completed(command: clap::Command) -> clap::Command {
     let numbers = [
@@ -308,7 +306,7 @@ pub fn completed(command: clap::Command) -> clap::Command {
         .long(&OVERWRITE[2..])
         .action(clap::ArgAction::SetTrue)
         .help_heading("Output")
-        .help("Replace files and folders of results that exist");
+        .help("Replace existing files and folders of results");
     match writes {
         true => taking.arg(overwrite),
         false => taking,
@@ -316,7 +314,7 @@ pub fn completed(command: clap::Command) -> clap::Command {
     .mut_subcommands(completed)
 }
 
-/// A command-line error as one line, without the usage, and clap's suggestion.
+/// A command-line error in one line, without the usage; separately, clap's suggestion.
 fn error_and_tip(error: &clap::Error) -> (String, Option<String>) {
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim);
@@ -345,13 +343,13 @@ fn error_and_tip(error: &clap::Error) -> (String, Option<String>) {
     (wrong, tip.map(str::to_owned))
 }
 
-/// Why the command line is wrong: with the command or option that was probably meant, where clap knows none.
+/// Why the command line is refused; suggests the nearest command or option.
 fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     let (wrong, tip) = error_and_tip(error);
     if let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) {
         let known = command.get_subcommands().map(clap::Command::get_name);
         return format!(
-            "there is no command '{unknown}'{}",
+            "unknown command '{unknown}'{}",
             did_you_mean(unknown, known)
         );
     }
@@ -369,7 +367,7 @@ fn refusal(error: &clap::Error, command: &clap::Command) -> String {
     format!("{wrong}{meant}")
 }
 
-/// The command that the arguments begin with, or that `help` is asked for, and how it is called.
+/// The command at the beginning of the command line, or the one after `help`; with the name to call it by.
 #[must_use]
 pub fn command_of<C: CommandFactory>(
     arguments: impl Iterator<Item = OsString>,
@@ -387,7 +385,7 @@ pub fn command_of<C: CommandFactory>(
     (name, command.clone())
 }
 
-/// Whether a command line asks for help or the version, or is so short that help answers it.
+/// Whether a command line asks for help or the version, or is incomplete and gets the help as answer.
 #[must_use]
 pub fn is_help(error: &clap::Error) -> bool {
     matches!(
@@ -398,7 +396,7 @@ pub fn is_help(error: &clap::Error) -> bool {
     )
 }
 
-/// Prints the help that a command line asks for, or says in a line why it is wrong.
+/// Prints the requested help, or one line that says why the command line is refused.
 #[must_use]
 pub fn refused<C: CommandFactory>(error: &clap::Error) -> ExitCode {
     if is_help(error) {
@@ -413,7 +411,7 @@ pub fn refused<C: CommandFactory>(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// The exit status of a program's command, whose error is said in a line.
+/// The exit status of a program's command; an error is printed in one line.
 #[must_use]
 pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
     match outcome {
@@ -425,7 +423,7 @@ pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
     }
 }
 
-/// A parser for one of several values, each with its name and its help line.
+/// A parser that accepts one of several values, each with a name and a help line.
 pub fn choice<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),
@@ -433,7 +431,7 @@ pub fn choice<T: Copy + Send + Sync + 'static>(
     choice_also_known(all, described, |_| &[])
 }
 
-/// The same, some of them with other names too.
+/// As [`choice`], with aliases for some of the values.
 pub fn choice_also_known<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),
@@ -444,11 +442,11 @@ pub fn choice_also_known<T: Copy + Send + Sync + 'static>(
         let is_it =
             |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
         let mut values = all.iter().copied();
-        values.find(is_it).ok_or("not one of the values")
+        values.find(is_it).ok_or("unknown value")
     })
 }
 
-/// A value with its name, its help line and its other names.
+/// A possible value with its name, help line and aliases.
 pub fn possible(
     (name, about): (&'static str, &'static str),
     also: &'static [&'static str],
@@ -460,7 +458,7 @@ pub fn possible(
     PossibleValue::new(name).help(about).aliases(also)
 }
 
-/// A parser for the format of a table.
+/// A parser of table formats.
 pub fn format() -> impl TypedValueParser<Value = Format> {
     choice(&Format::ALL, Format::described)
 }
@@ -511,9 +509,9 @@ mod tests {
         std::fs::write(path("there.html"), "").expect("written");
         for (name, reason) in [
             (path("there.html"), "exists already"),
-            (path("no/such/page.html"), "there is no folder"),
+            (path("no/such/page.html"), "does not exist"),
             (path("."), "it is a folder"),
-            (path(".."), "the name of a file"),
+            (path(".."), "a file name is expected"),
         ] {
             let refusal = output_file(&name).expect_err(&name);
             assert!(refusal.contains(reason), "{name}: {refusal}");

@@ -1,7 +1,7 @@
-//! `planesman bag info`: a bag's contents, and the published messages that it lacks; `planesman bag diff`: where two recordings differ.
+//! `planesman bag info`: the contents of a bag and its missing messages; `planesman bag diff`: the differences between two recordings.
 //!
-//! A bag alone knows only what its recorder missed. The bag of a dive lies beside the accounts that the nodes left of what
-//! they published; it is held against those.
+//! A bag alone shows only what its recorder missed. In the folder of a dive the nodes also leave exit reports with the number of messages
+//! that they published; the bag's counts are compared with those.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,10 +25,10 @@ use planesman_show::diff::{
 };
 use planesman_show::pages::flights::Count;
 
-/// Prints what the bag at `path` holds and lacks.
+/// Prints the contents of the bag at `path`, and which messages are missing.
 ///
 /// # Errors
-/// When there is no bag that can be read.
+/// There is no readable bag at `path`.
 pub fn info(path: &Path) -> Result<()> {
     let bag = BagReader::open(path)?;
     planesman_console::out!("{}", BagInfo::of(&bag))?;
@@ -44,11 +44,11 @@ pub fn info(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Prints the SHA-256 of each topic's payloads, in the order of their stamps (without stamps: as recorded), each filled up with zeros
-/// to whole words as it is on its way (RTPS 2.3, 9.4.1); then one of the lines of all topics without wall time.
+/// Prints the SHA-256 of each topic's payloads in the order of their stamps (without stamps: as recorded). Each payload is padded with zeros
+/// to whole words, as in transit (RTPS 2.3, 9.4.1). The last hash is over the lines of all topics that have no wall time.
 ///
 /// # Errors
-/// When there is no bag that can be read, or not all of it.
+/// There is no readable bag at `path`, or part of it cannot be read.
 pub fn hashes(path: &Path) -> Result<()> {
     let bag = BagReader::open(path)?;
     let mut values = Values::default();
@@ -85,7 +85,7 @@ pub fn hashes(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A topic's hash so far.
+/// Running hash of one topic.
 #[derive(Default)]
 struct TopicHash {
     stamp: Option<StampDecoder>,
@@ -93,7 +93,7 @@ struct TopicHash {
     hash: Sha256,
 }
 
-/// Adds payloads to a hash.
+/// A callback that adds payloads to a hash.
 fn digest(hash: &mut Sha256) -> impl FnMut(&[u8]) + '_ {
     |payload| {
         hash.update(payload);
@@ -101,7 +101,7 @@ fn digest(hash: &mut Sha256) -> impl FnMut(&[u8]) + '_ {
     }
 }
 
-/// The dive whose whole bag is at `path`.
+/// The folder of the dive that recorded the bag at `path`, if that is the dive's complete bag.
 fn run_of(path: &Path) -> Option<RunFolder> {
     let path = fs::canonicalize(path).ok()?;
     let bag = if path.is_dir() { &path } else { path.parent()? };
@@ -110,13 +110,13 @@ fn run_of(path: &Path) -> Option<RunFolder> {
     (!is_one_file_of_it && run.bag() == bag).then_some(run)
 }
 
-/// The published messages that are not in the bag; the `silent` nodes left no exit report.
+/// The published messages that are missing in the bag. `silent`: nodes without an exit report.
 fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     let published: u64 = counts.values().filter_map(|count| count.published).sum();
     let mut said = match Loss::of(counts) {
         Some(loss) => loss.to_string(),
         None if published == 0 => "published unknown: no node left an exit report".to_owned(),
-        None => format!("published {published}, all of which it holds"),
+        None => format!("published {published}, all in the bag"),
     };
     if published > 0 && !silent.is_empty() {
         said += &format!("\nno exit report of {}", silent.join(", "));
@@ -124,22 +124,22 @@ fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     said
 }
 
-/// The recordings, and what counts as a difference.
+/// The two recordings, and what counts as a difference.
 #[derive(Args)]
 pub struct DiffArgs {
     /// A bag folder, a metadata.yaml, an .mcap or .db3 file, or a table as `planesman sim --out x.csv` writes it
     a: PathBuf,
-    /// Another
+    /// The other recording
     b: PathBuf,
     #[command(flatten)]
     rules: RuleArgs,
-    /// Pair the messages of a topic by their number instead of by their stamps
+    /// Pair the messages of a topic by their index instead of by their stamps
     #[arg(long)]
     by_index: bool,
-    /// Read of each file at most so many MB once it is unpacked: a small file can unpack to thousands of times its size
+    /// Limit of the unpacked size of each file, MB: a small file can unpack to thousands of times its size
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     most_unpacked: Option<u32>,
-    /// Write a page with the fields that differ over time
+    /// Write an HTML page with the differing fields over time
     #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
     /// Format of the table of topics [default: table, with the first difference]
@@ -150,19 +150,19 @@ pub struct DiffArgs {
 /// What counts as a difference.
 #[derive(Args, Clone)]
 pub struct RuleArgs {
-    /// Let numbers of a field differ by so much, as state:depth=1e-9; * stands for any characters of a topic, COLUMN=VALUE is for tables
+    /// Tolerance of a field's numbers, such as state:depth=1e-9; * matches any characters of a topic, COLUMN=VALUE is for tables
     #[arg(long, value_name = "TOPIC:FIELD=VALUE", value_parser = str::parse::<Tolerance>)]
     tolerance: Vec<Tolerance>,
-    /// Do not compare this topic or field; it is counted
+    /// Do not compare this topic or field; its differences are only counted
     #[arg(long, value_name = "TOPIC[:FIELD]", value_parser = str::parse::<Rule>)]
     ignore: Vec<Rule>,
-    /// Compare /diagnostics, /rosout and /parameter_events too, which hold wall time
+    /// Also compare /diagnostics, /rosout and /parameter_events, which contain wall time
     #[arg(long)]
     all: bool,
 }
 
 impl RuleArgs {
-    /// The rules, with the columns of the table of a flight.
+    /// The rules of the comparison. `columns`: those of a flight's table.
     pub(crate) fn options<'c>(&self, columns: &'c [ColumnOf<'c>]) -> Options<'c> {
         Options {
             tolerances: self.tolerance.clone(),
@@ -177,7 +177,7 @@ impl RuleArgs {
 /// Compares two recordings and prints where they differ. Returns whether they are equal.
 ///
 /// # Errors
-/// A recording that cannot be read, a rule that names nothing, a page that cannot be written.
+/// A recording that cannot be read, a rule that matches no topic or field, a page that cannot be written.
 pub fn compare(args: &DiffArgs) -> Result<bool> {
     let columns: Vec<ColumnOf<'_>> = COLUMNS.iter().map(|it| (it.0, it.1)).collect();
     let mut options = args.rules.options(&columns);
@@ -188,7 +188,7 @@ pub fn compare(args: &DiffArgs) -> Result<bool> {
     working.finish_and_clear();
     let found = found?;
     if let Some(path) = &args.html {
-        /// Fields of a topic that are drawn.
+        /// Number of fields per topic that are plotted.
         const DRAWN: usize = 3;
         let drawn = histories([&args.a, &args.b], &options, &found, DRAWN)?;
         write_text(path, planesman_show::pages::diff::page(&found, &drawn))?;
@@ -200,7 +200,7 @@ pub fn compare(args: &DiffArgs) -> Result<bool> {
     Ok(found.is_equal())
 }
 
-/// Prints the first difference and the table; in a format for programs the table alone.
+/// Prints the first difference and the table; in a machine-readable format only the table.
 pub(crate) fn print(found: &Comparison, format: Option<Format>) -> Result<()> {
     if let Some(format @ (Format::Csv | Format::Json | Format::Md)) = format {
         return Ok(planesman_console::print(found.table().text(format))?);
@@ -227,12 +227,12 @@ mod tests {
             ("/a".to_owned(), count(Some(3), 3)),
             ("/b".to_owned(), count(None, 7)),
         ]);
-        assert_eq!(lack(&whole, &[]), "published 3, all of which it holds");
+        assert_eq!(lack(&whole, &[]), "published 3, all in the bag");
         let mut holed = whole;
         holed.insert("/c".to_owned(), count(Some(10), 8));
         assert_eq!(
             lack(&holed, &["sysid"]),
-            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno exit report of sysid"
+            "the bag lacks 2 of 13 published messages: /c 2 of 10\nno exit report of sysid"
         );
         assert!(lack(&BTreeMap::new(), &NODES).contains("unknown"));
     }

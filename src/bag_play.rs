@@ -1,8 +1,8 @@
-//! `planesman bag play --lockstep --through NODE`: a recorded bag's inputs through one node, tick by tick, and its outputs compared with the
+//! `planesman bag play --lockstep --through NODE`: plays a bag's inputs through one node, tick by tick, and compares its outputs with the
 //! recorded ones.
 //!
-//! The inputs of a stamp go out in the order recorded; those of the next stamp only after the node has answered. So the result does not depend
-//! on the speed of the machine. The clock of the run is `/clock`.
+//! The inputs of a stamp are published in the recorded order; those of the next stamp only after the node has answered. So the result does
+//! not depend on the speed of the machine. `/clock` gives the time.
 
 mod plan;
 mod player;
@@ -19,7 +19,7 @@ use player::Player;
 
 pub use plan::PlayArgs;
 
-/// Plays the bag and prints the comparison. Returns whether the outputs are the recorded ones.
+/// Plays the bag and prints the comparison. Returns whether the outputs equal the recorded ones.
 ///
 /// # Errors
 /// A bag that lacks the inputs or outputs, a node that does not start or answer, a file that cannot be written.
@@ -40,7 +40,7 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
     };
     if out.is_file() && out.extension().is_none_or(|it| it != "mcap") {
         bail!(
-            "'{}' exists already and is no bag *.mcap; name another file",
+            "'{}' exists already and is not an *.mcap bag; name another file",
             out.display()
         );
     }
@@ -61,7 +61,7 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
     };
     if !new.is_empty() {
         planesman_console::out!(
-            "{}: not in {}, so there is nothing to compare with. Play again with another --out, then: planesman bag diff {} OTHER.mcap",
+            "{}: not in {}, so no comparison is possible. Play again with another --out, then: planesman bag diff {} OTHER.mcap",
             names(&new).join(", "),
             args.bag.display(),
             out.display()
@@ -79,7 +79,7 @@ pub fn run(args: &PlayArgs) -> Result<bool> {
     Ok(found.is_equal())
 }
 
-/// Records what the node answers. Returns the number of ticks.
+/// Records the node's answers. Returns the number of ticks.
 fn record(
     plan: &Plan,
     role: Option<&Role>,

@@ -9,31 +9,31 @@ use crate::arguments::speed;
 use planesman_console::Format;
 use planesman_show::pages::coefficients::{in_one, text};
 
-/// Compute a vehicle's coefficients from its geometry, and compare with its file.
+/// Compute a vehicle's hydrodynamic coefficients from its geometry, and compare them with the vehicle file
 #[derive(Clone, Debug, clap::Args)]
 pub struct CoefficientsArgs {
     /// A built-in vehicle (brunner), a vehicle file, or a model file
     vehicle: String,
-    /// Base vehicle of an identified model: gives all but the pitch dynamics
+    /// Base vehicle of an identified model: supplies everything except the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// The speed of the dimensional values (m/s, or with its unit: 1ft/s)
+    /// Speed for the dimensional values (m/s, or with its unit: 1ft/s)
     #[arg(long, default_value_t = FOOT, value_parser = speed(0.001, 100.0))]
     speed: f64,
-    /// As one table in this format [default: two tables with the speed above them]
+    /// One table in this format [default: two tables with the speed above them]
     #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
-/// Prints the table.
+/// Prints the tables.
 ///
 /// # Errors
-/// When the file is no vehicle's, or has no geometry: one line says what is missing.
+/// The file is not a vehicle file, or has no geometry; the message says what is missing.
 pub fn run(args: &CoefficientsArgs) -> Result<()> {
     let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
     let Some(geometry) = vehicle_file::geometry_on(&args.vehicle, &args.base)? else {
         bail!(
-            "vehicle '{}' has no section 'geometry': no coefficients can be computed (the built-in vehicle '{}' has one)",
+            "vehicle '{}' has no section 'geometry', from which coefficients are computed (the built-in vehicle '{}' has one)",
             args.vehicle,
             vehicle_file::BRUNNER
         );

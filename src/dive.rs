@@ -1,8 +1,7 @@
-//! `planesman dive`: a scenario run by separate processes over DDS.
+//! `planesman dive`: a scenario flown by separate processes over DDS.
 //!
-//! The launcher is a node itself: it reads all diagnostics until every node has discovered the
-//! others, releases the vehicle, shows its progress, and stops the nodes in the order in which
-//! no message is lost: publishers first, the recorder last.
+//! The launcher is itself a node. It reads all diagnostics until every node has discovered the others, releases the vehicle, shows the
+//! progress, and stops the nodes in an order that loses no message: publishers first, the recorder last.
 
 mod launcher;
 mod options;
@@ -28,15 +27,15 @@ use options::yield_to_other_dive;
 
 pub use options::{Options, Pace};
 
-/// Time to detect another loop. A peer is found within 0.2 s, one that starts at the same moment as well.
+/// Time to detect another loop. A peer is found within 0.2 s, even one that starts at the same moment.
 const LISTEN_TIME: Duration = Duration::from_millis(500);
-/// Time until killed nodes are forgotten: their lease of 5 s, with a margin.
+/// Time until killed nodes are forgotten: their DDS lease of 5 s, with a margin.
 const LEASE_TIME: Duration = Duration::from_secs(7);
 
-/// Runs `scenario` into `run` and prints the summary. Returns the published messages that the bag lacks.
+/// Flies `scenario` into the folder `run` and prints the summary. Returns the published messages that are missing in the bag.
 ///
 /// # Errors
-/// When a node cannot start, does not find the others, or fails in flight.
+/// A node cannot start, does not discover the others, or fails in flight.
 pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Option<Loss>> {
     let extra = extra(run, options);
     launcher_decides(scenario, &extra)?;
@@ -140,7 +139,7 @@ fn fly(
         )?;
     } else if options.verbose {
         planesman_console::out!(
-            "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
+            "Flew {:.1} s of vehicle time in {:.1} s of wall time, {} processes over DDS.\n",
             launcher.ticks as f64 * scenario.tick,
             launcher.flown.as_secs_f64(),
             NODES.len() + 1,
@@ -151,7 +150,7 @@ fn fly(
     run.loss(scenario)
 }
 
-/// What to paste into another terminal to look into the loop.
+/// Commands for a second terminal to look into the running loop.
 fn other_terminal(domain: Domain, namespace: &str) -> String {
     let range = if domain.local { "LOCALHOST" } else { "SUBNET" };
     let namespace = namespace.trim_end_matches('/');
@@ -165,7 +164,7 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
     )
 }
 
-/// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
+/// Waits until no other loop runs in the namespace: its vehicle would also get the nodes' answers. Returns the claim to the namespace.
 fn claim_namespace(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     // Who launches calls the vehicle's service.
     let evidence = format!("rq{}/plant_sim/pauseRequest", options.namespace);
@@ -175,7 +174,7 @@ fn claim_namespace(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     Ok(claim)
 }
 
-/// Listens for publishers of the topics that the node reads, beside everybody's diagnostics, and runs `check` meanwhile.
+/// Listens for publishers of the topics that the node reads and for all diagnostics; runs `check` meanwhile.
 ///
 /// # Errors
 /// Another loop runs, `check` fails, or the process is asked to stop.
@@ -196,7 +195,7 @@ pub(crate) fn find_no_other_loop<E: 'static>(
         match taken {
             None if began.elapsed() > LISTEN_TIME => return Ok(()),
             Some(end) if began.elapsed() > LEASE_TIME => bail!(
-                "{} has a publisher already: is another loop running? Stop it, or choose \
+                "{} has a publisher already: is another loop running? Stop that loop, or choose \
                  another ROS_DOMAIN_ID or --namespace",
                 end.topic
             ),
@@ -205,7 +204,7 @@ pub(crate) fn find_no_other_loop<E: 'static>(
     }
 }
 
-/// The parameters that the launcher sets.
+/// Parameters that the launcher sets: node, name, value.
 fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str, Value)> {
     let lockstep = options.pace == Pace::Lockstep;
     let mut extra: Vec<(&str, &str, Value)> = vec![
@@ -240,7 +239,7 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
     extra
 }
 
-/// Refuses a scenario that gives a parameter of the launcher's another value: it would be lost.
+/// Refuses a scenario that sets one of the launcher's parameters to another value; the launcher would override it.
 fn launcher_decides(scenario: &Scenario, extra: &[(&str, &str, Value)]) -> Result<()> {
     let of_pace = ["time", "factor", "sim_time"].map(|name| ("plant_sim", name));
     for (node, name) in extra.iter().map(|it| (it.0, it.1)).chain(of_pace) {
@@ -248,8 +247,8 @@ fn launcher_decides(scenario: &Scenario, extra: &[(&str, &str, Value)]) -> Resul
         let given = scenario.given(node, name);
         if given.is_some_and(|given| decided.is_none_or(|it| it.2 != *given)) {
             bail!(
-                "{node}.{name} follows from the options of `planesman dive` (--sim-time, --factor, --lockstep, --out): leave it \
-                 out of the scenario"
+                "{node}.{name} is set by the options of `planesman dive` (--sim-time, --factor, --lockstep, --out): remove it \
+                 from the scenario"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! `planesman doctor`: whether nodes would find each other here, and what to do where they would not.
+//! `planesman doctor`: checks whether nodes discover each other on this machine, and says what to do if not.
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
@@ -11,16 +11,16 @@ use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 use crate::dive::find_no_other_loop;
 use planesman_console::{Outcome, wrapped};
 
-/// Where DDS participants look for each other.
+/// Multicast address of DDS discovery.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
-/// The packages of an installation, below a prefix in `AMENT_PREFIX_PATH`.
+/// Marker file of the installed message package, below a prefix in `AMENT_PREFIX_PATH`.
 const MESSAGES: &str = "share/ament_index/resource_index/packages/planesman_msgs";
 
-/// Prints a line for each check, and whether dives work here.
+/// Prints one line per check, and whether dives work here.
 ///
 /// # Errors
-/// When they do not; the error says what to do.
+/// A check failed; the error says what to do.
 pub fn run(namespace: &str) -> Result<()> {
     let mut to_do = Vec::new();
     let mut tell = |what: &str, found: Result<String>| -> std::io::Result<()> {
@@ -61,14 +61,14 @@ fn line(text: &str) -> std::io::Result<()> {
 
 fn described(domain: Domain) -> String {
     let range = if domain.local {
-        "LOCALHOST: nodes on this machine alone"
+        "LOCALHOST: only nodes on this machine"
     } else {
         "SUBNET: nodes on all machines of the subnet"
     };
     format!("ROS_DOMAIN_ID {}, discovery range {range}", domain.id)
 }
 
-/// The middleware whose form of services the nodes speak.
+/// The middleware that `RMW_IMPLEMENTATION` names. It decides the form in which the nodes send services.
 fn middleware(named: Option<String>) -> Result<String> {
     match named.as_deref() {
         None | Some("") => Ok("rmw_fastrtps_cpp, Jazzy's default".to_owned()),
@@ -79,13 +79,13 @@ fn middleware(named: Option<String>) -> Result<String> {
             | "rmw_cyclonedds_cpp"),
         ) => Ok(name.to_owned()),
         Some(other) => bail!(
-            "RMW_IMPLEMENTATION='{other}': the nodes speak DDS only; unset it, or name rmw_fastrtps_cpp or \
+            "RMW_IMPLEMENTATION='{other}' is not supported, the nodes use DDS: unset it, or set it to rmw_fastrtps_cpp or \
              rmw_cyclonedds_cpp"
         ),
     }
 }
 
-/// Sends a datagram to the group and receives it, on the interface that the nodes use.
+/// Sends a datagram to the multicast group and receives it again, on the interface that the nodes use.
 fn multicast(local: bool) -> Result<String> {
     let (interface, name) = if local {
         (Ipv4Addr::LOCALHOST, "the loopback interface")
@@ -102,14 +102,14 @@ fn multicast(local: bool) -> Result<String> {
     };
     arrived().with_context(|| {
         format!(
-            "no datagram to {GROUP} comes back on {name}; allow multicast there (ip link set DEVICE multicast on, \
+            "no datagram sent to {GROUP} came back on {name}: allow multicast there (ip link set DEVICE multicast on, \
              a route for 224.0.0.0/4, the firewall)"
         )
     })?;
-    Ok(format!("a datagram to {GROUP} comes back on {name}"))
+    Ok(format!("a datagram sent to {GROUP} came back on {name}"))
 }
 
-/// Whether another loop runs in the namespace.
+/// Fails if another loop runs in the namespace.
 fn others(namespace: &str) -> Result<String> {
     let remap = format!("__ns:={namespace}");
     let (rt, ()) = Runtime::start(
@@ -126,12 +126,12 @@ fn others(namespace: &str) -> Result<String> {
     Ok(format!("none in namespace {namespace}"))
 }
 
-/// The package that `ros2` needs to show the loop's own messages.
+/// Whether the message package is installed, which `ros2` needs to show the loop's own messages.
 fn messages(installed: Option<&Path>) -> String {
     match installed {
         Some(prefix) => format!("ok       planesman_msgs: in {}", prefix.display()),
-        None => "note     planesman_msgs: in no prefix of AMENT_PREFIX_PATH; ros2 topic echo shows standard messages \
-                 only. Build it: colcon build --packages-select planesman_msgs, then source install/setup.bash"
+        None => "note     planesman_msgs: not found in AMENT_PREFIX_PATH; ros2 topic echo shows only standard messages \
+                 there. Build it: colcon build --packages-select planesman_msgs, then source install/setup.bash"
             .to_owned(),
     }
 }

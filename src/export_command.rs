@@ -1,4 +1,4 @@
-//! `planesman export`: an actuator, a vehicle or an identified model for other simulators, as an FMU ([`planesman_fmu`]).
+//! `planesman export`: writes an actuator, a vehicle or an identified model as an FMU for other simulators ([`planesman_fmu`]).
 
 use std::path::PathBuf;
 
@@ -12,19 +12,19 @@ use crate::arguments::{default_file, output_file, quantity};
 /// Write an FMU (FMI 3.0, co-simulation) for Simulink, OpenModelica, FMPy and other importers
 #[derive(Clone, Debug, clap::Args)]
 pub struct ExportArgs {
-    /// A built-in actuator or vehicle, or the file of an actuator, a vehicle or an identified model
+    /// A built-in actuator or vehicle, or the file of an actuator, vehicle or identified model
     #[arg(long, value_name = "ACTUATOR|VEHICLE|MODEL")]
     fmi: String,
-    /// The FMU to write; must not exist [default: NAME.fmu]
+    /// The FMU to write; must not exist yet [default: NAME.fmu]
     #[arg(short, long, value_name = "FILE", value_parser = output_file)]
     out: Option<PathBuf>,
-    /// Tick: inputs are taken, and outputs change, at its multiples (s, or 1ms) [default: 0.05 s; a model's own sampling time]
+    /// Tick: the FMU reads its inputs and changes its outputs at multiples of this time (s, or 1ms) [default: 0.05 s; for a model its sampling time]
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-4, 1.0))]
     step: Option<f64>,
-    /// Start value of a parameter, as speed=1.5 or "load.mass=150 kg"; may be repeated
+    /// Start value of a parameter, such as speed=1.5 or "load.mass=150 kg"; may be repeated
     #[arg(long = "set", value_name = "PARAMETER=VALUE", value_parser = assignment)]
     set: Vec<(String, String)>,
-    /// The library that runs the FMU [default: libplanesman_fmu beside the program]
+    /// The shared library that runs the FMU [default: libplanesman_fmu next to the program]
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
 }
@@ -35,10 +35,10 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
-/// Writes the FMU and says what is in it.
+/// Writes the FMU and prints its contents.
 ///
 /// # Errors
-/// What is not taken, a file that cannot be written.
+/// A refused argument, a file that cannot be written.
 pub fn run(args: &ExportArgs) -> Result<()> {
     let made = fmu(&Options {
         subject: args.fmi.clone(),

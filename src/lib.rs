@@ -1,14 +1,13 @@
 //! Planesman: simulates, controls and identifies an underwater vehicle.
 //!
-//! This package is the program around the nodes and the libraries. From a scenario it flies the vehicle two
-//! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
-//! ([`planesman_flight`]). Either way a bag remains, from which [`planesman_show::pages`] tells what happened. [`sweep`] flies a scenario many
-//! times.
+//! This package is the program around the nodes and the libraries. It flies a scenario in two ways that agree bit for bit: as separate
+//! processes over DDS ([`dive`]), or in one process ([`planesman_flight`]). Both write a bag, which [`planesman_show::pages`] shows as a page.
+//! [`sweep`] flies a scenario many times.
 //!
-//! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`]
-//! sizes the actuator and designs its circuits; [`design`] has the loops on paper,
-//! [`sysid`] the identifier's pages, [`tune`] gains for its models, [`review`] both on one page; [`export_command`] takes them to other simulators; [`watch`] shows what flies.
-//! The two historical reports are another program's, `planesman-reports`, which [`reports_program`] runs.
+//! Other commands: [`coefficients_command`] computes a vehicle's coefficients from its geometry. [`dha`] sizes the actuator and designs its
+//! circuits. [`design`] analyses and designs the loops. [`sysid`] identifies models, [`tune`] finds gains for them, and [`review`] shows both
+//! on one page. [`export_command`] writes FMUs for other simulators. [`watch`] shows running vehicles.
+//! The two historical reports are in another program, `planesman-reports`, which [`reports_program`] runs.
 
 pub mod arguments;
 pub mod bag_command;

@@ -30,22 +30,22 @@ use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
 use planesman_text::{did_you_mean, shell_word, shown};
 
-/// Exit status of a dive whose bag lacks messages.
+/// Exit status of a dive with messages missing in its bag.
 const LOST: u8 = 3;
 
-/// Exit status of a comparison of recordings that differ.
+/// Exit status of a comparison that found differences.
 const DIFFERENT: u8 = 4;
 
-/// The exit status of every command.
+/// Exit statuses of all commands.
 const EXIT_CODES: &str = "\
 Exit status:
   0  done
   1  refused or failed; the last line says why
   2  the command line is wrong
-  3  done, but data was lost: a dive's bag lacks what was published; the last line says how much of which topic
+  3  done, but messages are missing in a dive's bag; the last line says how many of which topic
   4  two recordings differ (bag diff, bag play)";
 
-/// What to try first.
+/// Commands to try first.
 const EXAMPLES: &str = "\
 Examples:
   planesman                                           fly the built-in dive
@@ -53,9 +53,9 @@ Examples:
   planesman sim dive --out dive.csv                   in one process, as a table
   planesman sysid topics dive.csv                     what can be identified
   planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90
-  planesman doctor                                    do nodes find each other?";
+  planesman doctor                                    check whether nodes find each other";
 
-/// Sweeps of each kind.
+/// Examples of sweeps.
 const SWEEPS: &str = "\
 Examples:
   planesman sweep dive --vary plant_sim.speed=1ft/s,2ft/s --seeds 10 \\
@@ -65,7 +65,7 @@ Examples:
   planesman sweep dive --vary dha_actuator.model=ideal,dha --seeds 1000 \\
       --out sweep --shard 1/4";
 
-/// Dives, and what follows one.
+/// Examples of dives, and of commands that follow one.
 const DIVES: &str = "\
 Examples:
   planesman dive --set depth_controller.depth.p=1.2
@@ -73,7 +73,7 @@ Examples:
 
 Next:
   planesman report FOLDER             summarise the flight again
-  planesman bag info FOLDER/bag       topics, counts, and what the bag lacks
+  planesman bag info FOLDER/bag       topics, counts, and missing messages
   planesman sysid topics FOLDER/bag   signals to identify from";
 
 fn help(parts: &[&str]) -> String {
@@ -103,20 +103,20 @@ enum Command {
         after_help = "Examples:\n  planesman sim dive --out dive.csv\n  planesman sim remus_100 --set plant_sim.speed=2kn --out remus.mcap"
     )]
     Sim(SimArgs),
-    /// Fly a scenario many times with other parameters and seeds, and compare
+    /// Fly a scenario many times with different parameters and seeds, and compare the results
     #[command(after_help = SWEEPS)]
     Sweep(planesman::sweep::SweepArgs),
-    /// Summarise a recorded flight from its folder, or compare several
+    /// Summarise a recorded flight from its folder, or compare several flights
     #[command(
         after_help = "Examples:\n  planesman report runs/dive\n  planesman report before after --html flights.html"
     )]
     Report(report::ReportArgs),
-    /// Run the live identifier on a bag, table or log, and compare with a bag's published estimates
+    /// Run the live identifier on a bag, table or log, and compare with the bag's published estimates
     #[command(
         after_help = "Examples:\n  planesman replay runs/dive/bag --params-file runs/dive/parameters.yaml\n  planesman replay log.csv -i u -o y -p order:=2 --history estimates.csv"
     )]
     Replay(planesman::sysid::replay::ReplayArgs),
-    /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
+    /// Identify models from bags or CSV files: list signals, fit, compare
     #[command(
         subcommand,
         after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90"
@@ -132,7 +132,7 @@ enum Command {
         after_help = "Examples:\n  planesman review step.csv -i valve -o temperature\n  planesman review flight1 flight2 -i 'cmd:data[0]' -o imu:angular_velocity.y --html gains.html\n  planesman review runs/dive/bag"
     )]
     Review(Box<planesman::review::ReviewArgs>),
-    /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
+    /// Show the running vehicles of the DDS domain on a page in the browser: charts, parameters, commands, log
     #[command(
         after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
     )]
@@ -143,7 +143,7 @@ enum Command {
         after_help = "Examples:\n  planesman bag info runs/dive/bag\n  planesman bag diff before.mcap after.mcap"
     )]
     Bag(BagCommand),
-    /// Print a vehicle's transfer functions, continuous and sampled, or as the thesis prints them
+    /// Print a vehicle's transfer functions, continuous and sampled, or as printed in the thesis
     #[command(
         after_help = "Examples:\n  planesman tf brunner --output pitch --speed 1ft/s\n  planesman tf model.yaml --speed 2kn"
     )]
@@ -153,22 +153,22 @@ enum Command {
         after_help = "Examples:\n  planesman params depth_controller\n  planesman params --yaml --scenario dive > params.yaml"
     )]
     Params {
-        /// Only the parameters of this node
+        /// Print only the parameters of this node
         node: Option<String>,
-        /// As a ROS 2 parameter file
+        /// Print a ROS 2 parameter file
         #[arg(long)]
         yaml: bool,
-        /// With the values of this scenario, a built-in one or a file
+        /// Use the values of this scenario (built-in or a file)
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
-        /// As a table [default: a list]
+        /// Print a table in this format [default: a list]
         #[arg(long, value_parser = planesman::arguments::format(), conflicts_with = "yaml")]
         format: Option<Format>,
     },
-    /// Compute a vehicle's coefficients from its geometry, and compare with its file
+    /// Compute a vehicle's hydrodynamic coefficients from its geometry, and compare them with the vehicle file
     #[command(after_help = "Example:\n  planesman coefficients brunner --speed 1ft/s")]
     Coefficients(CoefficientsArgs),
-    /// Fly a vehicle of six coupled degrees of freedom, or find its steady turns
+    /// Fly a vehicle with six degrees of freedom, find its steady turns, or fit it to a recording
     #[command(
         subcommand,
         after_help = "Examples:\n  planesman six-dof fly lauv --input thrust=9 --input rudder=10deg@5 --out turn.csv\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
@@ -191,17 +191,17 @@ enum Command {
         after_help = "Examples:\n  planesman export --fmi auv -o auv.fmu\n  planesman export --fmi lauv --set propulsion=thrust --set speed=1 -o lauv.fmu\n  planesman export --fmi model.yaml -o model.fmu"
     )]
     Export(export_command::ExportArgs),
-    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which agree
+    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which ones agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(PassedOn),
-    /// Say whether nodes find each other here: domain, middleware, multicast, messages, other loops
+    /// Check whether nodes find each other on this machine: domain, middleware, multicast, messages, other loops
     #[command(after_help = "Example:\n  planesman doctor --namespace /auv2")]
     Doctor {
-        /// The namespace to look for other loops in
+        /// Namespace in which to look for other loops
         #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
         namespace: String,
     },
-    /// Print a script that completes command lines in a shell
+    /// Print a shell script that completes command lines
     #[command(
         after_help = "Example:\n  planesman completions bash \\\n      > ~/.local/share/bash-completion/completions/planesman"
     )]
@@ -214,10 +214,10 @@ enum Command {
         after_help = "Examples:\n  planesman man | man -l -\n  planesman man sysid fit | man -l -"
     )]
     Man {
-        /// A command, as sysid fit
+        /// A command, such as sysid fit
         command: Vec<String>,
     },
-    /// Run one node in this process, as `ros2 run` does
+    /// Run one node in this process, like `ros2 run`
     #[command(after_help = "Example:\n  planesman node plant_sim --ros-args -p speed:=0.5")]
     Node(NodeArgs),
 }
@@ -228,13 +228,13 @@ struct DiveArgs {
     scenario: String,
     #[command(flatten)]
     changes: Changes,
-    /// Folder for bag, parameters, logs and report; must not exist [default: runs/SCENARIO-TIME]
+    /// Folder for bag, parameters, logs and report; must not exist yet [default: runs/SCENARIO-TIME]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Run in lockstep: each tick ends when every node has answered, independent of the wall clock (the default)
+    /// Run in lockstep: a tick ends when every node has answered, independent of the wall clock (the default)
     #[arg(long, help_heading = "Pace", conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
-    /// Run in real time with this real-time factor
+    /// Run in real time with this real-time factor (vehicle time per wall time)
     #[arg(long, help_heading = "Pace", value_name = "F", value_parser = factor)]
     factor: Option<f64>,
     /// Run in real time with stamps from 0 and a /clock topic (implied by a factor other than 1)
@@ -243,13 +243,13 @@ struct DiveArgs {
     /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]
     keep_running: bool,
-    /// Show the dive on a page in the browser, as `planesman watch` does; in real time unless --lockstep is given
+    /// Show the dive on a page in the browser, like `planesman watch`; in real time unless --lockstep is given
     #[arg(long)]
     watch: bool,
     /// Print all numbers of the flight, and each step of the launch
     #[arg(long)]
     verbose: bool,
-    /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
+    /// Namespace of all nodes; for any but the default, simulated time is on NAMESPACE/clock
     #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
@@ -260,7 +260,7 @@ struct SimArgs {
     scenario: String,
     #[command(flatten)]
     changes: Changes,
-    /// File to write, *.mcap or *.csv; must not exist [default: SCENARIO.mcap]
+    /// File to write, *.mcap or *.csv; must not exist yet [default: SCENARIO.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Namespace of the topics in the bag
@@ -271,22 +271,21 @@ struct SimArgs {
 /// Changes to the scenario from the command line.
 #[derive(Args)]
 struct Changes {
-    /// Set a parameter of a node, as depth_controller.depth.p=1.2; may be repeated
+    /// Set a parameter of a node, such as depth_controller.depth.p=1.2; may be repeated
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
     set: Vec<String>,
 }
 
 #[derive(Subcommand)]
 enum BagCommand {
-    /// Print topics, counts and times, whether the bag is complete, and which published messages it lacks
+    /// Print topics, counts and times, whether the bag is complete, and which published messages are missing
     #[command(
         after_help = "Examples:\n  planesman bag info runs/dive/bag\n  planesman bag info dive.mcap --sha256"
     )]
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
-        /// Print the SHA-256 of each topic's payloads instead, and one over all topics without wall time: two bags of the
-        /// same loop have the same
+        /// Print the SHA-256 of each topic's payloads instead, and one over all topics without wall time; two bags of the same loop have equal hashes
         #[arg(long)]
         sha256: bool,
     },
@@ -307,13 +306,13 @@ enum BagCommand {
 struct NodeArgs {
     /// plant_sim, depth_controller, dha_actuator, sysid or recorder
     name: String,
-    /// The node's arguments, as after `ros2 run`: --ros-args, and then -p NAME:=VALUE, --params-file FILE,
+    /// The node's arguments, as for `ros2 run`: --ros-args, then -p NAME:=VALUE, --params-file FILE,
     /// -r FROM:=TO, --log-level LEVEL (`planesman params` lists the parameters)
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     args: Vec<OsString>,
 }
 
-/// A real-time factor within the range of the parameter.
+/// Parses a real-time factor within the range of the parameter.
 fn factor(text: &str) -> Result<f64, String> {
     let declared = PlantParameters::declarations();
     let range = declared.iter().find(|it| it.name == "factor");
@@ -321,7 +320,7 @@ fn factor(text: &str) -> Result<f64, String> {
     within(least, most)(text)
 }
 
-/// The first word, where the command line is wrong for it: it is neither a command nor a scenario.
+/// The first word of a refused command line, if it is neither a command nor a scenario.
 fn unknown_word(error: &clap::Error) -> Option<String> {
     let word = std::env::args_os().nth(1)?.into_string().ok()?;
     let is_known = word.starts_with('-')
@@ -435,13 +434,13 @@ fn main() -> ExitCode {
     )
 }
 
-/// The help of a command that the reports' program runs, as this program knows it.
+/// Prints the help of a command that `planesman-reports` runs, as far as this program knows it.
 fn help_without_the_reports() -> Result<()> {
     let (_, mut command) = command_of::<Cli>(std::env::args_os().skip(1));
     written(command.render_long_help().to_string().into_bytes())
 }
 
-/// The manual page of the command behind these names, in roff.
+/// The manual page of the command with these names, in roff.
 fn manual(names: &[String]) -> Result<Vec<u8>> {
     let mut command = completed(Cli::command());
     command.build();
@@ -452,7 +451,7 @@ fn manual(names: &[String]) -> Result<Vec<u8>> {
             .collect();
         command = command.find_subcommand(name).cloned().ok_or_else(|| {
             let meant = did_you_mean(name, known.iter().map(String::as_str));
-            anyhow!("there is no command '{}'{meant}", names.join(" "))
+            anyhow!("unknown command '{}'{meant}", names.join(" "))
         })?;
     }
     let mut page = Vec::new();
@@ -464,8 +463,8 @@ fn written(text: Vec<u8>) -> Result<()> {
     Ok(planesman_console::print(String::from_utf8(text)?)?)
 }
 
-/// Discovery stays on this machine unless the user's environment says otherwise. The variable
-/// must stand before the first thread does, so the program begins again with it.
+/// Restricts discovery to this machine, unless the environment says otherwise. The variable must be set before the first thread starts, so
+/// the program restarts itself with it.
 fn stay_local() -> Result<()> {
     const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
     if std::env::var_os(RANGE).is_some() {
@@ -534,7 +533,7 @@ fn simulate(args: &SimArgs) -> Result<()> {
         shell_word(&out.display().to_string())
     );
     let outcome = Outcome::new(flown).file(kind, &out);
-    Ok(outcome.next(topics, "what it contains").print()?)
+    Ok(outcome.next(topics, "list its signals").print()?)
 }
 
 fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {

@@ -1,4 +1,4 @@
-//! The nodes, run in this process by their name.
+//! Runs a node in this process, by its name.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -7,10 +7,10 @@ use planesman_flight::nodes::NODES;
 use planesman_text::did_you_mean;
 use rustix::process::{Signal, set_parent_process_death_signal};
 
-/// Set for a node that a launcher started: it stops when the launcher is gone.
+/// Environment variable of a launched node: the node stops when its launcher is gone.
 pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
-/// Runs the node `name` with its arguments (`--ros-args` and all) until it is asked to stop.
+/// Runs the node `name` with its arguments (including `--ros-args`) until it is asked to stop.
 #[must_use]
 pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
     launched(|| match name {
@@ -21,7 +21,7 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
         "recorder" => recorder::node::main(args),
         other => {
             planesman_console::err!(
-                "planesman: there is no node '{other}'; there are {}{}",
+                "planesman: unknown node '{other}'; known: {}{}",
                 NODES.join(", "),
                 did_you_mean(other, NODES)
             );
@@ -30,7 +30,7 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
     })
 }
 
-/// Runs a launched node: it ends with its launcher, whatever becomes of that.
+/// Runs a launched node, which ends with its launcher even if that is killed.
 #[must_use]
 pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
     end_with_launcher();
@@ -42,6 +42,6 @@ pub(crate) fn end_with_launcher() {
     if std::env::var_os(LAUNCHED).is_some()
         && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
     {
-        planesman_console::err!("this node will outlive its launcher if that is killed: {error}");
+        planesman_console::err!("this node keeps running if its launcher is killed: {error}");
     }
 }

@@ -1,14 +1,14 @@
-//! The nodes' parameters, listed.
+//! `planesman params`: lists the nodes' parameters.
 
 use anyhow::Result;
 use planesman_console::{Format, Table, print_wrapped};
 use planesman_flight::nodes::{chosen, declarations};
 use planesman_flight::parameter_file::rules;
 
-/// Prints the parameters of one node, or of all, as a list or in a table's format.
+/// Prints the parameters of one node, or of all nodes, as a list or a table.
 ///
 /// # Errors
-/// When there is no such node.
+/// The node is unknown.
 pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()> {
     let nodes = chosen(node)?;
     if let Some(format) = format {

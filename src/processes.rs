@@ -1,4 +1,4 @@
-//! The nodes as child processes: started, monitored, and stopped in order.
+//! The nodes as child processes: starts, monitors, and stops them in order.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -16,7 +16,7 @@ use planesman_flight::nodes::NAMESPACE;
 /// Timeout for a node to stop cleanly.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// One node's process.
+/// The process of one node.
 struct Member {
     name: &'static str,
     child: Child,
@@ -27,15 +27,15 @@ struct Member {
 pub struct Processes {
     run: RunFolder,
     members: Vec<Member>,
-    /// The page in the browser, which is no part of the flight.
+    /// The process of the web page, which is not part of the flight.
     page: Option<Child>,
 }
 
 impl Processes {
-    /// Starts `nodes`, each as its own process of this program, on the run's parameter file.
+    /// Starts each of `nodes` as a process of this program, with the flight's parameter file.
     ///
     /// # Errors
-    /// When a process cannot be started; those already running are stopped.
+    /// A process cannot be started; those already running are stopped.
     pub fn start(run: &RunFolder, namespace: &str, nodes: &[&'static str]) -> Result<Self> {
         let program = std::env::current_exe().context("cannot find this program's own path")?;
         let mut processes = Self {
@@ -71,10 +71,10 @@ impl Processes {
         Ok(processes)
     }
 
-    /// Shows the flight on a page in the browser; a page that cannot be shown is told by itself, and the flight goes on.
+    /// Starts the process that shows the flight on a page in the browser. That process reports its own errors; the flight continues without it.
     ///
     /// # Errors
-    /// When its process cannot be started.
+    /// The process cannot be started.
     pub fn show(&mut self) -> Result<()> {
         let program = std::env::current_exe().context("cannot find this program's own path")?;
         let child = Command::new(program)
@@ -88,10 +88,10 @@ impl Processes {
         Ok(())
     }
 
-    /// Whether everybody still runs.
+    /// Checks that every node still runs.
     ///
     /// # Errors
-    /// When a node has stopped by itself, with the end of its log.
+    /// A node has stopped by itself; the error contains the end of its log.
     pub fn check(&mut self) -> Result<()> {
         for member in &mut self.members {
             if member.exit.is_none()
@@ -108,11 +108,11 @@ impl Processes {
         Ok(())
     }
 
-    /// Asks all to stop and waits until they have: the first started, the recorder, after the others, so that it receives
-    /// their last messages, also when one does not stop.
+    /// Asks all nodes to stop and waits until they have stopped. The recorder, started first, stops last, so that it receives the others' last
+    /// messages even when one of them does not stop.
     ///
     /// # Errors
-    /// When one does not stop in time (it is killed then), or ends with an error.
+    /// A node does not stop in time (it is then killed), or ends with an error.
     pub fn stop(&mut self) -> Result<()> {
         let Some((recorder, publishers)) = self.members.split_first_mut() else {
             return Ok(());
@@ -190,7 +190,7 @@ impl Drop for Processes {
     }
 }
 
-/// Waits until the process has ended, and kills it at the deadline.
+/// Waits until the process has ended, or kills it at the deadline.
 fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
     loop {
         match child.try_wait() {
@@ -206,7 +206,7 @@ fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
     }
 }
 
-/// The remapping of a vehicle's time that is not the domain's.
+/// The remapping of `/clock` for a vehicle in a namespace of its own.
 fn own_clock(namespace: &str) -> Vec<String> {
     match namespace.trim_end_matches('/') {
         NAMESPACE => Vec::new(),
@@ -221,7 +221,7 @@ fn signal(child: &Child, signal: Signal) {
     }
 }
 
-/// The last lines of a node's log, or why there are none.
+/// The last lines of a node's log, or a sentence that says why they cannot be read.
 fn tail(run: &RunFolder, node: &str) -> String {
     let log = run.log(node);
     let text = match std::fs::read(&log) {
@@ -230,7 +230,7 @@ fn tail(run: &RunFolder, node: &str) -> String {
             let folder = run.path().display();
             return format!("the folder '{folder}' was moved or removed during the flight");
         }
-        Err(error) => return format!("its log '{}' cannot be read: {error}", log.display()),
+        Err(error) => return format!("cannot read its log '{}': {error}", log.display()),
     };
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(8)..].join("\n")

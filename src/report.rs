@@ -1,4 +1,4 @@
-//! `planesman report`: a recorded flight, or several beside each other.
+//! `planesman report`: summarises a recorded flight, or compares several.
 
 use std::path::PathBuf;
 
@@ -11,13 +11,13 @@ use planesman_console::{Format, file_line};
 use planesman_flight::sink::write_text;
 use planesman_show::pages::flights::{FlightReport, comparison, difference_note, page};
 
-/// The flights.
+/// Arguments of `report`.
 #[derive(Args)]
 pub struct ReportArgs {
     /// Folders written by `planesman dive`; several are compared
     #[arg(required = true, value_name = "FOLDER")]
     folders: Vec<PathBuf>,
-    /// The page to write [default: report.html in the folder of one flight, flights.html here for several]
+    /// HTML page to write [default: report.html in the folder of one flight, flights.html here for several]
     #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
     /// Print all numbers of one flight
@@ -54,7 +54,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     Ok(planesman_console::out!("\n{}", file_line("Page", &path))?)
 }
 
-/// Names flights by their whole path where the folders' own names are the same.
+/// Names flights by their full path if their folders' own names are equal.
 fn tell_apart(flights: &mut [FlightReport], folders: &[PathBuf]) {
     let names: Vec<String> = flights.iter().map(|it| it.name.clone()).collect();
     for (flown, folder) in flights.iter_mut().zip(folders) {

@@ -1,5 +1,5 @@
-//! The reports' program, `planesman-reports`, which some commands run in place of this one: it is a program of its own, so that a build of
-//! this one is without the reports.
+//! Runs `planesman-reports` for the commands of the historical reports. It is a separate program, so that this one can be built without the
+//! reports.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -11,15 +11,14 @@ use std::process::Command;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 
-/// Its name.
+/// File name of the program.
 const PROGRAM: &str = "planesman-reports";
 
-/// The arguments of a command that the reports' program has.
+/// The arguments of a command of `planesman-reports`.
 #[derive(Args, Clone, Debug)]
 #[command(disable_help_flag = true)]
 pub struct PassedOn {
-    /// Options of the reports' program, which lists them with --help once it is built:
-    /// cargo build --release --package planesman-reports
+    /// Options of planesman-reports; its --help lists them once it is built: cargo build --release --package planesman-reports
     #[arg(
         value_name = "OPTION",
         trailing_var_arg = true,
@@ -28,7 +27,7 @@ pub struct PassedOn {
     pub arguments: Vec<OsString>,
 }
 
-/// The reports' program is not where it is looked for.
+/// Error: `planesman-reports` is neither next to this program nor on `PATH`.
 #[derive(Debug)]
 pub struct NotBuilt;
 
@@ -36,7 +35,7 @@ impl fmt::Display for NotBuilt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "this command is of the reports' program, {PROGRAM}, which is neither beside this program nor on PATH; \
+            "this command needs the program {PROGRAM}, which is neither next to this program nor on PATH; \
              build it: cargo build --release --package {PROGRAM}"
         )
     }
@@ -44,11 +43,11 @@ impl fmt::Display for NotBuilt {
 
 impl std::error::Error for NotBuilt {}
 
-/// Becomes the reports' program, the one beside this program or else the one on `PATH`, with a command of it and the arguments of this
-/// program, behind as many `words` as name the command here.
+/// Replaces this process by `planesman-reports`, from next to this program or else from `PATH`. It gets a command and this program's
+/// arguments without the first `words`, which name the command here.
 ///
 /// # Errors
-/// [`NotBuilt`], or the program cannot be run. Otherwise this does not return.
+/// [`NotBuilt`], or the program cannot be started. On success this function does not return.
 pub fn run(command: &str, words: usize) -> Result<()> {
     let beside = std::env::current_exe()?.with_file_name(PROGRAM);
     let program = match beside.is_file() {

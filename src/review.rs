@@ -1,4 +1,4 @@
-//! `planesman review`: data, model and gains on one page for colleagues, each number with its samples.
+//! `planesman review`: data, model and gains on one page for colleagues, each number with its sample size.
 
 use std::path::PathBuf;
 
@@ -19,15 +19,15 @@ use crate::arguments::{overwrites, page_file};
 use crate::sysid::arguments::SignalArgs;
 use crate::tune::{GainArgs, Gains, model_for_gains, review_of_dive};
 
-/// The signals of the suite's own bags, where none are named.
+/// Default signals, for bags of this suite.
 const OWN: [&str; 2] = ["plane_motion:dive_planes", "state:pitch_rate"];
-/// The page, where it is not named.
+/// Default file name of the page.
 const PAGE: &str = "review.html";
 
-/// The vehicle's speed in its own bags, m/s, and how many samples at the begin it is the mean of.
+/// Topic of the vehicle's speed in this suite's bags, m/s, and the number of initial samples to average.
 const SPEED: (&str, usize) = ("state:surge", 100);
 
-/// The speed that a bag of the suite's own begins with, m/s; nothing is read behind that.
+/// The speed at the beginning of a bag of this suite, m/s; only that part of the bag is read.
 fn speed_at_begin(data: &DataOptions) -> Option<f64> {
     let Sources::Files(paths) = &data.sources else {
         return None;
@@ -67,7 +67,7 @@ fn of_own_bags(argument: clap::Arg) -> clap::Arg {
 pub struct ReviewArgs {
     #[command(flatten)]
     signals: SignalArgs,
-    /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data
+    /// Validation data, not used for the fit: a file or folder with the same signals, or a window of the data
     /// [default: a model of the first seven tenths is judged on the rest]
     #[arg(long, value_name = "DATA|FROM..TO", value_parser = |text: &str| text.parse::<Validation>(), allow_hyphen_values = true, help_heading = "Data")]
     validation: Option<Validation>,
@@ -76,16 +76,16 @@ pub struct ReviewArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Write one page to hand on: conclusion, gains, margins, the plots of validation and step
+    /// Write one page to share: conclusion, gains, margins, the plots of validation and step
     #[arg(long, help_heading = "Output")]
     brief: bool,
-    /// The page
+    /// HTML page to write
     #[arg(long, value_name = "FILE", default_value = PAGE, value_parser = page_file, help_heading = "Output")]
     html: PathBuf,
 }
 
 impl ReviewArgs {
-    /// Whether no signals are named: those of the suite's own bags are meant.
+    /// Whether no signals are named, so that the default signals of this suite's bags are used.
     fn is_own(&self) -> bool {
         self.signals.input.is_empty() && self.signals.output.is_empty()
     }
@@ -98,7 +98,7 @@ impl ReviewArgs {
         }
         if signals.input.len() != 1 || signals.output.len() != 1 {
             return Err(anyhow!(
-                "a controller of one input and one output is reviewed: name one --input and one --output (planesman sysid topics lists them)"
+                "the reviewed controller has one input and one output: name one --input and one --output (planesman sysid topics lists the signals)"
             ));
         }
         let mut options = FitOptions {
@@ -116,17 +116,17 @@ impl ReviewArgs {
     }
 }
 
-/// Runs the command: writes the page, prints its conclusion. Without a usable model the page says so, and what to do.
+/// Writes the page and prints its conclusion. Without a usable model the page says so, and what to do.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`], the page written but where no data is
-/// read; a page that cannot be written.
+/// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; the page is still written unless no
+/// data could be read. A page that cannot be written.
 pub fn run(args: &ReviewArgs) -> Result<()> {
     let options = args.options()?;
     let progress = args.signals.data.progress();
     let data = FitData::read(&options, &*progress).map_err(|refusal| match args.is_own() {
         true => {
-            anyhow!(refusal).context("without --input and --output the bag of a dive is expected")
+            anyhow!(refusal).context("without --input and --output, DATA must be the bag of a dive")
         }
         false => refusal.into(),
     })?;
@@ -139,7 +139,7 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
     };
     let found = match &model {
         Ok(found) => (found.model_file().map_err(Into::into)).and_then(|it| args.gains.gains(it)),
-        Err(_) => Err(anyhow!("there is no model")),
+        Err(_) => Err(anyhow!("no model was identified")),
     };
     let title = |names: &[String]| {
         let name = names.first().map_or("", String::as_str);
@@ -200,7 +200,7 @@ pub fn run(args: &ReviewArgs) -> Result<()> {
                     called(),
                     if overwrites() { "" } else { " --overwrite" }
                 ),
-                "one page to hand on",
+                "one page to share",
             );
         }
         outcome.print()?;

@@ -21,10 +21,10 @@ use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
 use planesman_show::pages::flights::{self, Count, FlightReport, published_and_lost};
 
-/// The file of the scenario, by which a flight's folder is known.
+/// File of the scenario; a flight's folder is recognised by it.
 const SCENARIO: &str = "scenario.yaml";
 
-/// The files of a flight's folder, that of the scenario first.
+/// The files in a flight's folder, the scenario first.
 const OWN: [&str; 8] = [
     SCENARIO,
     "parameters.yaml",
@@ -43,11 +43,10 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// The folder of a flight to come: `out`, or one under `runs/` with the scenario's name
-    /// and the time. It is not made yet.
+    /// The folder of a future flight: `out`, or one under `runs/` with the scenario's name and the time. The folder is not created yet.
     ///
     /// # Errors
-    /// When the path is taken, or cannot be written into the nodes' parameters.
+    /// The path exists already, or is not UTF-8, as the nodes' parameters need.
     pub fn free(out: Option<&Path>, name: &str) -> Result<Self> {
         let path = out.map_or_else(
             || {
@@ -62,32 +61,32 @@ impl RunFolder {
         );
         if path.exists() && !is_replaceable(&path, &OWN)? {
             bail!(
-                "'{}' exists already; name a new folder, or add --overwrite where it is that of a flight",
+                "'{}' exists already: name a new folder, or replace an earlier flight's folder with --overwrite",
                 path.display()
             );
         }
         if path.to_str().is_none() {
             bail!(
-                "'{}' is not UTF-8 text; name another folder",
+                "the name '{}' is not UTF-8 text; name another folder",
                 path.display()
             );
         }
         Ok(Self { path })
     }
 
-    /// Makes the folder, with what is flown and the parameters the nodes are started with.
+    /// Creates the folder, with the scenario and the parameters of the nodes.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// The folder cannot be created.
     pub fn create(&self, scenario: &Scenario, parameters: &str) -> Result<()> {
         make_way_for_folder(&self.path, &OWN)
             .and_then(|()| fs::create_dir_all(self.path.join("log")))
             .and_then(|()| fs::write(self.scenario_file(), scenario.to_yaml()))
             .and_then(|()| fs::write(self.parameter_file(), parameters))
-            .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
+            .with_context(|| format!("cannot create the folder '{}'", self.path.display()))
     }
 
-    /// Writes into the folder that the flight failed, with the reason.
+    /// Writes a file into the folder that says that the flight failed, and why.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
         let _ = fs::write(
@@ -96,60 +95,60 @@ impl RunFolder {
         );
     }
 
-    /// A folder that a flight left.
+    /// Opens the folder of an earlier flight.
     ///
     /// # Errors
-    /// When it holds no scenario.
+    /// The folder contains no scenario.
     pub fn open(path: &Path) -> Result<Self> {
         let run = Self {
             path: path.to_owned(),
         };
         if !run.scenario_file().is_file() {
             bail!(
-                "'{}' is not a flight's folder: it holds no scenario.yaml",
+                "'{}' is not a flight's folder: it contains no scenario.yaml",
                 path.display()
             );
         }
         Ok(run)
     }
 
-    /// The folder.
+    /// Path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The bag's folder.
+    /// Path of the bag's folder.
     #[must_use]
     pub fn bag(&self) -> PathBuf {
         self.path.join("bag")
     }
 
-    /// The page.
+    /// Path of the HTML page.
     #[must_use]
     pub fn page(&self) -> PathBuf {
         self.path.join("report.html")
     }
 
-    /// The ROS 2 parameter file the nodes were started with.
+    /// Path of the ROS 2 parameter file that the nodes were started with.
     #[must_use]
     pub fn parameter_file(&self) -> PathBuf {
         self.path.join("parameters.yaml")
     }
 
-    /// The standard error of a node.
+    /// Path of the file with a node's standard error.
     #[must_use]
     pub fn log(&self, node: &str) -> PathBuf {
         self.path.join("log").join(format!("{node}.log"))
     }
 
-    /// The exit report of a node (JSON).
+    /// Path of a node's exit report (JSON).
     #[must_use]
     pub fn exit_report(&self, node: &str) -> PathBuf {
         self.path.join("log").join(format!("{node}.json"))
     }
 
-    /// The file of the scenario that was flown.
+    /// Path of the scenario that was flown.
     #[must_use]
     pub fn scenario_file(&self) -> PathBuf {
         self.path.join(SCENARIO)
@@ -158,12 +157,12 @@ impl RunFolder {
     /// Reads the scenario of the flight.
     ///
     /// # Errors
-    /// When the scenario cannot be read.
+    /// The scenario cannot be read.
     pub fn scenario(&self) -> Result<Scenario> {
         Ok(Scenario::parse(&fs::read_to_string(self.scenario_file())?)?)
     }
 
-    /// The flight of `scenario` as its bag has it.
+    /// The flight of `scenario`, read from its bag.
     ///
     /// # Errors
     /// When the bag cannot be read.
@@ -183,8 +182,8 @@ impl RunFolder {
         })
     }
 
-    /// Reads the bag of a flight of `scenario`, writes the page, and returns what is to be printed: the result, with
-    /// `verbose` all numbers, the files, and what to do next. `name` is the scenario's name or file.
+    /// Reads the bag of a flight of `scenario`, writes the page, and returns the text to print: the result, with `verbose` all numbers, the
+    /// files, and the next commands. `name`: the scenario's name or file.
     ///
     /// # Errors
     /// When the bag cannot be read or the page cannot be written.
@@ -196,10 +195,12 @@ impl RunFolder {
         let mut answer = summary.conclusions();
         answer.extend(flights::kept(&flown));
         if let Some(reason) = &flown.flight.truncated {
-            answer.insert(0, format!("The bag is not whole: {reason}."));
+            let reason = reason.trim_start_matches("incomplete: ");
+            answer.insert(0, format!("The bag is incomplete: {reason}."));
         }
         let held = Some(summary.held_ticks).filter(|it| *it > 0);
-        let held = held.map(|it| format!("{it} ticks were flown without the actuator's answer"));
+        let held =
+            held.map(|it| format!("{it} ticks were flown without an answer of the actuator"));
         let notes = summary.notes.iter().chain(&held);
         let notes = notes.map(|it| format!("Note: {it}\n"));
         let mut outcome = Outcome::new(answer.join(" ")).numbers(notes.collect::<String>());
@@ -212,7 +213,7 @@ impl RunFolder {
         }
         outcome = outcome.file("Bag", &self.bag()).file("Page", &self.page());
         let dive = dive_command(name);
-        outcome = outcome.next(format!("{dive} --watch"), "watch it fly");
+        outcome = outcome.next(format!("{dive} --watch"), "watch the flight on a page");
         if let (Some(_), Some(signal), false) =
             (&summary.identified, &summary.test_signal, summary.hovers)
         {
@@ -235,7 +236,7 @@ impl RunFolder {
         Ok(outcome)
     }
 
-    /// The published messages of a flight of `scenario` that are not in the bag; `None` when it has all.
+    /// The published messages of a flight of `scenario` that are missing in the bag; `None` if the bag is complete.
     ///
     /// # Errors
     /// When the bag cannot be read.
@@ -245,11 +246,11 @@ impl RunFolder {
         Ok(Loss::of(&counts))
     }
 
-    /// Messages per topic: in the bag, and as the publishers counted them when they stopped. Those
-    /// that could not be sent count as published: they are lost likewise.
+    /// Messages per topic: in the bag, and as counted by the publishers when they stopped. Messages that could not be sent count as
+    /// published: they are lost as well.
     ///
     /// # Errors
-    /// When the scenario's parameters are refused.
+    /// The scenario's parameters are refused.
     pub(crate) fn counts(
         &self,
         recorded: &BTreeMap<String, u64>,
@@ -283,7 +284,7 @@ impl RunFolder {
     }
 }
 
-/// The command that flies a scenario, by its name or file.
+/// The command that flies a scenario, given its name or file.
 #[must_use]
 pub fn dive_command(scenario: &str) -> String {
     match scenario {
@@ -292,10 +293,10 @@ pub fn dive_command(scenario: &str) -> String {
     }
 }
 
-/// The published messages that are not in the bag.
+/// The published messages that are missing in the bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loss {
-    /// By topic: messages missing, of how many.
+    /// By topic: number of missing messages, number of published messages.
     topics: BTreeMap<String, (u64, u64)>,
     /// Messages published on all topics.
     published: u64,
@@ -320,7 +321,7 @@ impl fmt::Display for Loss {
         let missing: u64 = self.topics.values().map(|(missing, _)| missing).sum();
         write!(
             f,
-            "the bag lacks {missing} of {} messages that were published: ",
+            "the bag lacks {missing} of {} published messages: ",
             self.published
         )?;
         for (i, (topic, (missing, of))) in self.topics.iter().enumerate() {
@@ -331,7 +332,7 @@ impl fmt::Display for Loss {
     }
 }
 
-/// Whether the recorder was to record a topic; all, if it was given no names.
+/// Whether the recorder was to record a topic; without a selection it records all.
 fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
     let (namespace, last) = topic.rsplit_once('/').unwrap_or(("", topic));
     let is_it = |name: &str| name.trim_start_matches('/') == last;
@@ -342,12 +343,12 @@ fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
         && selection.is_ok_and(|it| it.takes(topic, type_name))
 }
 
-/// Whether loss on a topic means anything: the others are spoken before the recorder listens.
+/// Whether loss on a topic matters: other topics are published before the recorder listens.
 fn is_counted(topic: &str) -> bool {
     !planesman_show::diff::WALL_TIME.contains(&topic)
 }
 
-/// The messages that a node published, by its exit report; `None` without a report.
+/// The number of messages that a node published per topic, from its exit report; `None` without a report.
 fn published(path: &Path) -> Option<BTreeMap<String, u64>> {
     let text = fs::read_to_string(path).ok()?;
     let report: planesman_node::ExitReport = serde_json::from_str(&text).ok()?;
@@ -398,7 +399,7 @@ mod tests {
         let loss = Loss::of(&counts).expect("lost").to_string();
         assert_eq!(
             loss,
-            "the bag lacks 1825 of 7200 messages that were published: /auv/daq 1800 of 1800, /auv/imu 25 of 1800"
+            "the bag lacks 1825 of 7200 published messages: /auv/daq 1800 of 1800, /auv/imu 25 of 1800"
         );
     }
 

@@ -1,4 +1,4 @@
-//! `planesman six-dof`: vehicles of six degrees of freedom, flown with held inputs, their steady turns, and fitted to recordings.
+//! `planesman six-dof`: vehicles with six degrees of freedom: flights with held inputs, steady turns, fits to recordings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -13,25 +13,25 @@ use planesman_vehicle::six_dof::{
 use crate::arguments::{length, output_file, quantity, speed, within};
 use crate::six_dof_fit::{self, FitArgs};
 
-/// What is asked of a vehicle.
+/// The commands of `planesman six-dof`.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum SixDofCommand {
-    /// Fly it with inputs that are held, and print where it is, with the error of the integration
+    /// Fly the vehicle with held inputs; print its final position and attitude, and the integration error
     #[command(
         after_help = "Examples:\n  planesman six-dof fly lauv --input thrust=9 --input rudder=10deg@5 --out turn.csv\n  planesman six-dof fly bluerov2_heavy --input front_port=0.2 --current 0,0.3,0 --forces --out rov.csv"
     )]
     Fly(Box<FlyArgs>),
-    /// Make a torpedo's file from its shape: hull, fins, trim and top speed
+    /// Make a vehicle file of a torpedo-shaped AUV from its shape: hull, fins, trim and top speed
     #[command(
         after_help = "Example:\n  planesman six-dof torpedo --length 1.6m --diameter 0.2m --out mine.yaml\n  planesman six-dof fly mine.yaml --speed 1.5 --input thrust=6"
     )]
     Torpedo(Box<TorpedoArgs>),
-    /// Find the steady turns at one depth that an input holds, and whether each is stable
+    /// Find the steady turns at one depth, held by one input, and whether each is stable
     #[command(
         after_help = "Example:\n  planesman six-dof turn lauv --input thrust=9 --input rudder=10deg"
     )]
     Turn(TurnArgs),
-    /// Fit its coefficients to a recording, with 95 % intervals, what the recording does not determine, and the run that would
+    /// Fit its coefficients to a recording: 95 % intervals, undetermined coefficients, and the best next run
     #[command(
         after_help = "Examples:\n  planesman six-dof fit run.csv --like lauv --fixed added_mass --out mine.yaml\n  planesman six-dof fit bag --like my_rov.yaml \\\n      --signal 'front_port=thrusters:data[0]' --out mine.yaml"
     )]
@@ -43,7 +43,7 @@ pub enum SixDofCommand {
 struct SimulationOutput {
     /// A built-in vehicle (bluerov2_heavy, lauv, remus_100_6dof, remus_100_printed) or a vehicle file (docs/six_dof.md)
     vehicle: String,
-    /// An input, 0 where none is given: a number in SI or with its unit (10deg, 9N), from a time on if one is named; may be repeated
+    /// Value of an input: a number in SI or with its unit (10deg, 9N), optionally from a time on; may be repeated [default: 0]
     #[arg(long = "input", value_name = "NAME=VALUE[@SECONDS]")]
     inputs: Vec<String>,
 }
@@ -53,7 +53,7 @@ struct SimulationOutput {
 pub struct FlyArgs {
     #[command(flatten)]
     flown: SimulationOutput,
-    /// How long (s)
+    /// Duration (s)
     #[arg(long, default_value_t = 60.0, value_parser = within(0.001, 1e5))]
     duration: f64,
     /// Time between the rows of the file (s)
@@ -74,22 +74,22 @@ pub struct FlyArgs {
     /// Heading at the start, from north over east
     #[arg(long, default_value_t = 0.0, value_parser = quantity(Dimension::Angle, -7.0, 7.0))]
     heading: f64,
-    /// Current: north, east, down (m/s)
+    /// Current, as north, east, down (m/s)
     #[arg(long, value_name = "N,E,D", value_parser = current, default_value = "0,0,0", allow_hyphen_values = true)]
     current: Three,
-    /// How fast the current turns about down (rad/s)
+    /// Rate at which the current's direction turns about the vertical (rad/s)
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
     current_turning: f64,
-    /// A wave on deep water: amplitude (m), period (s), where it goes to, from north over east (rad); may be repeated
+    /// A wave in deep water: amplitude (m), period (s), direction it travels to, from north over east (rad); may be repeated
     #[arg(long = "wave", value_name = "A,T,DIRECTION", value_parser = three, allow_hyphen_values = true)]
     waves: Vec<Three>,
-    /// Error allowed in each step, relative and absolute
+    /// Integration error allowed in each step, relative and absolute
     #[arg(long, default_value_t = 1e-9, value_parser = within(1e-13, 1e-2))]
     accuracy: f64,
-    /// Write each force and moment of the equations into the file too
+    /// Also write each force and moment of the equations into the file
     #[arg(long, requires = "out")]
     forces: bool,
-    /// A CSV file of the motion; must not exist
+    /// CSV file of the motion; must not exist yet
     #[arg(long, value_parser = output_file)]
     out: Option<PathBuf>,
 }
@@ -103,34 +103,34 @@ pub struct TorpedoArgs {
     /// Length of the hull (m, or with its unit)
     #[arg(long, value_name = "M", value_parser = length(0.2, 20.0))]
     length: f64,
-    /// Its diameter
+    /// Diameter of the hull
     #[arg(long, value_name = "M", value_parser = length(0.02, 5.0))]
     diameter: f64,
-    /// The hull's volume over that of its cylinder
+    /// Prismatic coefficient: the hull's volume over that of its cylinder
     #[arg(long, default_value_t = 0.85, value_parser = within(0.5, 1.0))]
     prismatic: f64,
     /// Density of the water (kg/m^3)
     #[arg(long, default_value_t = 1025.0, value_parser = within(900.0, 1200.0))]
     density: f64,
-    /// Buoyancy less weight, over buoyancy
+    /// Reserve buoyancy: buoyancy less weight, over buoyancy
     #[arg(long, default_value_t = 0.01, value_parser = within(-0.05, 0.1))]
     reserve: f64,
-    /// The centre of gravity below that of buoyancy; else a tenth of the diameter
+    /// Distance of the centre of gravity below the centre of buoyancy [default: 0.1 diameters]
     #[arg(long, value_parser = length(0.0, 2.5))]
     gravity_below: Option<f64>,
-    /// Span of a fin from hull to tip; else half the diameter
+    /// Span of a fin from hull to tip [default: 0.5 diameters]
     #[arg(long, value_parser = length(0.001, 10.0))]
     fin_span: Option<f64>,
-    /// Chord of a fin; else 0.4 diameters
+    /// Chord of a fin [default: 0.4 diameters]
     #[arg(long, value_parser = length(0.001, 10.0))]
     fin_chord: Option<f64>,
-    /// The fins' centre of pressure aft of the middle; else 0.43 lengths
+    /// Distance of the fins' centre of pressure aft of midships [default: 0.43 lengths]
     #[arg(long, value_parser = length(0.0, 12.0))]
     fin_aft: Option<f64>,
-    /// The speed that full thrust holds (m/s, or with its unit)
+    /// Speed at full thrust (m/s, or with its unit)
     #[arg(long, default_value_t = 2.5, value_parser = speed(0.1, 15.0))]
     top_speed: f64,
-    /// The vehicle file; must not exist. Without it the text is printed
+    /// Vehicle file to write; must not exist yet [default: print the text]
     #[arg(long, value_parser = output_file)]
     out: Option<PathBuf>,
 }
@@ -168,18 +168,18 @@ fn torpedo(args: &TorpedoArgs) -> Result<()> {
 pub struct TurnArgs {
     #[command(flatten)]
     flown: SimulationOutput,
-    /// The input that holds the depth
+    /// Input that keeps the depth
     #[arg(long, default_value = "stern_planes")]
     hold: String,
-    /// Where one more search begins: surge (m/s, or with its unit)
+    /// An additional starting point of the search: surge (m/s, or with its unit)
     #[arg(long, default_value_t = 1.4, value_parser = speed(-20.0, 20.0))]
     speed: f64,
-    /// Where one more search begins: rate of the heading, positive to starboard (rad/s)
+    /// An additional starting point of the search: yaw rate, positive to starboard (rad/s)
     #[arg(long, default_value_t = 0.0, value_parser = within(-10.0, 10.0))]
     yaw_rate: f64,
 }
 
-/// Three numbers with commas between.
+/// Three numbers separated by commas.
 #[derive(Clone, Copy, Debug)]
 struct Three([f64; 3]);
 
@@ -192,7 +192,7 @@ fn three(text: &str) -> Result<Three, String> {
         [x, y, z] if [x, y, z].iter().all(|x| x.is_finite()) && text.matches(',').count() == 2 => {
             Ok(Three([x, y, z]))
         }
-        _ => Err("three numbers with commas between are expected".to_owned()),
+        _ => Err("three numbers separated by commas are expected".to_owned()),
     }
 }
 
@@ -203,10 +203,10 @@ fn current(text: &str) -> Result<Three, String> {
     })
 }
 
-/// Does what is asked.
+/// Runs the command.
 ///
 /// # Errors
-/// When the vehicle or an input is refused, the motion diverges, no turn is found, or the file cannot be written.
+/// A refused vehicle or input, a diverging motion, no turn found, or a file that cannot be written.
 pub fn run(command: &SixDofCommand) -> Result<()> {
     match command {
         SixDofCommand::Fly(args) => fly(args),
@@ -216,7 +216,7 @@ pub fn run(command: &SixDofCommand) -> Result<()> {
     }
 }
 
-/// When (s) the inputs change, and to what.
+/// Times (s) at which the inputs change, with the inputs from then on.
 type Schedule = Vec<(f64, Vec<f64>)>;
 
 impl SimulationOutput {
@@ -261,7 +261,7 @@ impl SimulationOutput {
     }
 }
 
-/// A number in SI, or with the unit of an angle, a force or a rate.
+/// Parses a number in SI, or with the unit of an angle, a force or a rate.
 fn number(text: &str) -> Option<f64> {
     let quantity: Quantity = text.parse().ok()?;
     [Dimension::Angle, Dimension::Force, Dimension::Rate]
@@ -349,7 +349,7 @@ fn fly(args: &FlyArgs) -> Result<()> {
         planesman_text::write_text(path, text).with_context(|| format!("{}", path.display()))?;
     }
     let Some((time, last)) = states.last() else {
-        bail!("no time was flown");
+        bail!("the duration is zero: choose a longer --duration");
     };
     let [north, east, down] = last.position;
     let [roll, pitch, yaw] = rotation::euler(last.attitude).map(f64::to_degrees);
@@ -361,16 +361,16 @@ fn fly(args: &FlyArgs) -> Result<()> {
     out!("  u, v, w             {u:.5} {v:.5} {w:.5} m/s")?;
     out!("  p, q, r             {p:.5} {q:.5} {r:.5} deg/s")?;
     out!(
-        "integration error {error:.1e} (m, m/s, rad/s): the largest difference on the way from a hundredth of --accuracy {:e}",
+        "integration error {error:.1e} (m, m/s, rad/s): largest difference from a run with a hundredth of --accuracy {:e}",
         args.accuracy
     )?;
     Ok(())
 }
 
-/// A part of the equations: its name, and its forces and moments.
+/// A term of the equations: its name, and a function of its forces and moments.
 type Part = (&'static str, fn(&Forces) -> [f64; 6]);
 
-/// The motion as a table: time, place, attitude, velocities, inputs; with `forces` each part of the equations too.
+/// The motion as a table: time, position, attitude, velocities, inputs; with `forces` also each term of the equations.
 fn csv(
     vehicle: &Vehicle,
     sea: &Sea,
@@ -439,7 +439,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     };
     let inputs = match &schedule[..] {
         [(_, inputs)] => inputs,
-        _ => bail!("a steady turn has inputs that stay: no @SECONDS"),
+        _ => bail!("the inputs of a steady turn are constant: leave out @SECONDS"),
     };
     let start = Turn {
         velocity: [args.speed, 0.0, 0.0],
@@ -451,7 +451,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     let turns = steady_turns(&vehicle, inputs, holding, start);
     let of = match turns.len() {
         0 => bail!(
-            "no steady turn was found, from {} m/s and {} rad/s or elsewhere; begin elsewhere with --speed and --yaw-rate",
+            "no steady turn found from {} m/s, {} rad/s or the 36 default starts: choose another start with --speed and --yaw-rate",
             args.speed,
             args.yaw_rate
         ),
@@ -466,7 +466,7 @@ fn turn(args: &TurnArgs) -> Result<()> {
     Ok(())
 }
 
-/// A steady turn, and what a small deviation from it does with the inputs held.
+/// Prints a steady turn and its stability: `growth` is the growth rate of a small deviation with the inputs held, 1/s.
 fn print_turn(found: &Turn, hold: &str, growth: Option<f64>) -> Result<()> {
     let [u, v, w] = found.velocity;
     let speed = (u * u + v * v + w * w).sqrt();
@@ -491,11 +491,11 @@ fn print_turn(found: &Turn, hold: &str, growth: Option<f64>) -> Result<()> {
     )?;
     match growth {
         Some(rate) if rate < 0.0 => out!(
-            "  stable: with the inputs held a small deviation decays, by e in {:.3} s or less\n",
+            "  stable: with the inputs held, a small deviation decays by a factor e in {:.3} s or less\n",
             -1.0 / rate
         )?,
         Some(rate) => out!(
-            "  unstable: with the inputs held a small deviation grows by e in {:.3} s\n",
+            "  unstable: with the inputs held, a small deviation grows by a factor e in {:.3} s\n",
             1.0 / rate
         )?,
         None => out!("  stability: not computed\n")?,

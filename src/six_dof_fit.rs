@@ -1,4 +1,4 @@
-//! `planesman six-dof fit`: a vehicle of six degrees of freedom from a recording, as text or JSON.
+//! `planesman six-dof fit`: fits a vehicle with six degrees of freedom to a recording; prints text or JSON.
 
 use std::path::PathBuf;
 
@@ -17,29 +17,29 @@ use crate::sysid::arguments::{DataArgs, span};
 pub struct FitArgs {
     #[command(flatten)]
     data: DataArgs,
-    /// The vehicle to begin with, built in or a file; what is known beforehand is about its numbers
+    /// Vehicle to start from, built-in or a file; --prior is relative to its numbers
     #[arg(long, value_name = "VEHICLE")]
     like: String,
-    /// The signal of an input or of the motion (north, east, depth, roll, pitch, yaw, u, v, w, p, q, r), where it is not found by its
-    /// name or in odometry; may be repeated
+    /// Signal of an input or of the motion (north, east, depth, roll, pitch, yaw, u, v, w, p, q, r), if its name or an odometry message does not
+    /// give it; may be repeated
     #[arg(long = "signal", value_name = "NAME=SIGNAL")]
     signals: Vec<String>,
-    /// Inputs of the vehicle that the recording does not have: taken as 0
+    /// Inputs of the vehicle that the recording lacks: assumed to be 0
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     zero: Vec<String>,
-    /// Numbers or groups that stay: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust
+    /// Numbers or groups to keep: Y_uv, linear_damping_26, added_mass, linear_damping, quadratic_damping, coefficients, fins, thrust
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     fixed: Vec<String>,
-    /// Numbers or groups that alone are sought [default: all but buoyancy and centre_of_gravity (group body)]
+    /// Numbers or groups to fit, all others are kept [default: all but buoyancy and centre_of_gravity (group body)]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     free: Vec<String>,
-    /// Known beforehand of each number: the standard deviation, % of it; large for a vehicle that is hardly like this one
+    /// Prior standard deviation of each number, % of it; large for a vehicle that is hardly like this one
     #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
     prior: f64,
-    /// A number is determined when half its 95 % interval is at most so many % of it
+    /// A number counts as determined when half its 95 % interval is at most this percentage of it
     #[arg(long, value_name = "PERCENT", default_value_t = 50.0, value_parser = within(0.1, 1e4))]
     bound: f64,
-    /// Signals with a constant error that is sought, or none
+    /// Signals with a constant error (bias) to estimate, or none
     #[arg(
         long,
         value_name = "NAME,...",
@@ -47,7 +47,7 @@ pub struct FitArgs {
         default_value = "u,v,w,p,q,r"
     )]
     bias: Vec<String>,
-    /// The longest time that the motion is simulated on from one initial state (s)
+    /// Longest simulation from one initial state (s)
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = within(1.0, 1e5))]
     horizon: f64,
     /// Use only data between these times, in seconds from the first sample of the motion; may be repeated
@@ -64,10 +64,10 @@ pub struct FitArgs {
     out: Option<PathBuf>,
 }
 
-/// Fits, prints what was found, and writes the vehicle.
+/// Fits the vehicle, prints the result, and writes the vehicle file.
 ///
 /// # Errors
-/// When the vehicle, a name or the recording is refused, or the file cannot be written.
+/// A refused vehicle, name or recording, or a file that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let mut data = FitOptions::default();
     data.signals.data = DataOptions::from(&args.data);
@@ -118,7 +118,7 @@ fn percent(share: f64) -> String {
     significant(100.0 * share, 2) + " %"
 }
 
-/// Prints the table of numbers; returns the width of their names.
+/// Prints the table of numbers; returns the width of the name column.
 fn print_numbers(args: &FitArgs, found: &SixDofResult) -> Result<usize> {
     let wide = found.numbers.iter().map(|it| it.name.len());
     let wide = wide.fold(6, usize::max);
@@ -188,11 +188,11 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
     }
     match &found.held_out {
         None => out!(
-            "\nheld out: nothing is said; too little is left to fit, or the motion diverges there"
+            "\nheld-out data: not judged, because too little data is left to fit or the motion diverges there"
         )?,
         Some(held) => {
             out!(
-                "\nheld out, the last three tenths ({:.1} s) by a fit of the first seven; initial states, current and biases fitted for both:",
+                "\nheld-out data: the last 30 % ({:.1} s), simulated by a fit of the first 70 %; initial states, current and biases fitted for both:",
                 held.seconds
             )?;
             out!("  rms          fitted       --like")?;
@@ -206,14 +206,14 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         out!("\neach number is determined within {} %", args.bound)?;
     } else {
         out!(
-            "\nnot determined within {} %, and the manoeuvre that would do most for it (beforehand {} % was known):",
+            "\nnot determined within {} % (prior: {} %), each with the manoeuvre that would help most:",
             args.bound,
             significant(planesman_identification::SIGMAS_95 * args.prior, 2)
         )?;
         for it in &found.undetermined {
             let then = match &it.manoeuvre {
                 Some(words) => format!("{} by {words}", percent(it.after)),
-                None => "none of the library makes it a fifth shorter".to_owned(),
+                None => "no manoeuvre of the library shortens the interval by a fifth".to_owned(),
             };
             out!("  {:wide$}  {} -> {then}", it.name, percent(it.before))?;
         }
@@ -222,12 +222,12 @@ fn print(args: &FitArgs, found: &SixDofResult, recording: &str) -> Result<()> {
         let [before, after] = &next.largest;
         let [up, down] = next.depths;
         out!(
-            "\nnext run, of {} manoeuvres of 60 s: {}",
+            "\nbest next run, out of {} manoeuvres of 60 s: {}",
             next.compared,
             next.manoeuvre
         )?;
         out!(
-            "  the largest interval that a manoeuvre makes shorter: {} {} -> {} {}; depth {up:.1} to {down:.1} m about the start",
+            "  largest interval that a manoeuvre shortens: {} {} -> {} {}; depth {up:.1} to {down:.1} m about the start",
             before.0,
             percent(before.1),
             after.0,

@@ -1,7 +1,7 @@
 //! `planesman tf`: the transfer functions of a vehicle about level flight.
 //!
-//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units. The reports' program has them as Brunner 1988 prints
-//! them for the thesis' vehicle (eq. 7 and Table 8), with its errors.
+//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units. `planesman-reports` prints those of the thesis' vehicle as in
+//! Brunner 1988 (eq. 7 and Table 8), including the errors printed there.
 
 use std::fmt::{self, Display, Write as _};
 
@@ -16,12 +16,12 @@ use planesman_vehicle::vehicle_file;
 use crate::arguments::{choice, speed, within};
 use planesman_console::print_wrapped;
 
-/// The vehicle, the pair of signals and the sampling.
+/// Arguments of `tf`.
 #[derive(Args)]
 pub struct TfArgs {
     /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file
     pub vehicle: String,
-    /// Base vehicle of an identified model: gives all but the pitch dynamics
+    /// Base vehicle of an identified model: supplies everything except the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
     /// Input of the transfer function
@@ -36,16 +36,15 @@ pub struct TfArgs {
     /// Sampling rate of the zero-order hold (Hz)
     #[arg(long, value_parser = within(*RATES.start(), *RATES.end()), default_value_t = 20.0)]
     pub rate: f64,
-    /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
-    /// 0.05 L/U
+    /// As printed in the thesis (eq. 7, Table 8), only for its own vehicle: nondimensional, sampled every 0.05 L/U
     #[arg(long)]
     pub as_printed: bool,
 }
 
-/// Prints the transfer function that was asked for.
+/// Prints the requested transfer function.
 ///
 /// # Errors
-/// A vehicle that is refused, a pair of input and output that has no model, numbers that overflow.
+/// A refused vehicle, an input and output without a model, numerical overflow.
 pub fn run(args: &TfArgs) -> Result<()> {
     print_wrapped(text(&models(args)?)?)?;
     Ok(())
@@ -60,7 +59,7 @@ fn models(args: &TfArgs) -> Result<Models> {
 /// Transfer functions as text.
 ///
 /// # Errors
-/// A polynomial whose roots cannot be found.
+/// Roots of a polynomial that cannot be found.
 pub fn text(models: &Models) -> Result<String> {
     let mut text = String::new();
     writeln!(text, "{}", models.heading)?;
@@ -69,7 +68,7 @@ pub fn text(models: &Models) -> Result<String> {
     // A hold leaves the steady-state gain as it is; rounding would show another beside a pole at 1.
     match models.continuous.steady_state_gain(Domain::Continuous) {
         Ok(gain) => writeln!(text, "  steady   {}", Number(gain))?,
-        Err(_) => writeln!(text, "  steady   none, it integrates")?,
+        Err(_) => writeln!(text, "  steady   none (the response integrates)")?,
     }
     writeln!(text, "\nzero-order hold, {}", models.sampling)?;
     describe(&mut text, &models.sampled)?;
@@ -82,7 +81,7 @@ pub fn text(models: &Models) -> Result<String> {
     Ok(text)
 }
 
-/// Coefficients from the highest power, then zeros, poles and the gain beside them.
+/// Coefficients from the highest power down, then zeros, poles and gain.
 fn describe(text: &mut String, g: &TransferFunction) -> Result<()> {
     let g = g.monic();
     writeln!(text, "  num      {}", list(&g.num, |c| Number(*c)))?;
@@ -101,7 +100,7 @@ fn list<T, D: Display>(items: &[T], show: impl Fn(&T) -> D) -> String {
     shown.join("  ")
 }
 
-/// Ten significant digits, and no negative zero.
+/// A number printed with ten significant digits; negative zero prints as zero.
 struct Number(f64);
 
 impl Display for Number {

@@ -1,4 +1,4 @@
-//! `planesman watch`: the loops of the domain on a page in the browser.
+//! `planesman watch`: shows the running vehicles of the DDS domain on a page in the browser.
 
 use std::net::{IpAddr, Ipv4Addr};
 
@@ -15,27 +15,27 @@ use planesman_watch::{ModelFunctions, Named, Options, Pole, Vehicle};
 use crate::nodes::end_with_launcher;
 use planesman_flight::summary::truth_of;
 
-/// The arguments of `planesman watch`.
+/// Arguments of `planesman watch`.
 #[derive(Args, Clone, Debug)]
 pub struct WatchArgs {
-    /// Port of the page; 0: any that is free
+    /// Port of the page; 0: any free port
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Address to listen at; the page needs the token in the printed address
+    /// Address to listen on; the page needs the token in the printed address
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
     /// Do not open the browser
     #[arg(long)]
     no_open: bool,
-    /// ROS arguments: --ros-args --log-level warn
+    /// ROS arguments, such as --ros-args --log-level warn
     #[arg(last = true)]
     ros: Vec<String>,
 }
 
-/// Runs the command until it is asked to stop.
+/// Serves the page until asked to stop.
 ///
 /// # Errors
-/// An argument that is refused, an address that cannot be listened at, middleware that does not come up.
+/// A refused argument, an address that cannot be listened on, a failing start of the middleware.
 pub fn run(watch: &WatchArgs) -> Result<()> {
     end_with_launcher();
     let options = Options {
@@ -51,7 +51,7 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
     )?)
 }
 
-/// The poles of an estimate, slowest first, with their deviations where its covariance tells them.
+/// The poles of an estimate, slowest first, with standard deviations if the covariance allows them.
 fn poles(model: &ModelEstimate) -> Vec<Pole> {
     let estimate = planesman_identifier::estimate_of(model);
     let uncertain = estimate.and_then(|it| Reading::new(&it, 0).continuous_poles().ok());
@@ -93,7 +93,7 @@ fn certain(re: f64, im: f64) -> Pole {
     }
 }
 
-/// The vehicle that a plant_sim with these parameters flies.
+/// The vehicle of a `plant_sim` with these parameters.
 fn vehicle(parameters: &[Named]) -> Result<Vehicle, BoxedError> {
     let default = PlantParameters::default();
     let values = default.values();

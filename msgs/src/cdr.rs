@@ -1,8 +1,8 @@
-//! Message payloads as they cross the wire and lie in bags: plain CDR behind a 4-byte header.
+//! Message payloads as DDS sends them and bags store them: plain CDR after a 4-byte header.
 //!
 //! The header names the encoding (RTPS 2.3, section 10): `00 01 00 00` is CDR in little-endian order,
-//! which everything here writes; `00 00 00 00`, big-endian, is read as well. Numbers are aligned to their
-//! own size, counted from behind the header.
+//! which this module writes; it also reads `00 00 00 00`, big-endian. Numbers are aligned to their
+//! own size, counted from the end of the header.
 
 use byteorder::{BigEndian, LittleEndian};
 
@@ -14,17 +14,17 @@ const LITTLE_ENDIAN: [u8; HEADER] = [0, 1, 0, 0];
 /// Writers may fill a payload up to a multiple of four bytes.
 const MOST_PADDING: usize = 3;
 
-/// A payload that does not hold the message it is said to hold.
+/// Why a payload is not a message of the expected type.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// Shorter than the encapsulation header.
     #[error("a payload of {0} bytes has no encapsulation header")]
     NoHeader(usize),
-    /// Another encoding than plain CDR.
+    /// An encoding that is not plain CDR.
     #[error("encapsulation {0:#06x} is not plain CDR (0x0000 or 0x0001)")]
     Encapsulation(u16),
-    /// Bytes that are not the message's fields, or too few.
+    /// Bytes that do not decode to the message's fields, or too few bytes.
     #[error("not a {type_name}: {source}")]
     Fields {
         /// The message that was expected.
@@ -32,7 +32,7 @@ pub enum Error {
         /// The reason.
         source: cdr_encoding::Error,
     },
-    /// More bytes than the message's fields take.
+    /// More bytes than the message's fields need.
     #[error("not a {type_name}: {count} bytes are left over")]
     LeftOver {
         /// The message that was expected.
@@ -50,7 +50,7 @@ pub fn to_bytes<M: Message>(message: &M) -> Vec<u8> {
     bytes
 }
 
-/// As [`to_bytes`], behind what `bytes` holds: for many messages, without an allocation for each.
+/// Like [`to_bytes`], but appends to `bytes`, so that many messages need no allocation each.
 pub fn append<M: Message>(bytes: &mut Vec<u8>, message: &M) {
     bytes.extend(LITTLE_ENDIAN);
     // Writing to a Vec cannot fail, and generated structs hold nothing that CDR has no form for.
@@ -58,12 +58,12 @@ pub fn append<M: Message>(bytes: &mut Vec<u8>, message: &M) {
     debug_assert!(written.is_ok(), "{} does not fit CDR", M::TYPE_NAME);
 }
 
-/// The message in a payload.
+/// Decodes the message in a payload.
 ///
-/// A length that lies costs no memory: elements are taken one by one and end with the payload.
+/// A false length costs no memory: elements are decoded one by one, until the payload ends.
 ///
 /// # Errors
-/// [`Error`] where the payload does not hold exactly this message.
+/// [`Error`] if the payload is not exactly one message of this type.
 pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, Error> {
     let type_name = M::TYPE_NAME;
     let Some((&[first, second, _, _], body)) = bytes.split_first_chunk::<HEADER>() else {

@@ -1,4 +1,4 @@
-//! The types of this crate as `type_description_interfaces` describes them, with the texts that define them.
+//! The types of this crate as messages of `type_description_interfaces`, with the texts of their definitions.
 
 use std::sync::OnceLock;
 
@@ -13,19 +13,19 @@ use crate::type_description_interfaces::msg::{
 /// Package, kind, name and text of every definition.
 const SOURCES: &[(&str, &str, &str, &str)] = include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// A type, described.
+/// The description of a type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Described {
     /// `RIHS01_...`
     pub hash: String,
-    /// The type and all it refers to.
+    /// The type and all types to which it refers.
     pub description: TypeDescription,
     /// The text of each of these.
     pub sources: Vec<TypeSource>,
 }
 
-/// The message, service or action of that name, or a part of one (`std_srvs/srv/SetBool_Request`); `None` if there is
-/// none here.
+/// Describes the message, service or action of this name, or a part of it (`std_srvs/srv/SetBool_Request`); `None` if
+/// this crate does not contain it.
 #[must_use]
 pub fn describe(type_name: &str) -> Option<Described> {
     let library = library();
@@ -46,7 +46,7 @@ pub fn describe(type_name: &str) -> Option<Described> {
     })
 }
 
-/// Every definition, read once. That they can be read the build has shown.
+/// Every definition, read once. The build has verified that all can be read.
 fn library() -> &'static Library {
     static LIBRARY: OnceLock<Library> = OnceLock::new();
     LIBRARY.get_or_init(|| {
@@ -80,7 +80,7 @@ fn individual(library: &Library, name: &TypeName) -> Option<IndividualTypeDescri
     })
 }
 
-/// The text of a definition; a part of a service or action has none of its own.
+/// The text of a definition; empty for a part of a service or action.
 fn source(type_name: &str) -> TypeSource {
     let is_it = |(package, kind, name, _): &&(&str, &str, &str, &str)| {
         format!("{package}/{kind}/{name}") == type_name

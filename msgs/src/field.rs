@@ -1,13 +1,13 @@
-//! The fields of a message that is at hand, by their names.
+//! Access to the fields of a decoded message by their names.
 
 /// A field of a message, an element of a list, or a message itself.
 pub trait Field {
-    /// Of a message, the field of that name.
+    /// The field of this name; `None` if this is not a message or has no such field.
     fn field(&self, _name: &str) -> Option<&dyn Field> {
         None
     }
 
-    /// Of a list, the element of that number, from 0.
+    /// The element with this number, from 0; `None` if this is not a list or is shorter.
     fn element(&self, _number: usize) -> Option<&dyn Field> {
         None
     }
@@ -17,10 +17,10 @@ pub trait Field {
         None
     }
 
-    /// Appends a number, or every number of a list; truth values as 0 and 1.
+    /// Appends the number, or every number of a list; false and true become 0 and 1.
     fn append_to(&self, _numbers: &mut Vec<f64>) {}
 
-    /// Appends the numbers of a list of such fields.
+    /// Appends the numbers of a list of fields of this type.
     fn append_all(list: &[Self], numbers: &mut Vec<f64>)
     where
         Self: Sized,
@@ -71,7 +71,7 @@ impl Field for String {
     }
 }
 
-/// Of JSON: its numbers, texts, lists and objects.
+/// JSON numbers, strings, arrays and objects.
 impl Field for serde_json::Value {
     fn field(&self, name: &str) -> Option<&dyn Field> {
         self.as_object()?.get(name).map(|it| it as &dyn Field)

@@ -1,8 +1,8 @@
-//! The search for numbers that are not finite; such numbers pass no node's edge.
+//! The search for numbers that are not finite; no node accepts or publishes such numbers.
 
-/// Something that may hold floating-point numbers.
+/// A value that may contain floating-point numbers.
 pub(crate) trait Finite {
-    /// The path of the first number that is NaN or infinite, empty for the value itself.
+    /// The path of the first number that is NaN or infinite; empty if the value itself is this number.
     fn first_non_finite_path(&self) -> Option<String>;
 }
 
@@ -40,7 +40,7 @@ impl<T: Finite, const N: usize> Finite for [T; N] {
     }
 }
 
-/// The path of the first such number within `value`, as seen from the message that holds it as `name`.
+/// The path of the first such number in `value`, relative to the message whose field `name` it is.
 pub(crate) fn field<T: Finite>(name: &str, value: &T) -> Option<String> {
     Some(join(name, &value.first_non_finite_path()?))
 }

@@ -1,13 +1,13 @@
 #![doc = include_str!("../README.md")]
 //!
-//! Everything below a package's name is generated at build time from the definition files of this
+//! The build generates every module with a package's name from the definition files of this
 //! folder: `msg/`, `srv/` and `action/` are the package `planesman_msgs`, which colcon builds from the same
 //! files; `standard/` holds the standard packages as of ROS 2 Jazzy. `package/kind/Name` is found at
 //! `planesman_msgs::package::kind::Name`.
 //!
 //! Each message is a plain struct with the ROS field names, and implements [`Message`]: its names on DDS,
-//! its schema text, its type hash, and the check that all its numbers are finite; and [`Field`]: its fields by their names. Bounds of sequences and
-//! strings (`T[<=1]`) are not kept in the Rust types: whoever fills such a field minds its bound.
+//! its schema text, its type hash, and the check that all its numbers are finite. It also implements [`Field`]: its fields by their names. The Rust
+//! types ignore the bounds of sequences and strings (`T[<=1]`): code that fills such a field must observe its bound.
 
 use std::fmt::Debug;
 
@@ -33,7 +33,7 @@ pub trait Message:
     const TYPE_NAME: &'static str;
     /// The name DDS endpoints announce, `planesman_msgs::msg::dds_::VehicleState_`.
     const DDS_TYPE_NAME: &'static str;
-    /// The `ros2msg` schema text: the definition and those it refers to.
+    /// The `ros2msg` schema text: the definition, and the definitions to which it refers.
     const DEFINITION: &'static str;
     /// The type hash, `RIHS01_` and 64 hexadecimal digits (REP-2011).
     const TYPE_HASH: &'static str;
@@ -44,9 +44,9 @@ pub trait Message:
 
 /// A ROS service.
 pub trait Service: Send + 'static {
-    /// The request of the client.
+    /// The client's request.
     type Request: Message;
-    /// The response of the server.
+    /// The server's response.
     type Response: Message;
     /// The ROS name, `std_srvs/srv/SetBool`.
     const TYPE_NAME: &'static str;
@@ -64,13 +64,13 @@ pub trait Action: Send + 'static {
     type Goal: Message;
     /// The result.
     type Result: Message;
-    /// How it goes.
+    /// The progress of a goal.
     type Feedback: Message;
-    /// The service that takes goals.
+    /// The service `send_goal`, which accepts or rejects goals.
     type SendGoal: Service;
-    /// The service that gives results.
+    /// The service `get_result`, which returns results.
     type GetResult: Service;
-    /// The message that carries feedback and names its goal.
+    /// The message with the feedback and the identity of its goal.
     type FeedbackMessage: Message;
     /// The ROS name, `planesman_msgs/action/Manoeuvre`.
     const TYPE_NAME: &'static str;

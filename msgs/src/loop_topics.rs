@@ -1,7 +1,7 @@
 //! The loop's topics: message types and QoS.
 //!
-//! This is the table of ARCHITECTURE.md's picture. The nodes open their publishers by it, the recorder subscribes by it, and
-//! a bag has its QoS, so that `ros2 bag play` offers the same. Names are relative to the vehicle's namespace unless they begin
+//! This is the table behind the picture in ARCHITECTURE.md. The nodes create their publishers and the recorder its subscriptions from this table;
+//! a bag stores its QoS, so that `ros2 bag play` offers the same. Names are relative to the vehicle's namespace unless they begin
 //! with a slash.
 
 use crate::{
@@ -21,25 +21,25 @@ use crate::{
     tf2_msgs::msg::TFMessage,
 };
 
-/// How a topic's publishers deliver.
+/// The QoS of a topic's publishers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// Each sample once: sensors, whose next sample is worth more than a lost one.
+    /// Best effort: each sample is sent once. For sensors, where the next sample is worth more than a lost one.
     BestEffort,
-    /// Until it has arrived: states and commands.
+    /// Reliable: each sample is sent until it has arrived. For states and commands.
     Reliable,
-    /// Until it has arrived, and to late joiners too: facts.
+    /// Reliable and transient local: late subscribers receive the last samples too. For facts that seldom change.
     Latched,
 }
 
 /// A topic of the loop.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopTopic {
-    /// Its name, relative to the vehicle's namespace unless it begins with a slash.
+    /// The name, relative to the vehicle's namespace unless it begins with a slash.
     pub name: &'static str,
-    /// Its type.
+    /// The message type.
     pub info: TypeInfo,
-    /// How it is delivered.
+    /// The QoS of its publishers.
     pub delivery: Delivery,
     /// The history depth of its publishers.
     pub depth: u64,
@@ -55,7 +55,7 @@ impl LoopTopic {
         }
     }
 
-    /// The topic where nothing may be lost, as in lockstep: everything is delivered until it has arrived.
+    /// The same topic with reliable publishers, for flights in which no sample may be lost, as in lockstep.
     #[must_use]
     pub fn without_loss(self) -> Self {
         match self.delivery {
@@ -68,7 +68,7 @@ impl LoopTopic {
         }
     }
 
-    /// Whether one node of the loop alone publishes it. What comes of a second one is of another loop.
+    /// Whether only one node of the loop publishes this topic. A second publisher then belongs to another loop.
     #[must_use]
     pub fn is_of_one_node(&self) -> bool {
         let of_many = [
@@ -84,7 +84,7 @@ impl LoopTopic {
     }
 }
 
-/// The sensors of `plant_sim` that are off unless their parameters ask for them: only then are their topics published.
+/// The topics of sensors of `plant_sim` that are published only if a parameter switches the sensor on.
 pub const OPTIONAL_SENSORS: [&str; 6] = [
     "dvl",
     "dvl_water",
@@ -94,7 +94,7 @@ pub const OPTIONAL_SENSORS: [&str; 6] = [
     "usbl",
 ];
 
-/// Every topic of the loop, publisher by publisher.
+/// Every topic of the loop, in order of publisher.
 pub const ALL: &[LoopTopic] = {
     use Delivery::{BestEffort, Latched, Reliable};
     &[
@@ -143,21 +143,21 @@ pub const ALL: &[LoopTopic] = {
     ]
 };
 
-/// The topic of that name, relative as it stands in [`ALL`].
+/// The topic of this name, as written in [`ALL`].
 #[must_use]
 pub fn named(name: &str) -> Option<&'static LoopTopic> {
     ALL.iter().find(|topic| topic.name == name)
 }
 
-/// Something that takes messages by topic.
+/// A receiver of messages with their topics, such as a bag.
 pub trait Sink {
-    /// Why it does not.
+    /// The error of a message that cannot be stored.
     type Error;
 
-    /// Takes one message of `topic`, of the name that it has in [`ALL`].
+    /// Stores one message of `topic`, whose name is that in [`ALL`].
     ///
     /// # Errors
-    /// When it cannot be kept.
+    /// The message cannot be stored.
     fn put<M: Message>(
         &mut self,
         topic: &str,
@@ -166,18 +166,18 @@ pub trait Sink {
     ) -> Result<(), Self::Error>;
 }
 
-/// A name that no topic of the loop has.
+/// The error for an unknown topic name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("topic '{name}' is not of the loop; its topics are {}", ALL.iter().map(|topic| topic.name).collect::<Vec<_>>().join(", "))]
+#[error("unknown topic '{name}'; topics of the loop: {}", ALL.iter().map(|topic| topic.name).collect::<Vec<_>>().join(", "))]
 pub struct UnknownTopic {
-    /// The name given.
+    /// The unknown name.
     pub name: String,
 }
 
-/// The topics of these names, in the order of [`ALL`]; all of them if no name is given.
+/// The topics with these names, in the order of [`ALL`]; all topics if `names` is empty.
 ///
 /// # Errors
-/// The first name that no topic has.
+/// The first unknown name.
 pub fn selected(names: &[String]) -> Result<Vec<LoopTopic>, UnknownTopic> {
     if let Some(unknown) = names.iter().find(|name| named(name).is_none()) {
         return Err(UnknownTopic {

@@ -1,4 +1,4 @@
-//! Every message type of this crate, to be found by name where types are known only at run time.
+//! Every message type of this crate, found by name where types are known only at run time.
 
 use crate::{Message, cdr};
 
@@ -13,12 +13,12 @@ pub struct TypeInfo {
     pub definition: &'static str,
     /// [`Message::TYPE_HASH`].
     pub type_hash: &'static str,
-    /// A payload ([`cdr`]) as JSON with the ROS field names, or why it is none. NaN becomes `null`.
+    /// Converts a payload ([`cdr`]) to JSON with the ROS field names; NaN becomes `null`.
     pub to_json: fn(&[u8]) -> Result<serde_json::Value, JsonError>,
 }
 
 impl TypeInfo {
-    /// The data on a message type.
+    /// The entry of a message type.
     #[must_use]
     pub const fn of<M: Message>() -> Self {
         Self {
@@ -31,13 +31,13 @@ impl TypeInfo {
     }
 }
 
-/// Why a payload is not shown as JSON.
+/// Why a payload cannot be shown as JSON.
 #[derive(Debug, thiserror::Error)]
 pub enum JsonError {
-    /// It is not a message of the type.
+    /// The payload is not a message of the type.
     #[error(transparent)]
     Payload(#[from] cdr::Error),
-    /// JSON cannot hold the message.
+    /// JSON cannot represent the message.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
 }
@@ -47,13 +47,13 @@ fn to_json<M: Message>(payload: &[u8]) -> Result<serde_json::Value, JsonError> {
     Ok(serde_json::to_value(message)?)
 }
 
-/// Every message (`msg`, not the parts of services and actions) of this crate, in order of name.
+/// Every message of this crate in order of name, without the messages of services and actions.
 #[must_use]
 pub fn registry() -> &'static [TypeInfo] {
     crate::REGISTRY
 }
 
-/// The message type of that ROS name (`std_msgs/msg/Float64`).
+/// The message type with this ROS name (`std_msgs/msg/Float64`).
 #[must_use]
 pub fn type_info(type_name: &str) -> Option<&'static TypeInfo> {
     let registry = registry();

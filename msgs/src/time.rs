@@ -4,7 +4,7 @@ use crate::builtin_interfaces::msg::{Duration, Time};
 
 const NANOS_PER_SECOND: i64 = 1_000_000_000;
 
-/// Seconds, rounded down, and the nanoseconds from there; the nearest value where `sec` cannot reach.
+/// Seconds, rounded down, and the remaining nanoseconds; clamped to the range of `sec`.
 fn split(nanos: i64) -> (i32, u32) {
     let sec = nanos.div_euclid(NANOS_PER_SECOND);
     let nanosec = nanos.rem_euclid(NANOS_PER_SECOND);
@@ -21,7 +21,7 @@ fn join(sec: i32, nanosec: u32) -> i64 {
 }
 
 impl Time {
-    /// The time so many nanoseconds after the epoch; held at the ends of the range of `sec`.
+    /// The time `nanos` nanoseconds after the epoch, clamped to the range of `sec`.
     #[must_use]
     pub fn from_nanos(nanos: i64) -> Self {
         let (sec, nanosec) = split(nanos);
@@ -36,7 +36,7 @@ impl Time {
 }
 
 impl Duration {
-    /// The duration of so many nanoseconds; held at the ends of the range of `sec`.
+    /// The duration of `nanos` nanoseconds, clamped to the range of `sec`.
     #[must_use]
     pub fn from_nanos(nanos: i64) -> Self {
         let (sec, nanosec) = split(nanos);

@@ -2,13 +2,13 @@
 identified from any bag.
 
 - data: `read_bag`, `list_fields`, `Samples`
-- simulation: `simulate`, `Flight`, `Loop` (tick by tick, by a law of your own), `STATES`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
+- simulation: `simulate`, `Flight`, `Loop` (tick by tick, with your own control law), `STATES`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
 - identification: `fit`, `fit_several`, `fit_equations`, `Model`, `Uncertainty`, `FrequencyResponse`
-- many at a time, on one machine or a cluster: `sweep`, `fit_all`
+- many simulations or fits, on one machine or a cluster: `sweep`, `fit_all`
 - the two historical reports: `reproduce`
 
-SI everywhere; angles in rad, depth positive down, pitch positive bow up, plane angles positive to dive. Whatever is refused
-raises `PlanesmanError`, a `ValueError`, with the sentence that the program `planesman` prints. All work releases the
+SI everywhere; angles in rad, depth positive down, pitch positive bow up, plane angles positive to dive. An invalid argument
+raises `PlanesmanError`, a `ValueError`, with the message that the program `planesman` prints. All work releases the
 interpreter's lock.
 """
 

@@ -1,4 +1,4 @@
-"""Python values as the native half takes them, which has names, defaults, units and checks."""
+"""Converts Python values for the native module, which knows names, defaults, units and checks."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _SPANS = ("window", "prefilter", "validation")
 
 
 def text(value: object) -> str:
-    """A value as the command line writes it. Numbers keep every digit.
+    """A value in its command-line form. Numbers keep all digits.
 
-    Bytes are no text: they raise `TypeError`; nor are lone surrogates, as in the name of a file that is not UTF-8: `PlanesmanError`.
+    Bytes raise `TypeError`. Lone surrogates, as in a file name that is not UTF-8, raise `PlanesmanError`.
     """
     if isinstance(value, (bytes, bytearray, memoryview)):
         raise TypeError(f"text is expected, not {bytes(value)!r}")
@@ -36,7 +36,7 @@ def text(value: object) -> str:
 
 
 def path_text(value: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> str:
-    """A path as `open` takes it, of bytes too. The bytes of a name that are not UTF-8 are surrogates in it, as Python has them."""
+    """A path, of text or bytes, as `open` accepts it. Bytes that are not UTF-8 become surrogates, as usual in Python."""
     return _encoded(os.fsdecode(value), os.fsencode)
 
 
@@ -49,7 +49,7 @@ def _encoded(value: str, encode: Callable[[str], bytes]) -> str:
 
 
 def keywords(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that are given, numbers as numbers, anything else as text."""
+    """The given options: numbers as numbers, everything else as text."""
     found: dict[str, Any] = {}
     for name, value in options.items():
         if value is None or value is False:
@@ -70,17 +70,17 @@ def _is_number(value: object) -> bool:
 
 
 def _spans(name: str, spans: Iterable[Any]) -> Any:
-    """Pairs of edges; as text where an edge is no number."""
+    """Pairs (from, to); as text if one of the two is not a number."""
     for span in spans:
         if not isinstance(span, (tuple, list)) or len(span) != 2:
-            raise TypeError(f"{name}: (from, to) is expected, or a list of such; None is an open end")
+            raise TypeError(f"{name}: (from, to) is expected, or a list of such pairs; None means an open end")
         if not all(edge is None or _is_number(edge) for edge in span):
             return "..".join("" if edge is None else text(edge) for edge in span)
     return [tuple(span) for span in spans]
 
 
 def check_names(function: str, given: Iterable[str], known: Iterable[str]) -> None:
-    """Refuse a keyword that the function does not have, in Python's words."""
+    """Refuse an unknown keyword with Python's message."""
     names = list(known)
     for name in given:
         if name not in names:

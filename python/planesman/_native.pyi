@@ -12,7 +12,7 @@ _Told = Callable[[int], None] | None
 _Polynomials = tuple[list[float], list[float]]
 
 class PlanesmanError(ValueError):
-    """What was refused, where it came from, and what would be accepted."""
+    """What was refused, where it was found, and what is allowed."""
 
 class Environments:
     def __new__(cls, options: str, count: int, seed: int) -> Environments: ...

@@ -1,7 +1,7 @@
-"""A dataset of Parquet files, a part each: written whole or not at all, here or by the workers of a Dask cluster.
+"""A dataset of Parquet files, one per part: each is written completely or not at all, here or by the workers of a Dask cluster.
 
-A part is a function of its number alone. A worker that dies loses its part, which another computes again; a part that is there, whole, is
-not computed again; and two that compute the same part write the same rows under one name. So nothing is lost and nothing is twice.
+A part depends only on its number. If a worker dies, another one computes its part again; a complete part is
+not computed again; two workers that compute the same part write the same rows under one name. So nothing is lost or duplicated.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ Work = Callable[..., "pyarrow.Table"]
 
 
 def default_parts(items: int, of_one: int) -> int:
-    """Parts of at most so many items each, and some for every worker of a small job. It depends on nothing but the job: a folder
-    that another cluster goes on with has the same parts."""
+    """Number of parts: each has a limited number of items, and a small job has some for every worker. It depends only on the job: a folder
+    continued by another cluster has the same parts."""
     return max(1, min(items, max(64, -(-items // of_one))))
 
 
 def path_of(folder: Path, part: int, of: int) -> Path:
-    """The file of a part."""
+    """File name of a part."""
     width = max(4, len(str(of)))
     return folder / f"part-{part:0{width}}-of-{of:0{width}}.parquet"
 
 
 def is_there(path: Path, rows: int) -> bool:
-    """Whether the file is a Parquet file of so many rows: its footer, which is written last, says so."""
+    """Whether the file is a complete Parquet file with so many rows, according to its footer, which is written last."""
     import pyarrow
     import pyarrow.parquet
 
@@ -52,7 +52,7 @@ def is_there(path: Path, rows: int) -> bool:
 
 
 def put(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    """Write a file under a name of its own and put it in its place, on the disk before it has its name there."""
+    """Write a file under a temporary name, flush it to the disk, and rename it."""
     # Names that begin so are no part for a reader; on any machine no other writes this one.
     draft = path.with_name(f".{uuid.uuid4().hex}.draft")
     try:
@@ -86,7 +86,7 @@ def fill(
     progress: Progress | None = None,
     rows: Callable[[int, int], int] = lambda part, of: 1,
 ) -> Path:
-    """Compute the parts that the folder lacks. `rows` says how many a part has, for the progress."""
+    """Compute the missing parts of the folder. `rows`: number of rows of a part, for the progress."""
     if not isinstance(parts, int) or parts < 1:
         raise PlanesmanError(f"parts: {parts} refused: a whole number of 1 or more is expected")
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,14 +106,14 @@ def fill(
 
 
 def write(folder: Path, part: int, of: int, work: Work, rows: int) -> None:
-    """Compute a part of so many rows, unless it is there, and put it in its place."""
+    """Compute a part with so many rows, unless it exists, and write its file."""
     import pyarrow.parquet
 
     path = path_of(folder, part, of)
     if is_there(path, rows):
         return
     if not folder.is_dir():
-        raise PlanesmanError(f"'{folder}' is not on {socket.gethostname()}: name a folder that all machines of the cluster share")
+        raise PlanesmanError(f"'{folder}' does not exist on {socket.gethostname()}: name a folder shared by all machines of the cluster")
     table = work(part, of)
     put(path, functools.partial(pyarrow.parquet.write_table, table))
 
@@ -134,12 +134,12 @@ def _on_cluster(folder: Path, parts: int, lacking: dict[int, int], work: Work, c
 
 
 def absolute(folder: str | os.PathLike[str]) -> Path:
-    """The folder as workers in other working directories find it."""
+    """Absolute path of the folder, for workers with other working directories."""
     return Path(os.path.abspath(path_text(folder)))
 
 
 def numbers(values: Any) -> Any:
-    """An array of numbers as a column in which NaN is null."""
+    """An array of numbers as a column, with null for NaN."""
     import pyarrow
 
     return pyarrow.array(values, from_pandas=True)

@@ -1,4 +1,4 @@
-"""How far long work has come: on the terminal, or in a notebook; nothing elsewhere, and nothing of what is over in a second."""
+"""Progress of long work, on the terminal or in a notebook; nothing elsewhere, and nothing for work shorter than a second."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _WIDTH = 30
 
 
 class Progress:
-    """A bar of `what`, with the time left where `total` is known. It is called with the number of steps done, and gone in the end.
+    """A progress bar for `what`, with the remaining time if `total` is known. Call it with the number of steps done; it disappears at the end.
 
-    `wanted` None shows it on a terminal and in a notebook; True elsewhere too, as lines on stderr; False nowhere.
+    `wanted`: None shows the bar on a terminal and in a notebook, True also elsewhere as lines on stderr, False nowhere.
     """
 
     def __init__(self, what: str, total: int | None = None, wanted: bool | None = None) -> None:
@@ -42,7 +42,7 @@ class Progress:
             self._draw()
 
     def settle(self) -> None:
-        """What was done so far is behind: further calls count from here."""
+        """Count further calls from the steps done so far."""
         self._base = self._done
 
     def __enter__(self) -> Progress:
@@ -81,7 +81,7 @@ class Progress:
 
 
 class _Html:
-    """A piece of a page."""
+    """A piece of HTML."""
 
     def __init__(self, text: str) -> None:
         self._text = text

@@ -1,4 +1,4 @@
-"""Tables that a notebook shows as such. To everything else they are the list, or the dict, that they hold."""
+"""Lists and dicts that a notebook displays as tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HEAD, _TAIL = 8, 3
 
 
 class Table(list[dict[str, Any]]):
-    """Rows, each a dict of the same keys. `frame()` is a data frame."""
+    """Rows, each a dict with the same keys. `frame()` returns a data frame."""
 
     def frame(self) -> pandas.DataFrame:
         """As a pandas DataFrame."""
@@ -30,7 +30,7 @@ class Table(list[dict[str, Any]]):
 
 
 class Columns(dict[str, Any]):
-    """Columns by name, all of one length: arrays of numbers and lists of words. `frame()` is a data frame."""
+    """Columns by name, of equal length: arrays of numbers and lists of words. `frame()` returns a data frame."""
 
     def frame(self) -> pandas.DataFrame:
         """As a pandas DataFrame."""
@@ -43,7 +43,7 @@ class Columns(dict[str, Any]):
 
 
 def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]], note: str = "", *, whole: bool = False) -> str:
-    """A table as HTML; of a long one the first and the last rows, unless it is to be shown whole."""
+    """A table as HTML; of a long one only the first and the last rows, unless `whole` is set."""
     shown: list[Sequence[Any] | None] = list(rows)
     if not whole and len(rows) > _HEAD + _TAIL + 1:
         shown = [*rows[:_HEAD], None, *rows[-_TAIL:]]
@@ -59,7 +59,7 @@ def _row(kind: str, cells: Iterable[str]) -> str:
 
 
 def text(value: Any) -> str:
-    """A value as a table shows it: six digits of a number."""
+    """Text of a value; numbers with six significant digits."""
     if value is None:
         return ""
     if isinstance(value, (float, np.floating)):

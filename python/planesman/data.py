@@ -24,7 +24,7 @@ Path = str | PathLike[str]
 
 @dataclass(frozen=True)
 class Samples:
-    """The samples of one signal, in the order of the data.
+    """Samples of one signal, in the order of the data.
 
     `len(samples)` is n. `numpy.asarray(samples)` is `value`.
     """
@@ -32,9 +32,9 @@ class Samples:
     stamp: NDArray[np.int64]
     """Time of each sample, ns on the data's own clock; shape (n,)."""
     value: NDArray[np.float64]
-    """The numbers, in the unit of the field; NaN where a message has none; shape (n,)."""
+    """Values in the unit of the field; NaN if a message has no value; shape (n,)."""
     origin: int
-    """The first stamp of all signals that were read together, ns."""
+    """First stamp of all signals that were read together, ns."""
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -66,20 +66,20 @@ def read_bag(
     sample_time: float | str | None = None,
     most_unpacked: int | None = None,
 ) -> dict[str, Samples]:
-    """Read signals of a bag, table or log: every sample with its stamp, on no grid.
+    """Read signals of a bag, table or log: every sample with its own stamp, without resampling.
 
-    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a table, or a log, whose endings
-    docs/sysid.md lists. Nothing of ROS needs to be installed.
+    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a table, or a log, whose file extensions
+    docs/sysid.md lists. ROS need not be installed.
 
     `fields` are named as `list_fields` lists them: `"imu:angular_velocity.y"`, `"joint_states:position[shoulder]"`,
-    `"odom:pose.pose.orientation.pitch"`, or a column of a table. Of a field that is a list the first number is taken, unless one is
+    `"odom:pose.pose.orientation.pitch"`, or a column of a table. For a list field the first number is read, unless one is
     named.
 
-    `stamp` chooses the clock of a bag: of the messages' headers, the default if all have one, or of the recorder (log). `time`,
-    `time_unit` and `sample_time` (s) say how the time of a table is read. Each file of a bag is read up to `most_unpacked` MB
+    `stamp` chooses the clock of a bag: that of the message headers (the default if all have one), or of the recorder (log). `time`,
+    `time_unit` and `sample_time` (s) describe the time of a table. Each file of a bag is read up to `most_unpacked` MB
     once unpacked: a small file can unpack to thousands of times its size.
 
-    What could not be read does not end the rest; a warning says what it was.
+    Unreadable messages are skipped; a warning reports them.
 
     >>> bag = read_bag("bag", ["state:depth", "plane_motion:dive_planes"])
     >>> bag["state:depth"].time, bag["state:depth"].value
@@ -95,10 +95,10 @@ def read_bag(
 
 
 def list_fields(data: Path | Sequence[Path], *, topic: str | None = None, most_unpacked: int | None = None) -> Table:
-    """List every numeric field of a bag, table or log, a row each.
+    """List every numeric field of a bag, table or log, one row per field.
 
     A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
-    `topic` keeps the topics whose name contains it; `most_unpacked` is as in `read_bag`. `list_fields(bag).frame()` is a data frame.
+    `topic` keeps only topics whose name contains this text; `most_unpacked` is as in `read_bag`. `list_fields(bag).frame()` is a data frame.
     """
     options = keywords({"most_unpacked": most_unpacked})
     survey = json.loads(_native.fields(paths(data), None if topic is None else text(topic), options))

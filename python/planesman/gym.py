@@ -1,12 +1,12 @@
-"""Environments of Gymnasium: vehicles of six degrees of freedom that keep a depth or heading, dock, or hold a station in a current.
+"""Gymnasium environments: vehicles with six degrees of freedom that keep a depth or heading, dock, or keep their position in a current.
 
-`AuvEnv` is one, `AuvVectorEnv` any number, stepped together in native code on all cores. Both are registered:
+`AuvEnv` is a single environment; `AuvVectorEnv` contains any number, stepped together in native code on all cores. Both are registered:
 
 >>> import gymnasium, planesman.gym
 >>> env = gymnasium.make("planesman/Depth-v0", vehicle="lauv")
 >>> envs = gymnasium.make_vec("planesman/Station-v0", num_envs=4096, vehicle="bluerov2_heavy", randomise={"quadratic_damping": 0.2})
 
-It needs the extra `gym`: `pip install 'planesman[gym]'`. Tasks, rewards and options are in docs/gym.md of the repository.
+This module needs the extra `gym`: `pip install 'planesman[gym]'`. Tasks, rewards and options are in docs/gym.md of the repository.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from gymnasium.vector.utils import batch_space
 
 Task = Literal["depth", "heading", "docking", "station"]
 Span = float | tuple[float, float]
-"""A size, to both sides; or least and most."""
+"""A half-width about the centre, or (minimum, maximum)."""
 
 _Numbers = NDArray[np.float32]
 
@@ -41,7 +41,7 @@ _RUNNING, _SUCCEEDED, _FAILED, _TIME_UP = range(4)
 
 
 class Quantity(NamedTuple):
-    """A number of an observation: what is beyond `bound` is told as that; a sensor has noise and a bias of the standard deviation `deviation` each."""
+    """A number of an observation, clipped at `bound`; a sensor has noise and a bias, each with the standard deviation `deviation`."""
 
     name: str
     unit: str
@@ -60,12 +60,12 @@ def _number(entry: str, value: Any) -> float:
 
 
 def _span(entry: str, value: Any, low: float, about: float = 0.0) -> list[float]:
-    """A span as least and most: a size about a number, from `low` times the size."""
+    """A span as [minimum, maximum]; a single number gives the range from `low` times it to it, about `about`."""
     if not isinstance(value, Sequence) or isinstance(value, str):
         size = _number(entry, value)
         return [about + low * size, about + size]
     if len(value) != 2:
-        raise _native.PlanesmanError(f"{entry}: {value!r} refused: least and most are expected")
+        raise _native.PlanesmanError(f"{entry}: {value!r} refused: (minimum, maximum) is expected")
     return [_number(entry, edge) for edge in value]
 
 
@@ -74,7 +74,7 @@ def _spans(entry: str, spans: Mapping[str, Any] | None, about: float = 0.0) -> l
 
 
 class _Environments:
-    """What both kinds of environments are made of."""
+    """Common parts of both kinds of environments."""
 
     def __init__(
         self,
@@ -140,16 +140,16 @@ class _Environments:
 class AuvEnv(gymnasium.Env[_Numbers, _Numbers]):
     """A vehicle with a task.
 
-    `vehicle` is built in (`lauv`, `remus_100_6dof`, `bluerov2_heavy`) or a file; for a file `actions`, and for one that cruises `speed`, are given. Actions are in -1 to 1.
+    `vehicle` is built-in (`lauv`, `remus_100_6dof`, `bluerov2_heavy`) or a file; a file needs `actions`, and a cruising vehicle also `speed`. Actions are from -1 to 1.
 
-    - `observe`: the truth (`"state"`), or `"sensors"` with noise and bias. `quantities` has names, units, bounds and deviations.
-    - `actions`: what is moved, an input of the vehicle or, where thrusters alone drive it, surge, sway, heave, roll, pitch, yaw, each with its value at full action (SI), or at -1 and 1.
-    - `held`: values of other inputs.
-    - `randomise`: names of the vehicle's numbers or groups (`mass`, `linear_damping`, `N_uu_rudder`), each with least and most factor, or how far from 1; drawn for each episode.
-    - `current`: least and most speed, or the most, m/s; its direction is drawn. `speed`: through the water as an episode begins, m/s.
-    - `step`: time between actions, s, of `substeps` steps of the Runge-Kutta method. `duration`: of an episode, s.
+    - `observe`: the true state (`"state"`), or `"sensors"` with noise and bias. `quantities` has names, units, bounds and deviations.
+    - `actions`: inputs of the vehicle, or, if it has only thrusters, surge, sway, heave, roll, pitch, yaw; each with its value at full action (SI), or at -1 and 1.
+    - `held`: constant values of other inputs.
+    - `randomise`: names of the vehicle's numbers or groups (`mass`, `linear_damping`, `N_uu_rudder`), each with (minimum, maximum) factor, or the largest deviation from 1; drawn for each episode.
+    - `current`: (minimum, maximum) speed, or the maximum, m/s; its direction is drawn. `speed`: initial speed through the water, m/s.
+    - `step`: time between actions, s, divided into `substeps` Runge-Kutta steps. `duration`: duration of an episode, s.
 
-    `info["success"]` says at the end whether the goal was reached. An episode is a function of the options, the seed and the actions, to the last bit.
+    `info["success"]` tells at the end whether the goal was reached. An episode is reproducible bit for bit from the options, the seed and the actions.
     """
 
     metadata = {"render_modes": []}
@@ -173,21 +173,21 @@ class AuvEnv(gymnasium.Env[_Numbers, _Numbers]):
         self.quantities = self._all.quantities
         """Name, unit, bound and deviation of each number of an observation."""
         self.moved = self._all.moved
-        """What each action moves, with the value at -1 and at 1."""
+        """The input that each action moves, with its values at -1 and 1."""
         self.observation_space = self._all.observation_space
         self.action_space = self._all.action_space
         self.render_mode = None
         self._is_over = True
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[_Numbers, dict[str, Any]]:
-        """Begin an episode; without a seed, with one that the generator of the environment draws."""
+        """Begin an episode; without a seed, the environment's generator draws one."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**63)) if seed is None else seed
         self._is_over = False
         return self._all.reset([drawn])[0], {}
 
     def step(self, action: _Numbers) -> tuple[_Numbers, float, bool, bool, dict[str, Any]]:
-        """Act for a step: observation, reward, whether the goal is reached or lost, whether the time is up, and `success`."""
+        """Apply an action for one step; return observation, reward, terminated (goal reached or lost), truncated (time up), and `success`."""
         if self._is_over:
             raise gymnasium.error.ResetNeeded("the episode is over: reset() begins the next")
         seen, rewards, outcomes = self._all.step(np.asarray(action)[np.newaxis])
@@ -209,9 +209,9 @@ class AuvEnv(gymnasium.Env[_Numbers, _Numbers]):
 
 
 class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
-    """So many of `AuvEnv`, each with an episode and, with `randomise`, a vehicle of its own. Options are those of `AuvEnv`.
+    """Several `AuvEnv`, each with its own episode and, with `randomise`, its own vehicle. Options are those of `AuvEnv`.
 
-    Environment `k` with the seed `s` is `AuvEnv` with the seed `s + k`, bit for bit. Where an episode was over, the next step begins the next one
+    Environment `k` with the seed `s` equals `AuvEnv` with the seed `s + k`, bit for bit. After the end of an episode the next step begins a new one
     (`AutoresetMode.NEXT_STEP`).
     """
 
@@ -238,7 +238,7 @@ class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
         self.quantities = self._all.quantities
         """Name, unit, bound and deviation of each number of an observation."""
         self.moved = self._all.moved
-        """What each action moves, with the value at -1 and at 1."""
+        """The input that each action moves, with its values at -1 and 1."""
         self.single_observation_space = self._all.observation_space
         self.single_action_space = self._all.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -247,7 +247,7 @@ class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[_Numbers, dict[str, Any]]:
-        """Begin an episode in each: with the seeds, or from a seed on. Observations have the shape (num_envs, numbers)."""
+        """Begin an episode in each environment, with these seeds or with consecutive ones from a seed. Observations have the shape (num_envs, numbers)."""
         each: list[int | None] = list(seed) if isinstance(seed, Sequence) else [None] * self.num_envs
         if isinstance(seed, int):
             super().reset(seed=seed)
@@ -257,7 +257,7 @@ class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
     def step(
         self, actions: _Numbers
     ) -> tuple[_Numbers, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Act for a step in each: observations, rewards, terminated, truncated, and `success` of those that ended (`_success`)."""
+        """Apply actions for one step; return observations, rewards, terminated, truncated, and `success` of those that ended (`_success`)."""
         seen, rewards, outcomes = self._all.step(actions)
         succeeded, truncated = outcomes == _SUCCEEDED, outcomes == _TIME_UP
         terminated = succeeded | (outcomes == _FAILED)
@@ -267,12 +267,12 @@ class AuvVectorEnv(VectorEnv[_Numbers, _Numbers, NDArray[Any]]):
 
     @property
     def states(self) -> NDArray[np.float64]:
-        """A row for each: north, east, down (m), quaternion from the body to that frame, u, v, w (m/s), p, q, r (rad/s)."""
+        """One row per environment: north, east, down (m), quaternion from the body to that frame, u, v, w (m/s), p, q, r (rad/s)."""
         return self._all.states()
 
     @property
     def factors(self) -> dict[str, NDArray[np.float64]]:
-        """The factors of each one's vehicle in this episode."""
+        """The factors of each environment's vehicle in this episode."""
         return self._all.factors()
 
 

@@ -43,11 +43,11 @@ class Uncertainty:
     zeros: NDArray[np.complex128]
     """Of `Model.zeros`."""
     steady_state_gain: float | None
-    """Of `Model.steady_state_gain`, output per input."""
+    """Standard deviation of `Model.steady_state_gain`, output per input."""
     parameters: dict[str, float]
-    """Of `Model.parameters`."""
+    """Standard deviations of `Model.parameters`."""
     bootstrap: dict[str, Any] | None
-    """95 % intervals by a bootstrap, where one was asked for."""
+    """95 % intervals by a bootstrap, if requested."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class FrequencyResponse:
     omega: NDArray[np.float64]
     """Frequencies, rad/s."""
     value: NDArray[np.complex128]
-    """Output per input; NaN where it has no bound."""
+    """Output per input; NaN where it is infinite."""
     magnitude_deviation: NDArray[np.float64]
     """Standard deviation of the magnitude, output per input."""
     phase_deviation: NDArray[np.float64]
@@ -67,18 +67,18 @@ class FrequencyResponse:
 class Model:
     """An identified model: a sampled transfer function with its uncertainty, tests and a verdict.
 
-    Lists of coefficients begin with the highest power; `den` begins with 1, and a delay is zeros in front of `num`.
+    Lists of coefficients begin with the highest power; `den` begins with 1, and a delay gives leading zeros of `num`.
     """
 
     def __init__(self, report: Mapping[str, Any], record: Mapping[str, NDArray[np.float64]] | None = None) -> None:
         self.report: dict[str, Any] = dict(report)
-        """Everything, as `planesman sysid fit --json` prints it; of a model file only `model`."""
+        """The complete output of `planesman sysid fit --json`; for a model file only `model`."""
         self.record: dict[str, NDArray[np.float64]] | None = None if record is None else dict(record)
         """The longest run on the grid: `time` (s), `input`, `measured`, `simulated`; None for a model from a file."""
 
     @classmethod
     def load(cls, path: Path) -> Model:
-        """Read a model file, `*.json` or `*.yaml`, of `save` or `planesman sysid fit --model`."""
+        """Read a model file, `*.json` or `*.yaml`, written by `save` or `planesman sysid fit --model`."""
         return cls({"model": json.loads(_native.read_model(path_text(path)))})
 
     def save(self, path: Path) -> None:
@@ -92,12 +92,12 @@ class Model:
 
     @property
     def input(self) -> str:
-        """The input signal."""
+        """Name of the input signal."""
         return str(self._model["input"])
 
     @property
     def output(self) -> str:
-        """The output signal."""
+        """Name of the output signal."""
         return str(self._model["output"])
 
     @property
@@ -107,7 +107,7 @@ class Model:
 
     @property
     def sample_time(self) -> float:
-        """The sampling interval, s."""
+        """Sampling interval, s."""
         return float(self._model["sample_time"])
 
     @property
@@ -122,7 +122,7 @@ class Model:
 
     @property
     def order(self) -> int:
-        """The number of poles."""
+        """Number of poles."""
         return len(self._model["den"]) - 1
 
     @property
@@ -132,7 +132,7 @@ class Model:
 
     @property
     def continuous_poles(self) -> NDArray[np.complex128]:
-        """Poles in s, 1/s; a pole at z = 0 has none."""
+        """Poles in s, 1/s, without poles at z = 0."""
         return _complex(self._model["continuous_poles"])
 
     @property
@@ -154,34 +154,34 @@ class Model:
 
     @property
     def held_out_fit(self) -> float | None:
-        """Simulated fit on data that was not fitted, %."""
+        """Simulated fit on held-out data, %."""
         fit: float | None = self._model["held_out_fit"]
         return fit
 
     @property
     def parameters(self) -> dict[str, float]:
-        """K, T1 and so on of a process model, b0, a0 and so on of one in s; the vehicle's own, K/J and so on, from a method that seeks them."""
+        """Parameters by name: K, T1, ... of a process model; b0, a0, ... of a model in s; K/J, ... of the vehicle methods."""
         return {found["name"]: found["value"] for found in self.report.get("parameters", [])}
 
     @property
     def curve(self) -> dict[str, Any] | None:
-        """Static curve beside the linear dynamics, which all else here is of: side, kind, parameters with deviations; None of a linear model."""
+        """Static curve at the input or output: side, kind, parameters with deviations; None for a linear model. All other attributes describe the linear part."""
         return self.report.get("curve")
 
     @property
     def verdict(self) -> list[str]:
-        """What fit, residuals and uncertainty say of the model, a sentence each; the last is what to do next."""
+        """Sentences on fit, residuals and uncertainty of the model; the last one is the next step."""
         return list(self._model["verdict"])
 
     @property
     def standing(self) -> str:
-        """The verdict in a word: `good`, `usable`, `usable_with_care`, `not_validated` or `not_usable`; empty for a model that nobody judged."""
+        """The verdict in a word: `good`, `usable`, `usable_with_care`, `not_validated` or `not_usable`; empty for a model without a verdict."""
         judgement = self._model.get("judgement")
         return str(judgement["standing"]) if judgement else ""
 
     @property
     def uncertainty(self) -> Uncertainty:
-        """Standard deviations of everything that is estimated."""
+        """Standard deviations of all estimates."""
         model = self._model
         return Uncertainty(
             covariance=np.array([row or [0.0] * len(model["covariance"]) for row in model["covariance"]]),
@@ -195,12 +195,12 @@ class Model:
 
     @property
     def noise_variance(self) -> float:
-        """Variance of the white noise e behind `noise_model`, output unit squared."""
+        """Variance of the white noise e that drives `noise_model`, output unit squared."""
         return float(self._model["noise_variance"])
 
     def noise_model(self, *, form: Form = "tf") -> Any:
-        """The noise on the output as a transfer function of python-control, from white noise `e` of variance `noise_variance`, sampled;
-        None without one: only armax, box_jenkins and their recursive forms have it."""
+        """The noise model as a discrete transfer function of python-control, from white noise `e` of variance `noise_variance` to the output;
+        None if the method has no noise model: only armax, box_jenkins and their recursive forms have one."""
         shaping, denominator = self._model["noise_model"], self._model["noise_denominator"]
         den = [1.0, *denominator] if denominator else list(self._model["den"])
         if not shaping and not denominator:
@@ -211,25 +211,25 @@ class Model:
         return of_control(num, den, self.sample_time, "e", self.output, form)
 
     def to_control(self, *, continuous: bool = False, form: Form = "tf") -> Any:
-        """As a transfer function of python-control, sampled, or in s; as state space with `form="ss"`. Input and output have their names.
+        """The model as a transfer function of python-control, discrete or in s; as state space with `form="ss"`. Input and output are named.
 
-        The model in s is that of an input held over each sample. One with a delay, or with a pole that has no continuous counterpart,
+        The model in s assumes a zero-order hold at the input. A model with a delay, or with a pole without a continuous counterpart,
         is refused there.
         """
         if not continuous:
             return of_control(self.num, self.den, self.sample_time, self.input, self.output, form)
         found = self._model["continuous"]
         if found is None:
-            raise _native.PlanesmanError("a pole of the model has no continuous counterpart; to_control() gives it sampled")
+            raise _native.PlanesmanError("a pole of the model has no continuous counterpart; to_control() returns the discrete model")
         if found["delay"] != 0.0:
             raise _native.PlanesmanError(
-                f"the model in s has a delay of {found['delay']:g} s, for which a transfer function has no place; to_control() gives "
-                "it sampled, with the delay"
+                f"the model in s has a delay of {found['delay']:g} s, which a transfer function in s cannot represent; "
+                "to_control() returns the discrete model with the delay"
             )
         return of_control(found["num"], found["den"], 0, self.input, self.output, form)
 
     def frequency_response(self, omega: Any = None) -> FrequencyResponse:
-        """The frequency response at `omega`, rad/s; without, at 200 frequencies up to the Nyquist frequency."""
+        """The frequency response at `omega`, rad/s; by default at 200 frequencies up to the Nyquist frequency."""
         if omega is None:
             omega = np.pi / self.sample_time * np.logspace(-3.5, 0.0, 200)
         omega = np.atleast_1d(_real("omega", omega))
@@ -237,8 +237,8 @@ class Model:
         beyond = omega[~(np.abs(omega) <= most * (1.0 + 1e-12))]
         if beyond.size:
             raise _native.PlanesmanError(
-                f"omega: {beyond.flat[0]:g} rad/s refused: a model with a sample every {self.sample_time:g} s says nothing beyond its "
-                f"Nyquist frequency, {most:g} rad/s"
+                f"omega: {beyond.flat[0]:g} rad/s refused: a model with the sampling interval {self.sample_time:g} s is valid only up "
+                f"to its Nyquist frequency, {most:g} rad/s"
             )
         return FrequencyResponse(omega, *_native.response(json.dumps(self._model), omega.tobytes()))
 
@@ -254,7 +254,7 @@ class Model:
         for row, plot in enumerate(rows):
             plot(figure.add_subplot(grid[row, :]))
         if tests:
-            names = {"whiteness": "residual with itself", "input": "residual with the input"}
+            names = {"whiteness": "residual autocorrelation", "input": "cross-correlation of residual and input"}
             for column, (name, title) in enumerate(names.items()):
                 _plot_correlation(figure.add_subplot(grid[len(rows), column]), tests[name], title)
         below = len(rows) + bool(tests)
@@ -348,16 +348,16 @@ def _plot_correlation(axes: Any, found: Mapping[str, Any], title: str) -> None:
 def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **options: Unpack[FitOptions]) -> Model:
     """Identify the model from one signal to another, with uncertainty, tests and a verdict, as `planesman sysid fit` does.
 
-    `data` is what `read_bag` takes, with `input` and `output` fields of it; several bags are several experiments of one model. Or it
-    is in memory: arrays by name, each of shape (n,), as a dict, a pandas DataFrame or a `Flight`, or what `read_bag` returned. Of arrays
-    the time is the one named so (`time`, `t`, s), or the index of a DataFrame, or `sample_time` (s) says the interval. NaN is a
-    sample that is not there. Of what `read_bag` returned a field that is a list has its first number only. Without options, order, delay and method are chosen by cross-validation; `FitOptions` lists all.
+    `data` is a path as for `read_bag`, with fields `input` and `output`; several bags are several experiments of one model. Or the data
+    is in memory: arrays by name, each of shape (n,), as a dict, a pandas DataFrame or a `Flight`, or the result of `read_bag`. For arrays
+    the time is the array `time` or `t` (s), or the index of a DataFrame, or `sample_time` (s) gives the interval. NaN is a
+    missing sample. In a result of `read_bag` a list field has only its first number. By default, order, delay and method are chosen by cross-validation; `FitOptions` lists all options.
 
     >>> model = fit("bag", "plane_motion:dive_planes", "state:pitch_rate", window=(20, 90))
     >>> model = fit({"u": u, "y": y}, "u", "y", sample_time=0.05, order=3)
     >>> print(*model.verdict, sep="\\n"); control.bode(model.to_control())
 
-    `progress` shows how long it has taken: on a terminal and in a notebook without, nowhere with False.
+    `progress` shows the elapsed time: by default on a terminal and in a notebook, with False nowhere.
     """
     check_names("fit", options, _keywords())
     named = {"input": text(input), "output": text(output), **keywords(options)}
@@ -376,17 +376,17 @@ def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **
 def fit_several(
     data: Data, inputs: Sequence[str], outputs: Sequence[str], *, progress: bool | None = None, **options: Unpack[FitOptions]
 ) -> dict[str, Any]:
-    """Identify models from several inputs together to each of several outputs, as `planesman sysid fit -i a -i b -o y -o z` does.
+    """Identify models with several inputs for each of several outputs, as `planesman sysid fit -i a -i b -o y -o z` does.
 
-    `data` and `options` are those of `fit`, but for the options of one input. It returns what `--json` prints: under `model` a
-    transfer function of each input to each output, their intervals and verdicts, and a state space of all of them.
+    `data` and `options` are those of `fit`, except the options for one input. Returns the output of `--json`: under `model` a
+    transfer function from each input to each output, with intervals and verdicts, and a state space model of all of them.
 
     >>> found = fit_several("run.csv", ["u", "u2"], ["y"])
     >>> space = found["model"]["state_space"]; control.ss(space["a"], space["b"], space["c"], space["d"], found["model"]["sample_time"])
     """
     check_names("fit_several", options, ["data", "inputs", "outputs", "progress", *FitOptions.__annotations__])
     if not inputs or not outputs or isinstance(inputs, str) or isinstance(outputs, str):
-        raise _native.PlanesmanError("inputs and outputs are lists of signals, with one at least: inputs=['u', 'v'], outputs=['y']")
+        raise _native.PlanesmanError("inputs and outputs must be lists of at least one signal: inputs=['u', 'v'], outputs=['y']")
     named = {"input": text(inputs[0]), "output": text(outputs[0]), **keywords(options)}
     for name, others in [("other_inputs", inputs[1:]), ("other_outputs", outputs[1:])]:
         if others:
@@ -410,11 +410,11 @@ def fit_equations(
     progress: bool | None = None,
     **options: Unpack[FitOptions],
 ) -> dict[str, Any]:
-    """Fit state equations of one's own to data at its stamps, as `planesman sysid fit --equations FILE` does.
+    """Fit your own state equations to data at its recorded times, as `planesman sysid fit --equations FILE` does.
 
-    `equations` is a file of them, `inputs` and `outputs` name the signals of those whose signal is neither in the file nor called as they are.
-    `data` and `options` are those of `fit`; of the options those of data, windows and validation count. It returns what `--json` prints: under
-    `parameters` name, value and standard deviation of each, under `undetermined` what the data does not determine.
+    `equations` is a file with them. `inputs` and `outputs` map names of the file to signals, unless the file names the signals or the names are equal.
+    `data` and `options` are those of `fit`; only options for data, windows and validation have an effect. Returns the output of `--json`: under
+    `parameters` name, value and standard deviation of each, under `undetermined` the parameters that the data does not determine.
 
     >>> found = fit_equations("run.csv", "motor.yaml", inputs={"u": "volts"})
     >>> {it["name"]: (it["value"], it["deviation"]) for it in found["parameters"]}
@@ -445,7 +445,7 @@ def _keywords() -> list[str]:
 
 
 def _arrays(data: Any, wanted: Sequence[str | None]) -> list[tuple[object, Any]]:
-    """Arrays by name, on one time: those of a mapping, of a data frame with its index, or of samples with stamps of their own."""
+    """Arrays by name, on a common time: from a mapping, from a data frame with its index, or from samples with their own stamps."""
     if isinstance(data, Mapping):
         samples = {name: found for name, found in data.items() if isinstance(found, Samples)}
         return list(data.items()) if not samples else _on_one_time(samples, wanted)
@@ -464,12 +464,12 @@ def _seconds(index: Any) -> float:
 
 
 def _on_one_time(samples: Mapping[str, Samples], wanted: Sequence[str | None]) -> list[tuple[object, Any]]:
-    """Signals with stamps of their own: every stamp once, and NaN where a signal has no sample."""
+    """Signals with their own stamps, merged: every stamp once, and NaN where a signal has no sample."""
     if all(name is None or name in samples for name in wanted):
         samples = {name: samples[name] for name in samples if name in wanted}
     for name, signal in samples.items():
         if len(signal) and (np.maximum.accumulate(signal.stamp) - signal.stamp).max() > 1_000_000_000:
-            raise _native.PlanesmanError(f"'{name}': its time goes back, as of a bag that was started again; fit the bag itself")
+            raise _native.PlanesmanError(f"'{name}': its time goes back, as in a bag with a restart; pass the path of the bag to fit()")
     stamps = np.unique(np.concatenate([signal.stamp for signal in samples.values()]))
     origin = min((signal.origin for signal in samples.values()), default=0)
     columns: list[tuple[object, Any]] = [("time", (stamps - origin) * 1e-9)]
@@ -484,14 +484,14 @@ def _real(name: object, values: Any) -> NDArray[np.float64]:
     try:
         numbers = np.asarray(values)
         if np.iscomplexobj(numbers):
-            raise TypeError("it is complex; give its real and its imaginary part each by itself")
+            raise TypeError("it is complex; pass its real and its imaginary part as separate arrays")
         return np.asarray(numbers, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise _native.PlanesmanError(f"'{name}' is no array of numbers: {error}") from None
+        raise _native.PlanesmanError(f"'{name}' is not an array of numbers: {error}") from None
 
 
 def _column(name: object, values: Any) -> bytes:
     numbers = _real(name, values)
     if numbers.ndim != 1:
-        raise _native.PlanesmanError(f"'{name}' has the shape {numbers.shape}: one number a sample is expected, shape (n,)")
+        raise _native.PlanesmanError(f"'{name}' has the shape {numbers.shape}: one number per sample is expected, shape (n,)")
     return numbers.tobytes()

@@ -1,4 +1,4 @@
-"""Many flights and many fits, on one machine or on the workers of a Dask cluster."""
+"""Many simulations and many fits, on one machine or on the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -73,19 +73,19 @@ def sweep(
     progress: bool | None = None,
     **parameters: Any,
 ) -> Columns | Path:
-    """Fly a scenario many times, with other parameters and seeds, as `planesman sweep` does.
+    """Fly a scenario many times with different parameters and seeds, as `planesman sweep` does.
 
     `vary` gives the values of each parameter: a list or array, or text as on the command line: `"0.4:1.6:0.1"` from, to and step,
-    `"1ft/s,2ft/s"`, or `"0.4..1.6"` to draw `samples` from, a Latin hypercube over all that are given so. Every combination is flown
-    with `seeds` seeds, from the scenario's on. `parameters` hold for all flights, as in `simulate`.
+    `"1ft/s,2ft/s"`, or `"0.4..1.6"` to draw `samples` from: a Latin hypercube over all parameters given in this way. Every combination is flown
+    with `seeds` seeds, beginning with the scenario's. `parameters` apply to all flights, as in `simulate`.
 
-    Without `out` all cores fly, and the result is a dict of columns, a row a case: arrays of numbers (NaN for none) and lists of words;
-    `pandas.DataFrame` takes it, and `frame()` makes one. With `out` the result is the folder `out/cases`, a Parquet dataset of `parts` files with the same rows,
-    which DuckDB, Polars, pandas and Spark read as one table; the same call again flies what is lacking. A `client` of
+    Without `out` all cores are used, and the result is a dict of columns with a row per case: arrays of numbers (NaN for none) and lists of words;
+    `frame()` returns a data frame. With `out` the result is the folder `out/cases`, a Parquet dataset of `parts` files with the same rows,
+    which DuckDB, Polars, pandas and Spark read as one table; the same call again flies the missing cases. A `client` of
     `dask.distributed` spreads the parts over its workers, which must see `out` and the files that the scenario names.
 
-    `progress` shows a bar: on a terminal and in a notebook without, nowhere with False. Ctrl-C ends the sweep at once; with `out` the parts
-    that are done stay.
+    `progress` shows a bar: by default on a terminal and in a notebook, with False nowhere. Ctrl-C ends the sweep at once; with `out` the parts
+    that are done are kept.
 
     >>> cases = sweep("dive", {"depth_controller.depth.p": [0.4, 0.8, 1.2], "plant_sim.speed": "1ft/s,2ft/s"}, seeds=10)
     >>> sweep("dive", {"depth_controller.depth.p": "0.4..1.6"}, samples=100_000, out="/shared/gains", client=Client(cluster))
@@ -120,13 +120,13 @@ def _values(values: Any) -> str:
 
 @functools.lru_cache(maxsize=1)
 def _sweep(scenario: str, vary: tuple[str, ...], samples: int | None, seeds: int) -> _native.Sweep:
-    """One for all parts that a process flies."""
+    """The sweep, shared by all parts that a process flies."""
     return _native.Sweep(scenario, list(vary), samples, seeds)
 
 
 @dataclass(frozen=True)
 class _Cases:
-    """The cases of a sweep, as a worker gets them."""
+    """The cases of a sweep, in the form sent to a worker."""
 
     scenario: str
     vary: tuple[str, ...]
@@ -159,15 +159,15 @@ def fit_all(
     progress: bool | None = None,
     **options: Unpack[FitOptions],
 ) -> Path:
-    """Fit a model to each of many bags, as `fit` does, into a Parquet dataset with a row a bag.
+    """Fit a model to each of many bags, as `fit` does, into a Parquet dataset with one row per bag.
 
-    `data` is a folder, below which every bag, table and log that `fit` reads is taken, or a list of paths. The ending counts: a `.txt` that is no
+    `data` is a folder, which is searched for all bags, tables and logs that `fit` reads, or a list of paths. Files are selected by extension: a `.txt` that is not a
     table has a row with an `error`.
 
     Returns the folder `out/models`, of `parts` files, which DuckDB, Polars, pandas and Spark read as one table: `data` (the path),
     `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `steady_state_gain` with `steady_state_gain_deviation`, the lists `pole_re`, `pole_im`
-    and their deviations `pole_re_deviation`, `pole_im_deviation` (1/s), `verdict`, `model` (the model file, JSON), and `error`: why there
-    is no model. The same call again fits what is lacking. `progress` as of `sweep`. A `client` of `dask.distributed` spreads the parts over its workers, which
+    and their deviations `pole_re_deviation`, `pole_im_deviation` (1/s), `verdict`, `model` (the model file, JSON), and `error`: the reason if there
+    is no model. The same call again fits the missing ones. `progress` is as in `sweep`. A `client` of `dask.distributed` spreads the parts over its workers, which
     must see the data and `out`.
 
     >>> fit_all("/shared/bags", "plane_motion:dive_planes", "state:pitch_rate", order=3, out="/shared/fits", client=Client(cluster))
@@ -175,7 +175,7 @@ def fit_all(
     check_names("fit_all", options, ["out", "client", "parts", *_keywords()])
     bags = _bags(data)
     if not bags:
-        raise _native.PlanesmanError(f"'{data}': there is no bag, table or log")
+        raise _native.PlanesmanError(f"'{data}': it contains no bag, table or log")
     folder = _parts.absolute(out)
     parts = _parts.default_parts(len(bags), _FITS) if parts is None else parts
     fits = _Fits(tuple(bags), input, output, tuple(sorted(options.items())))
@@ -184,7 +184,7 @@ def fit_all(
 
 
 def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> list[str]:
-    """Every bag, table and log of a folder; a folder with a metadata.yaml is one."""
+    """All bags, tables and logs in a folder; a folder with a metadata.yaml is a bag."""
     if not isinstance(data, (str, bytes, bytearray, os.PathLike)):
         return [os.path.abspath(path_text(it)) for it in data]
     found = []
@@ -199,7 +199,7 @@ def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> li
 
 
 def _define(folder: Path, fits: _Fits, parts: int) -> None:
-    """Make the folder, with what its models are of. A folder holds one job."""
+    """Create the folder, with a description of its job. A folder contains one job."""
     definition = {
         "input": fits.input,
         "output": fits.output,
@@ -213,12 +213,12 @@ def _define(folder: Path, fits: _Fits, parts: int) -> None:
     if not path.exists():
         _parts.put(path, lambda file: file.write(written.encode()))
     elif path.read_text() != written:
-        raise _native.PlanesmanError(f"'{folder}' holds other fits; name a new folder")
+        raise _native.PlanesmanError(f"'{folder}' contains other fits; name a new folder")
 
 
 @dataclass(frozen=True)
 class _Fits:
-    """The fits of many bags, as a worker gets them."""
+    """The fits of many bags, in the form sent to a worker."""
 
     bags: tuple[str, ...]
     input: str

@@ -1,4 +1,4 @@
-"""The numbers of the two historical reports."""
+"""Recomputed numbers of the two historical reports."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _PROGRAM = "planesman-reports"
 
 
 def reproduce(program: str | PathLike[str] | None = None) -> Table:
-    """Recompute every number of the two reports and of Hopsan's validations, a row each.
+    """Recompute every number of the two reports and of Hopsan's validations, one row per number.
 
-    The numbers are those of the program `planesman-reports` (`cargo build --release --package planesman-reports` in a clone). It is `program`,
-    or what the environment variable `PLANESMAN_REPORTS` names, or the one among this Python's scripts or on `PATH`.
+    The numbers come from the program `planesman-reports` (`cargo build --release --package planesman-reports` in a clone): that of `program`,
+    or of the environment variable `PLANESMAN_REPORTS`, or the one among this Python's scripts or on `PATH`.
 
     A row has `report`, `number`, `family` and `name` in words, `source` (page or table), `unit` (the report's own), `printed`,
-    `recomputed`, `within` (how far off it may be), `verdict`, `note`, and the `erratum` with its `explanation` of a number that is
-    contradicted. Numbers that are not printed, or cannot be recomputed, are None. "read back" is a constant that the models are given.
+    `recomputed`, `within` (allowed difference), `verdict`, `note`, and the `erratum` with its `explanation` of a number that is
+    contradicted. Numbers that are not printed, or cannot be recomputed, are None. "read back" is a printed constant used as an input of the models.
     `reproduce().frame()` is a data frame.
     """
     named = program or os.environ.get("PLANESMAN_REPORTS")
@@ -34,7 +34,7 @@ def reproduce(program: str | PathLike[str] | None = None) -> Table:
     if found is None:
         wanted = f"the reports' program '{os.fspath(named)}'" if named else f"the reports' program, {_PROGRAM},"
         raise PlanesmanError(
-            f"{wanted} is not there; build it: cargo build --release --package {_PROGRAM}, and name it with program= or PLANESMAN_REPORTS"
+            f"{wanted} was not found; build it: cargo build --release --package {_PROGRAM}, and name it with program= or PLANESMAN_REPORTS"
         )
     with tempfile.TemporaryDirectory() as folder:
         rows = Path(folder) / "numbers.json"

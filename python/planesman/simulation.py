@@ -1,4 +1,4 @@
-"""Scenarios flown in this process, and a vehicle's transfer functions."""
+"""Simulation of scenarios in this process, and transfer functions of vehicles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def scenario_text(
     function: str,
     known: Sequence[str],
 ) -> str:
-    """The text of a scenario with these changes, checked. `known` are the keywords of the function that asks."""
+    """The checked text of a scenario with these changes. `known`: keywords of the calling function."""
     check_names(function, [name for name, value in parameters.items() if "." not in name and not isinstance(value, Mapping)], known)
     changes = [f"{text(name)}={text(value)}" for name, value in _flat(parameters)]
     if isinstance(scenario, Mapping):
@@ -42,7 +42,7 @@ def scenario_text(
 
 
 def _flat(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """`depth_controller={"depth.p": 1.2}` and `{"depth_controller.depth.p": 1.2}` alike as the latter."""
+    """Converts `depth_controller={"depth.p": 1.2}` to `{"depth_controller.depth.p": 1.2}`."""
     for name, value in parameters.items():
         if isinstance(value, Mapping):
             yield from ((f"{text(name)}.{text(below)}", found) for below, found in _flat(value))
@@ -59,9 +59,9 @@ def _plain(value: Any) -> Any:
 
 
 class Flight(Mapping[str, NDArray[np.float64]]):
-    """A flight as a table: each column a numpy array with a number a tick, shape (ticks,).
+    """A flight as a table: each column is a numpy array with one number per tick, shape (ticks,).
 
-    `flight["depth"]` is a column, `flight.units["depth"]` its unit, `pandas.DataFrame(dict(flight))` or `flight.frame()` a
+    `flight["depth"]` is a column, `flight.units["depth"]` is its unit, `flight.frame()` is a
     data frame, and `fit(flight, "dive_planes", "pitch_rate")` identifies from it.
     """
 
@@ -95,7 +95,7 @@ class Flight(Mapping[str, NDArray[np.float64]]):
         return pandas.DataFrame(self._columns, copy=False).set_index("time")
 
     def plot(self, *columns: str) -> matplotlib.figure.Figure:
-        """Plot columns over time, one below the other; depth, pitch and planes without any."""
+        """Plot columns over time, one below the other; by default depth, pitch and planes."""
         import matplotlib.pyplot as plt
 
         names = columns or ("depth", "pitch", "dive_planes")
@@ -124,18 +124,18 @@ def simulate(
     namespace: str = "/auv",
     **parameters: Any,
 ) -> Flight:
-    """Fly a scenario in this process: vehicle, controller, actuator and identifier, as `planesman sim` does, bit for bit.
+    """Simulate a scenario in this process: vehicle, controller, actuator and identifier, bit for bit as `planesman sim`.
 
     `scenario` is a built-in one (dive, open_loop, way_depths, remus_100), a file, or its contents as a mapping. `duration` and `tick`
-    are in s; `seed` drives everything random. `parameters` are those that `parameters()` lists, by node, or by full name:
+    are in s; `seed` is the seed of all noise. `parameters` are those listed by `parameters()`, by node or by full name:
 
     >>> simulate("dive", depth_controller={"depth.p": 1.2}, plant_sim={"speed": "2ft/s"})
     >>> simulate("dive", **{"depth_controller.depth.p": 1.2})
 
-    A number is in SI; another unit is written with it. With `bag`, a new `.mcap` file, every message of the loop is recorded
+    A number is in SI; other units are written with the number. With `bag`, a new `.mcap` file, every message of the loop is recorded
     there, its topics in `namespace`.
 
-    Returns one array for each column, a number a tick: `time` (s), `depth` (m), `pitch` (rad), `pitch_rate` (rad/s), `dive_planes` (rad)
+    Returns one array per column, with one number per tick: `time` (s), `depth` (m), `pitch` (rad), `pitch_rate` (rad/s), `dive_planes` (rad)
     and more; `Flight.units` has the units.
     """
     known = ["scenario", "duration", "tick", "seed", "bag", "namespace"]
@@ -148,15 +148,15 @@ def simulate(
 
 
 Controller = Callable[[float, NDArray[np.float64]], "float | Sequence[float]"]
-"""A control law: time (s) and state in the order of `STATES`, to the angle of the dive planes (rad, positive to dive), or to that
+"""A control law: a function of time (s) and state (in the order of `STATES`) that returns the angle of the dive planes (rad, positive to dive), or this angle
 with `bow_stern_differential`, `roll_differential`, `rudder` (rad) and `thrust` (share of full thrust)."""
 
 STATES: dict[str, str] = dict(name.removesuffix("]").split(" [") for name in _native.states())
-"""The numbers of a state in their order, with their units."""
+"""Names and units of the numbers of a state, in order."""
 
 
 class Loop:
-    """A scenario flown tick by tick in this process, with a control law of your own in the place of `depth_controller`.
+    """A scenario simulated tick by tick in this process, with your own control law instead of `depth_controller`.
 
     >>> def law(time, state):
     ...     depth, pitch, rate = state[0], state[6], state[7]
@@ -164,8 +164,8 @@ class Loop:
     >>> with Loop("dive", controller=law, bag="own.mcap") as loop:
     ...     depths = [state[0] for state in loop]
 
-    Scenario, changes and `bag` are those of `simulate`; without `controller` the loop is that which `simulate` flies. An exception of the
-    controller ends the step and is passed on.
+    Scenario, changes and `bag` are those of `simulate`; without `controller` the loop is the same as in `simulate`. An exception in the
+    control law ends the step and is raised there.
     """
 
     def __init__(
@@ -210,7 +210,7 @@ class Loop:
             yield self.step()
 
     def close(self) -> None:
-        """Put the bag in its place."""
+        """Close the bag and move it to its final path."""
         self._loop.close()
 
     def __enter__(self) -> Loop:
@@ -229,11 +229,11 @@ class TransferFunction:
     den: NDArray[np.float64]
     """Denominator in s."""
     sampled_num: NDArray[np.float64]
-    """Numerator in z, for an input that is held over each sample."""
+    """Numerator in z, with a zero-order hold."""
     sampled_den: NDArray[np.float64]
     """Denominator in z."""
     sample_time: float
-    """The interval of the samples, s."""
+    """Sampling interval, s."""
     about: list[str]
     """Vehicle, signals, units, speed and operating point."""
     input: str
@@ -242,7 +242,7 @@ class TransferFunction:
     """The output signal."""
 
     def to_control(self, *, sampled: bool = False, form: Form = "tf") -> Any:
-        """As a transfer function of python-control, in s, or sampled in z; as state space with `form="ss"`. Input and output have
+        """The transfer function as an object of python-control, in s or in z; as state space with `form="ss"`. Input and output have
         their names."""
         if sampled:
             return of_control(self.sampled_num, self.sampled_den, self.sample_time, self.input, self.output, form)
@@ -254,7 +254,7 @@ Form = Literal["tf", "ss"]
 
 
 def of_control(num: Any, den: Any, sample_time: float, input: str, output: str, form: Form) -> Any:
-    """A model of python-control, in s where the sample time is 0. Its names have no dots, which divide system and signal there."""
+    """A model of python-control, in s if the sampling interval is 0. Dots in names are replaced, since python-control uses them to separate system and signal."""
     import control
 
     if form not in ("tf", "ss"):
@@ -275,9 +275,9 @@ def transfer_function(
 ) -> TransferFunction:
     """Linearise a vehicle about level flight, as `planesman tf` does.
 
-    `vehicle` is a built-in one (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file of `fit`, which takes all but
-    its pitch dynamics from `base`. `speed` is in m/s or written with its unit; `rate` of the sampled model in Hz. `input`
-    pitch_rate goes with `output` depth only.
+    `vehicle` is a built-in one (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file of `fit`, which takes everything except
+    its pitch dynamics from `base`. `speed` is in m/s or a text with its unit; `rate` is the sampling rate of the discrete model, Hz. `input`
+    pitch_rate is possible only with `output` depth.
     """
     options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
     about, continuous, sampled = _native.transfer_function(text(path_text(vehicle)), keywords(options))
@@ -286,7 +286,7 @@ def transfer_function(
 
 
 def parameters(node: str | None = None) -> _tables.Table:
-    """List every parameter of every node, or of one: `name`, `unit`, `default`, `range`, `choices`, `description`."""
+    """List every parameter of all nodes, or of one node: `name`, `unit`, `default`, `range`, `choices`, `description`."""
     return _tables.Table(json.loads(_native.parameters(None if node is None else text(node))))
 
 

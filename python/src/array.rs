@@ -1,15 +1,15 @@
-//! Numbers as numpy arrays, moved and not copied.
+//! Numbers as numpy arrays, moved instead of copied.
 //!
-//! An array takes the place of the numbers by numpy's array interface, so that the crate needs neither numpy's headers nor the crate
-//! `numpy`: that one changes the features of what nalgebra stands on, and a wheel would build again nearly all that the release
-//! build has built (CONTRIBUTING.md has the times).
+//! The numbers reach numpy by its array interface, so that this crate needs neither numpy's headers nor the crate
+//! `numpy`. The crate `numpy` changes the features of nalgebra's dependencies, so that a wheel would rebuild nearly everything that the release
+//! build has built (times in CONTRIBUTING.md).
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A kind of number of an array.
+/// An element type of arrays.
 pub(crate) trait Number: Send + Sync + 'static {
-    /// What numpy calls it, without the order of its bytes.
+    /// The name of the type in numpy, without the byte order.
     const KIND: &'static str;
 }
 
@@ -34,7 +34,7 @@ impl Number for [f64; 2] {
     const KIND: &'static str = "c16";
 }
 
-/// The numbers of an array, which keeps this alive. From here on they are Python's, which may change them.
+/// Owner of the numbers of an array. The array keeps the owner alive, and Python may change the numbers.
 #[pyclass(frozen, module = "planesman._native")]
 struct Owner {
     _numbers: Box<dyn Send + Sync>,
@@ -62,7 +62,7 @@ impl Owner {
     }
 }
 
-/// The numbers as a numpy array of one dimension.
+/// Turns the numbers into a numpy array of one dimension.
 pub(crate) fn array<N: Number>(py: Python<'_>, mut numbers: Vec<N>) -> PyResult<Bound<'_, PyAny>> {
     let owner = Owner {
         address: numbers.as_mut_ptr().expose_provenance(),
@@ -74,7 +74,7 @@ pub(crate) fn array<N: Number>(py: Python<'_>, mut numbers: Vec<N>) -> PyResult<
         .call_method1("asarray", (Bound::new(py, owner)?,))
 }
 
-/// The numbers of a float64 array, from its bytes (`tobytes`).
+/// Reads the numbers of a float64 array from its bytes (`tobytes`).
 pub(crate) fn numbers(bytes: &[u8]) -> Vec<f64> {
     let (each, _) = bytes.as_chunks();
     each.iter().map(|it| f64::from_ne_bytes(*it)).collect()

@@ -10,11 +10,11 @@ use crate::array::array;
 use crate::error::{raised, released};
 use crate::options::{Keyword, Keywords};
 
-/// Stamps, ns, and numbers.
+/// Stamps \[ns\] and values of a signal.
 type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// Every sample of the signals: stamps (int64, ns) and numbers (float64, NaN where there is none) of each, in the order of the
-/// data, and notes on what could not be read.
+/// Reads every sample of the signals. Each signal has stamps (int64, ns) and numbers (float64, NaN for a missing number), in the
+/// order of the data. Also returns notes on unreadable data.
 #[pyfunction]
 pub(crate) fn samples(
     py: Python<'_>,
@@ -42,13 +42,13 @@ pub(crate) fn samples(
     Ok((arrays.collect::<PyResult<_>>()?, notes))
 }
 
-/// Whether a file of a folder is a bag, a table or a log, by its ending.
+/// Whether a file is a bag, a table or a log, judged by the ending of its name.
 #[pyfunction]
 pub(crate) fn is_data(path: PathBuf) -> bool {
     planesman_fit::is_data(&path)
 }
 
-/// Every numeric field, with rate, gaps and range, as JSON; of topics whose name contains `topic`.
+/// Lists every numeric field of the topics whose name contains `topic`, with rate, gaps and range, as JSON.
 #[pyfunction]
 pub(crate) fn fields(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Errors as Python's exceptions: one line, in Python's words. And work with the interpreter released, which Ctrl-C ends.
+//! Errors as Python exceptions of one line, in Python's terms; work that releases the interpreter and that Ctrl-C can stop.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -17,10 +17,10 @@ create_exception!(
     planesman,
     PlanesmanError,
     PyValueError,
-    "What was refused, where it came from, and what would be accepted."
+    "What was refused, where it was found, and what is allowed."
 );
 
-/// An error as an exception; one that is an exception already, as Ctrl-C's, is passed on.
+/// Converts an error to an exception; an error that already is an exception, such as that of Ctrl-C, is returned unchanged.
 pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
     match error.into().downcast::<PyErr>() {
         Ok(exception) => exception,
@@ -28,11 +28,11 @@ pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
     }
 }
 
-/// Work with the interpreter released, on a thread of its own: Python's signals come to this one, which looks for them meanwhile.
-/// The work ends at its next stop point once a handler has raised.
+/// Does work on a separate thread while the interpreter is released; this thread checks for Python's signals.
+/// When a signal handler raises an exception, the work ends at its next stop point.
 ///
 /// # Errors
-/// Those of the work; `KeyboardInterrupt`, or what another handler raised.
+/// The error of the work; `KeyboardInterrupt`, or the exception of another handler.
 pub(crate) fn released<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> anyhow::Result<T> + Send,
@@ -40,12 +40,12 @@ pub(crate) fn released<T: Send>(
     watched(py, &Watch::default(), work)
 }
 
-/// Who is told how far work has come.
+/// The progress of work, and its callback.
 #[derive(Default)]
 pub(crate) struct Watch {
-    /// Called with the steps done, now and then.
+    /// The callback, called repeatedly with the number of completed steps.
     pub(crate) told: Option<Py<PyAny>>,
-    /// Steps done.
+    /// The number of completed steps.
     pub(crate) done: AtomicU64,
 }
 
@@ -55,7 +55,7 @@ impl Watch {
         Self { told, done }
     }
 
-    /// Looks for signals, and tells.
+    /// Checks for signals and calls the callback.
     fn look(&self) -> PyResult<()> {
         Python::attach(|py| {
             py.check_signals()?;
@@ -69,10 +69,10 @@ impl Watch {
     }
 }
 
-/// As [`released`], of work whose progress somebody is told of.
+/// Like [`released`], with a callback for progress.
 ///
 /// # Errors
-/// As [`released`], and what the one who is told raises.
+/// As [`released`], and the exception of the callback.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
     watch: &Watch,

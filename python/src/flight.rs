@@ -1,4 +1,4 @@
-//! Scenarios, and their flight in this process: whole, or tick by tick, by a controller of the caller's too.
+//! Scenarios, and their simulation in this process: the whole flight, or tick by tick, also with a controller of the caller.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,10 +14,10 @@ use pyo3::prelude::*;
 use crate::array::array;
 use crate::error::{PlanesmanError, raised, released};
 
-/// A column of the table of a flight.
+/// A column of a flight's table.
 type Column<'py> = (&'static str, Bound<'py, PyAny>);
 
-/// The text of a scenario with these changes, checked as the nodes would. `given` is a name, a path, or the text itself.
+/// The text of a scenario with the given changes, checked as the nodes do. `given` is a name, a path, or the text itself.
 #[pyfunction]
 pub(crate) fn scenario(
     given: &str,
@@ -35,8 +35,8 @@ pub(crate) fn scenario(
     Ok(timed.map_err(raised)?.to_yaml())
 }
 
-/// Flies a scenario: each column of the table of a flight, `NAME [UNIT]`, a number a tick. With `bag` every message too, in
-/// one MCAP file.
+/// Simulates a scenario. Returns the columns of the flight's table, `NAME [UNIT]`, with one number per tick. With `bag`, every
+/// message is also written to one MCAP file.
 #[pyfunction]
 pub(crate) fn fly<'py>(
     py: Python<'py>,
@@ -69,10 +69,10 @@ pub(crate) fn fly<'py>(
         .collect()
 }
 
-/// A number of a state: its name with unit, and where it comes from.
+/// A number of the state: its name with unit, and the function that reads it.
 type State = (&'static str, fn(&VehicleState) -> f64);
 
-/// The numbers of a state, in the order of the arrays.
+/// The numbers of the state, in the order of the arrays.
 pub(crate) const STATES: [State; 13] = [
     ("depth [m]", |it| it.depth),
     ("depth_rate [m/s]", |it| it.depth_rate),
@@ -99,11 +99,11 @@ pub(crate) fn states() -> Vec<&'static str> {
     STATES.iter().map(|(name, _)| *name).collect()
 }
 
-/// A function of time and state in the place of a law.
+/// A Python function of time and state that replaces a control law.
 struct Function {
     function: Py<PyAny>,
     depth_setpoint: f64,
-    /// What it has raised.
+    /// The exception that the function raised.
     raised: Arc<Mutex<Option<PyErr>>>,
 }
 
@@ -126,11 +126,11 @@ impl Law for Function {
             text
         })?;
         let [dive_planes, rest @ ..] = &planes[..] else {
-            return Err("the controller gives no plane angle".into());
+            return Err("the controller returns no plane angle".into());
         };
         if rest.len() > 4 {
             return Err(
-                "the controller gives more than dive_planes, bow_stern_differential, roll_differential, rudder, thrust"
+                "the controller returns more than dive_planes, bow_stern_differential, roll_differential, rudder, thrust"
                     .into(),
             );
         }
@@ -148,7 +148,7 @@ impl Law for Function {
     }
 }
 
-/// A loop, tick by tick.
+/// A simulated control loop that Python steps tick by tick.
 #[pyclass(frozen, module = "planesman._native")]
 pub(crate) struct Loop {
     inner: Mutex<(Composed, Option<McapSink>)>,
@@ -156,13 +156,13 @@ pub(crate) struct Loop {
 }
 
 impl Loop {
-    /// Works on the loop, which its own controller cannot do.
+    /// Calls `work` with the loop; refused while the loop's own controller is running.
     fn with<T>(
         &self,
         work: impl FnOnce(&mut (Composed, Option<McapSink>)) -> planesman_flight::Result<T>,
     ) -> PyResult<T> {
         let mut inner = self.inner.try_lock().map_err(|_| {
-            PlanesmanError::new_err("the loop is under way; a controller cannot step it")
+            PlanesmanError::new_err("the loop is running a step; its controller cannot step it")
         })?;
         work(&mut inner).map_err(|error| {
             let own = self
@@ -214,13 +214,13 @@ impl Loop {
         })
     }
 
-    /// The numbers of the present state.
+    /// The numbers of the current state.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.with(|(composed, _)| Ok(composed.state()))?;
         numbers(py, &state)
     }
 
-    /// The present time, s.
+    /// The current time, s.
     fn time(&self) -> PyResult<f64> {
         self.with(|(composed, _)| Ok(composed.state().header.stamp.nanos() as f64 * 1e-9))
     }
@@ -230,7 +230,7 @@ impl Loop {
         self.with(|(composed, _)| Ok(composed.is_over()))
     }
 
-    /// One tick.
+    /// Simulates one tick.
     fn step(&self) -> PyResult<()> {
         self.with(|(composed, sink)| match sink {
             Some(sink) => composed.tick()?.put_into(sink),
@@ -238,7 +238,7 @@ impl Loop {
         })
     }
 
-    /// Puts the bag in its place.
+    /// Completes the bag and moves it to its path.
     fn close(&self) -> PyResult<()> {
         self.with(|(_, sink)| sink.take().map_or(Ok(()), McapSink::finish))
     }

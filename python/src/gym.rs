@@ -1,4 +1,4 @@
-//! Environments for reinforcement learning, stepped together.
+//! Environments for reinforcement learning that are stepped together.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -18,7 +18,7 @@ pub(crate) struct Environments {
 }
 
 impl Environments {
-    /// Works on them with the interpreter released.
+    /// Calls `work` with the environments while the interpreter is released.
     fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Inner) -> T + Send) -> T {
         py.detach(|| work(&mut self.inner.lock().unwrap_or_else(PoisonError::into_inner)))
     }
@@ -26,7 +26,7 @@ impl Environments {
 
 #[pymethods]
 impl Environments {
-    /// `options` are those of the library, as JSON.
+    /// `options`: the options of the library as JSON.
     #[new]
     fn new(py: Python<'_>, options: &str, count: usize, seed: u64) -> PyResult<Self> {
         let options: Options = serde_json::from_str(options).map_err(raised)?;
@@ -36,7 +36,7 @@ impl Environments {
         })
     }
 
-    /// Name, unit, bound and deviation of each number that is observed.
+    /// Name, unit, bound and standard deviation of each observed number.
     fn quantities(&self, py: Python<'_>) -> Vec<(&'static str, &'static str, f64, f64)> {
         let quantities = self.with(py, |it| it.task().quantities());
         let fields = quantities
@@ -45,18 +45,18 @@ impl Environments {
         fields.collect()
     }
 
-    /// Name of what each action moves, and its value at -1 and at 1.
+    /// The name of each actuated quantity, and its values at the actions -1 and 1.
     fn actions(&self, py: Python<'_>) -> Vec<(String, [f64; 2])> {
         self.with(py, |it| it.actions().to_vec())
     }
 
-    /// Begins episodes; the observations, one after the other.
+    /// Starts episodes and returns their observations, one environment after the other.
     fn reset<'py>(&self, py: Python<'py>, seeds: Option<Vec<u64>>) -> PyResult<Bound<'py, PyAny>> {
         let seen = self.with(py, |it| it.reset(seeds.as_deref()));
         array(py, seen.map_err(raised)?)
     }
 
-    /// A step by the actions, float32 one after the other. An outcome is 0 while the episode goes on, 1 on success, 2 on failure, 3 when its time is up.
+    /// One step with the actions (float32, one environment after the other). An outcome is 0 during an episode, 1 on success, 2 on failure, 3 after the time limit.
     fn step<'py>(&self, py: Python<'py>, actions: &[u8]) -> PyResult<Arrays<'py>> {
         let (each, _) = actions.as_chunks();
         let actions: Vec<f32> = each.iter().map(|it| f32::from_ne_bytes(*it)).collect();
@@ -79,7 +79,7 @@ impl Environments {
         ))
     }
 
-    /// The states, 13 numbers each, one after the other.
+    /// The states, 13 numbers for each environment, one after the other.
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = self.with(py, |it| {
             let rows = (0..it.len()).flat_map(|k| it.state(k).row());
@@ -88,7 +88,7 @@ impl Environments {
         array(py, rows)
     }
 
-    /// The factors of each one's vehicle, one after the other.
+    /// The factors on the coefficients of each environment's vehicle, one after the other.
     fn factors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = self.with(py, |it| {
             let rows = (0..it.len()).flat_map(|k| it.factors(k).iter().copied());

@@ -1,20 +1,20 @@
-//! The native half of the Python package `planesman`, which is in `planesman/` beside it and is what people import.
+//! The native half of the Python package `planesman`. Users import the Python half, in the folder `planesman/` beside this one.
 //!
-//! Functions here take what the libraries take, so that names, defaults, units, checks and errors are those of the program; the Python
-//! half gives them types and docstrings.
+//! The functions take the options of the Rust libraries, so that names, defaults, units, checks and errors are those of the program; the Python
+//! half adds types and docstrings.
 //!
 //! - `data`: signals and fields of a bag, table or log.
-//! - `flight`: scenarios, and their flight in this process.
+//! - `flight`: scenarios, and their simulation in this process.
 //! - `gym`: environments for reinforcement learning.
-//! - `model`: identification, model files, a vehicle's transfer functions.
-//! - `options`: keywords as the options of fits and of their data.
+//! - `model`: identification, model files, transfer functions of vehicles.
+//! - `options`: keyword arguments as options of fits and of their data.
 //! - `sweep`: the cases of a sweep, part by part.
 //! - `listing`: parameters of the nodes, numbers of the reports.
 //! - `array`: numbers as numpy arrays.
-//! - `error`: errors as Python's exceptions; work that Ctrl-C ends.
+//! - `error`: errors as Python exceptions; work that Ctrl-C can stop.
 //!
-//! The interpreter is released during all work, and asked for Ctrl-C meanwhile. Arrays that go out are moved; those that
-//! come in are copied, since others may change them meanwhile.
+//! The interpreter is released during all work, while Ctrl-C is checked. Returned arrays are moved; arrays from Python
+//! are copied, since other threads may change them during the work.
 
 mod array;
 mod data;
@@ -29,7 +29,7 @@ mod sweep;
 /// The native half of planesman.
 #[pyo3::pymodule]
 mod _native {
-    /// Messages name options as Python's keywords.
+    /// Sets the wording of messages: options are named as Python keywords.
     #[pymodule_init]
     fn init(_module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         planesman_text::use_wording(planesman_text::Wording::Python);

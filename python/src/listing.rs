@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 
 use crate::error::raised;
 
-/// Every parameter of every node, or of one, as JSON.
+/// Every parameter of every node, or of one node, as JSON.
 ///
 /// # Errors
-/// A node that is not there.
+/// An unknown node.
 #[pyfunction]
 pub(crate) fn parameters(node: Option<&str>) -> PyResult<String> {
     let nodes = chosen(node).map_err(raised)?;
@@ -32,7 +32,7 @@ pub(crate) fn parameters(node: Option<&str>) -> PyResult<String> {
     Ok(Value::Array(nodes.into_iter().flat_map(of).collect()).to_string())
 }
 
-/// A value as JSON has it.
+/// A parameter's value as JSON.
 fn plain(value: &Parameter) -> Value {
     match value {
         Parameter::Bool(it) => json!(it),
@@ -47,7 +47,7 @@ fn plain(value: &Parameter) -> Value {
     }
 }
 
-/// The parameters of a scenario, given as text, as a ROS 2 parameter file.
+/// Converts a scenario's text to a ROS 2 parameter file.
 #[pyfunction]
 pub(crate) fn parameter_file(scenario: &str, node: Option<&str>) -> PyResult<String> {
     let scenario = Scenario::parse(scenario).map_err(raised)?;

@@ -1,4 +1,4 @@
-//! Identification, model files, and a vehicle's transfer functions.
+//! Identification, model files, and transfer functions of vehicles.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -17,11 +17,11 @@ use crate::array::{array, numbers};
 use crate::error::{Watch, raised, released, watched};
 use crate::options::{Keyword, Keywords};
 
-/// The name by which a model that is in memory is refused.
+/// The file name that errors give a model in memory.
 const IN_MEMORY: &str = "model.json";
 
-/// A model by the options of `planesman sysid fit`: its JSON, and of the longest run the first stamp, input, measured and
-/// simulated output. With columns in memory, float64 as bytes, they are the data. `progress` is called now and then.
+/// Fits a model by the options of `planesman sysid fit`. Returns its JSON and, for the longest run, the first stamp, the input, the
+/// measured and the simulated output. `columns`: data in memory, float64 as bytes. `progress` is called repeatedly.
 #[pyfunction]
 #[pyo3(signature = (data, options, columns=None, progress=None))]
 pub(crate) fn fit<'py>(
@@ -46,7 +46,7 @@ pub(crate) fn fit<'py>(
     Ok((json, start, run.collect::<PyResult<_>>()?))
 }
 
-/// The models of several inputs or outputs by the options of `planesman sysid fit`: their JSON.
+/// Fits models with several inputs or outputs by the options of `planesman sysid fit`; returns their JSON.
 #[pyfunction]
 #[pyo3(signature = (data, options, columns=None, progress=None))]
 pub(crate) fn fit_several(
@@ -66,7 +66,7 @@ pub(crate) fn fit_several(
     })
 }
 
-/// Equations of one's own by the options of `planesman sysid fit --equations`: their JSON.
+/// Fits user-written state equations by the options of `planesman sysid fit --equations`; returns their JSON.
 #[pyfunction]
 #[pyo3(signature = (data, equations, options, columns=None, progress=None))]
 pub(crate) fn fit_equations(
@@ -88,7 +88,7 @@ pub(crate) fn fit_equations(
     })
 }
 
-/// Files, or columns in memory.
+/// The data source: files, or columns in memory.
 fn sources(data: Vec<PathBuf>, columns: Option<Vec<(String, PyBackedBytes)>>) -> Sources {
     match columns {
         None => Sources::Files(data),
@@ -99,7 +99,7 @@ fn sources(data: Vec<PathBuf>, columns: Option<Vec<(String, PyBackedBytes)>>) ->
     }
 }
 
-/// The options of a fit by their names, with the words that are possible where there are few.
+/// The names of a fit's options; for an option with few allowed words, these words too.
 #[pyfunction]
 pub(crate) fn fit_options() -> Vec<(&'static str, Vec<&'static str>)> {
     let options = FitOptions::declarations().into_iter();
@@ -108,7 +108,7 @@ pub(crate) fn fit_options() -> Vec<(&'static str, Vec<&'static str>)> {
     names.collect()
 }
 
-/// A model file, as JSON.
+/// Reads a model file and returns its JSON.
 #[pyfunction]
 pub(crate) fn read_model(path: PathBuf) -> PyResult<String> {
     let model = ModelFile::read(&path).map_err(raised)?;
@@ -126,8 +126,8 @@ fn parse(model: &str) -> anyhow::Result<ModelFile> {
     Ok(ModelFile::parse(Path::new(IN_MEMORY), model)?)
 }
 
-/// The frequency response of a model, given as JSON, at frequencies in rad/s (float64 as bytes): complex values, and the standard
-/// deviations of magnitude and of phase (rad). NaN where it has no bound.
+/// The frequency response of a model, given as JSON, at frequencies in rad/s (float64 as bytes). Returns complex values and the
+/// standard deviations of magnitude and phase \[rad\]; all are NaN where the response is infinite.
 #[pyfunction]
 pub(crate) fn response<'py>(
     py: Python<'py>,
@@ -154,10 +154,10 @@ pub(crate) fn response<'py>(
     ])
 }
 
-/// Numerator and denominator, from the highest power.
+/// Coefficients of numerator and denominator, highest power first.
 type Polynomials = (Vec<f64>, Vec<f64>);
 
-/// A vehicle's transfer function: heading and remarks, the model in s and that in z.
+/// A vehicle's transfer function: heading, remarks, the model in s and the model in z.
 #[pyfunction]
 pub(crate) fn transfer_function(
     vehicle: &str,

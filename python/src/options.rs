@@ -1,4 +1,4 @@
-//! Keywords of Python as the options of fits and of their data.
+//! Python keyword arguments as options of fits and of their data.
 
 use std::collections::HashMap;
 
@@ -13,22 +13,23 @@ use planesman_vehicle::transfer::{self, Input};
 use planesman_vehicle::vehicle_file::BRUNNER;
 use pyo3::FromPyObject;
 
-/// Speeds and rates of a transfer function.
+/// The range of a transfer function's speed, m/s.
 const SPEEDS: Range = Range::Quantity(
     Dimension::Speed,
     *transfer::SPEEDS.start(),
     *transfer::SPEEDS.end(),
 );
+/// The range of a transfer function's sampling rate, Hz.
 const RATES: Range = Range::Number(Rule::new(
     *transfer::RATES.start(),
     *transfer::RATES.end(),
     "a number from 0.01 to 10000 is expected",
 ));
 
-/// Two edges, `None` where open.
+/// Two edges of a range, `None` where the range is open.
 type Edges = (Option<f64>, Option<f64>);
 
-/// A value as Python gives it.
+/// A value of a Python keyword argument.
 #[derive(Clone, Debug, FromPyObject)]
 pub(crate) enum Keyword {
     Flag(bool),
@@ -41,7 +42,7 @@ pub(crate) enum Keyword {
 }
 
 impl Keyword {
-    /// As Python writes it.
+    /// The value as Python would write it.
     fn written(&self) -> String {
         let edge = |it: &Option<f64>| it.map_or(String::new(), |it| it.to_string());
         match self {
@@ -63,7 +64,7 @@ impl Keyword {
         }
     }
 
-    /// Each of its values, where an option takes several.
+    /// The values one by one, for an option that takes several.
     fn each(&self) -> Vec<String> {
         match self {
             Self::Spans(spans) if !spans.is_empty() => spans
@@ -76,7 +77,7 @@ impl Keyword {
     }
 }
 
-/// What a transfer function is of: the base of an identified vehicle, signals, speed \[m/s\] and sampling rate \[Hz\].
+/// The options of a transfer function: base of an identified vehicle, signals, speed \[m/s\] and sampling rate \[Hz\].
 pub(crate) struct Transfer {
     pub(crate) base: String,
     pub(crate) input: Input,
@@ -85,11 +86,11 @@ pub(crate) struct Transfer {
     pub(crate) rate: f64,
 }
 
-/// Keywords by their names.
+/// Keyword arguments by their names.
 pub(crate) struct Keywords(pub(crate) HashMap<String, Keyword>);
 
 impl Keywords {
-    /// A keyword by `read`; `None` where it is not given.
+    /// Takes a keyword out and converts its value by `read`; `None` if the caller did not give it.
     fn read<T>(
         &mut self,
         option: &'static str,
@@ -106,7 +107,7 @@ impl Keywords {
         read.transpose()
     }
 
-    /// The keywords of declared options.
+    /// Takes the keywords of declared options.
     fn declared<T: OptionGroup>(&mut self, mut options: T) -> Result<T> {
         for option in T::declarations() {
             let Some(given) = self.0.remove(option.name) else {
@@ -126,24 +127,24 @@ impl Keywords {
         Ok(options)
     }
 
-    /// The signals of a keyword.
+    /// Takes a keyword that names signals.
     fn texts(&mut self, option: &'static str) -> Vec<String> {
         let given = self.0.remove(option);
         given.map_or_else(Vec::new, |it| it.each())
     }
 
-    /// Refuses what is left.
+    /// Refuses the first keyword that no option took.
     fn end(self) -> Result<()> {
         match self.0.into_keys().next() {
             None => Ok(()),
-            Some(name) => Err(anyhow!("'{name}' is no option")),
+            Some(name) => Err(anyhow!("'{name}' is not an option")),
         }
     }
 
-    /// The options of a fit.
+    /// Takes the options of a fit.
     ///
     /// # Errors
-    /// A keyword that is not one of them, a value that it does not take.
+    /// An unknown keyword, or a value that its option refuses.
     pub(crate) fn fit(mut self, sources: Sources) -> Result<FitOptions> {
         let mut options = self.declared(FitOptions::default())?;
         options.vehicle.look_up(heave_of)?;
@@ -157,7 +158,7 @@ impl Keywords {
         Ok(options)
     }
 
-    /// What a transfer function is of.
+    /// Takes the options of a transfer function.
     ///
     /// # Errors
     /// As [`Self::fit`].
@@ -178,7 +179,7 @@ impl Keywords {
         Ok(found)
     }
 
-    /// What is read, and how.
+    /// Takes the options for reading data.
     ///
     /// # Errors
     /// As [`Self::fit`].

@@ -1,4 +1,4 @@
-//! The cases of a sweep, flown part by part.
+//! The cases of a sweep, simulated part by part.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use crate::array::array;
 use crate::error::{Watch, raised, released, watched};
 
-/// The cases of a scenario with these `--vary`, `--samples` and `--seeds`.
+/// The cases of a scenario with the given `--vary`, `--samples` and `--seeds`.
 #[pyclass(frozen, module = "planesman._native")]
 pub(crate) struct Sweep(sweep::Sweep);
 
@@ -24,28 +24,28 @@ impl Sweep {
         Ok(Self(sweep.map_err(raised)?))
     }
 
-    /// Checks every combination as the nodes would at their start.
+    /// Checks every combination as the nodes do at their start.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         released(py, || Ok(self.0.check(&())?))
     }
 
-    /// Combinations of values; each is flown with every seed.
+    /// The number of combinations of values; each is simulated with every seed.
     fn combinations(&self) -> u64 {
         self.0.combinations()
     }
 
-    /// Cases of part `part` of `of`.
+    /// The number of cases in part `part` of `of` parts.
     fn cases(&self, part: u64, of: u64) -> u64 {
         self.0.cases(Part { part, of })
     }
 
-    /// Makes the folder of so many parts, with what its results are of.
+    /// Creates the folder of `parts` parts, with a description of the sweep.
     fn define(&self, folder: PathBuf, parts: u64) -> PyResult<()> {
         self.0.define(&folder, Some(parts)).map_err(raised)
     }
 
-    /// Flies part `part` of `of`: each column by its name, a row a case. Numbers are float64, NaN for none; `case` and `seed`
-    /// int64; words a list. `progress` is called with the number of cases flown, now and then.
+    /// Simulates part `part` of `of` parts. Returns the columns by name, with one row per case: numbers as float64 (NaN if missing),
+    /// `case` and `seed` as int64, words as a list. `progress` is called repeatedly with the number of completed cases.
     #[pyo3(signature = (part, of, all_cores, progress=None))]
     fn fly<'py>(
         &self,

@@ -198,7 +198,7 @@ def test_a_vehicle_of_ones_own_takes_the_place_of_a_built_in_one(tmp_path: Path)
         ({"task": "depth", "actions": {"rudder": (0.2, 0.1)}}, "rudder"),
         ({"task": "depth", "held": {"thrust": float("nan")}}, "held: thrust: nan refused: a finite number"),
         ({"task": "depth", "actions": {"rudder": "port"}}, "actions: rudder: 'port' refused: a finite number"),
-        ({"task": "depth", "randomise": {"mass": (0.9, 1.0, 1.1)}}, "randomise: mass: .* refused: least and most"),
+        ({"task": "depth", "randomise": {"mass": (0.9, 1.0, 1.1)}}, "randomise: mass: .* refused: .minimum, maximum."),
         ({"task": "depth", "substeps": 2.5}, "substeps: 2.5 refused: a whole number"),
         ({"task": "depth", "duration": 1e9}, "duration / step: .* refused: 1 to 1e6 steps"),
         ({"task": "depth", "randomise": {"thrust": 0.1}}, "randomise: thrust: lauv has none"),

@@ -121,11 +121,11 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         (lambda: planesman.fit(data, "u", "z", sample_time=0.05), "no column 'z'; there are u, y"),
         (lambda: planesman.fit({**data, "u": data["u"][1:]}, "u", "y", sample_time=0.05), "all columns must be of one length"),
         (lambda: planesman.fit({"u": np.eye(2), "y": np.eye(2)}, "u", "y", sample_time=0.05), r"shape \(2, 2\)"),
-        (lambda: planesman.fit({"u": ["a"], "y": [1.0]}, "u", "y", sample_time=0.05), "no array of numbers"),
+        (lambda: planesman.fit({"u": ["a"], "y": [1.0]}, "u", "y", sample_time=0.05), "not an array of numbers"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, order=99), "99"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, method="magic"), "magic"),
         (lambda: planesman.fit(data, "u", "y", sample_time=-1.0), "-1"),
-        (lambda: planesman.fit({**data, "u": data["u"] + 1j}, "u", "y", sample_time=0.05), "'u' is no array of numbers: it is complex"),
+        (lambda: planesman.fit({**data, "u": data["u"] + 1j}, "u", "y", sample_time=0.05), "'u' is not an array of numbers: it is complex"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave=(1, 0, 0, 0)), "heave and vehicle are for method='vehicle' and kalman"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, window=(0, 5), validation=(3, 9)), r"window=\(0, 5\) overlaps validation=\(3, 9\)"),
     ]:

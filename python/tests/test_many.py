@@ -229,7 +229,7 @@ def test_an_error_of_a_part_ends_the_call(client: Client, tmp_path: Path) -> Non
 
 
 def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path: Path) -> None:
-    with pytest.raises(planesman.PlanesmanError, match="name a folder that all machines of the cluster share"):
+    with pytest.raises(planesman.PlanesmanError, match="name a folder shared by all machines of the cluster"):
         _parts.write(tmp_path / "elsewhere", 1, 1, lambda part, of: pyarrow.table({"case": [part]}), 1)
 
 

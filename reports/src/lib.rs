@@ -1,6 +1,6 @@
-//! Two historical reports and recorded validations, computed again. The program `planesman-reports` prints them.
+//! Two historical reports and recorded validations, recomputed. The program `planesman-reports` prints the results.
 //!
-//! - [`book`]: the numbers that a report prints, with sources, errata and verdicts.
+//! - [`book`]: printed numbers of a report, with sources, errata and verdicts.
 //! - [`brunner_1988`], [`ibm_1966`], [`hopsan`]: the thesis, the actuator study and Hopsan's recorded validations.
 //! - [`studies`]: the actuator in the loops of both reports: bench tables, frequency responses, limit cycles.
 

@@ -1,4 +1,4 @@
-//! What is played through which node: the command's arguments, the node's role, and the bag's topics by their roles.
+//! The plan of a playback: the command's arguments, the node's role, and the bag's topics by role.
 
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
@@ -26,20 +26,20 @@ planesman_text::choices! {
         Controller = "controller": "depth_controller, started by this command",
         Actuator = "actuator": "dha_actuator, started by this command",
         Sysid = "sysid": "sysid, started by this command",
-        Own = "own": "Any node: one that runs already, or the command behind --",
+        Own = "own": "Any node: a running one, or the command after --",
     }
 }
 
-/// A node of this program in a loop: what it reads, what it writes, and by what one knows that it has answered.
+/// The topics of one of this program's nodes in the loop: its inputs, its outputs, and the topic that ends a tick.
 pub(super) struct Role {
     pub(super) node: &'static str,
-    /// Its inputs, the first of which begins a tick.
+    /// Input topics; the first one begins a tick.
     pub(super) inputs: &'static [&'static str],
-    /// Whether all other topics but its answers are inputs too.
+    /// Whether all other topics, except its answers, are inputs too.
     pub(super) plays_all: bool,
-    /// The topic that ends the tick.
+    /// The topic whose message ends the tick.
     pub(super) answer: &'static str,
-    /// The topics that are compared.
+    /// Output topics to compare.
     pub(super) outputs: &'static [&'static str],
     pub(super) parameter: &'static str,
 }
@@ -99,36 +99,36 @@ impl Through {
     }
 }
 
-/// What is played, and through which node.
+/// Arguments of `bag play`.
 #[derive(Args)]
 pub struct PlayArgs {
     /// A bag folder, a metadata.yaml, an .mcap or .db3 file
     pub(super) bag: PathBuf,
-    /// Publish the inputs of a tick only after the node has answered the tick before
+    /// Publish the inputs of a tick only after the node has answered the previous tick
     #[arg(long, required = true)]
     pub(super) lockstep: bool,
-    /// The node
+    /// The node to play through
     #[arg(long, value_name = "NODE", value_parser = choice(&Through::ALL, Through::described))]
     pub(super) through: Through,
-    /// With own: a topic that the node publishes; the first ends a tick, those in the bag are compared
+    /// With own: a topic that the node publishes; the first one ends a tick, and those in the bag are compared
     #[arg(long, value_name = "TOPIC")]
     pub(super) output: Vec<String>,
-    /// With own: a topic that is played [default: all but the outputs]
+    /// With own: a topic to play [default: all except the outputs]
     #[arg(long, value_name = "TOPIC")]
     pub(super) input: Vec<String>,
     /// With own: the input whose every message the node answers [default: stamps of the recorded answers, else the first --input]
     #[arg(long, value_name = "TOPIC")]
     pub(super) tick: Option<String>,
-    /// A ROS 2 parameter file for the node [default: parameters.yaml of the flight whose bag it is]
+    /// A ROS 2 parameter file for the node [default: parameters.yaml in the folder of the flight that recorded the bag]
     #[arg(long, value_name = "FILE")]
     pub(super) params_file: Option<PathBuf>,
-    /// A parameter, NAME:=VALUE, after the file's
+    /// A parameter, NAME:=VALUE; overrides the parameter file
     #[arg(short = 'p', long = "param", value_name = "NAME:=VALUE")]
     pub(super) parameters: Vec<String>,
     /// Bag of the node's outputs, *.mcap [default: NODE.mcap]
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     pub(super) out: Option<PathBuf>,
-    /// Longest wait for an answer, s
+    /// Longest time to wait for an answer, s
     #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = crate::arguments::within(0.01, 3600.0))]
     pub(super) timeout: f64,
     #[command(flatten)]
@@ -138,12 +138,12 @@ pub struct PlayArgs {
     pub(super) command: Vec<String>,
 }
 
-/// A topic of the node, as it is known before the node runs.
+/// An output topic of the node, before the node runs.
 #[derive(Clone)]
 pub(super) enum PlannedOutput {
-    /// The bag has it, so that the node's messages are compared.
+    /// The bag contains this topic, so the node's messages are compared.
     Recorded(Topic),
-    /// The bag does not have it: its type comes from the node.
+    /// The bag does not contain this topic; its type comes from the node.
     Unrecorded(String),
 }
 
@@ -162,7 +162,7 @@ impl PlannedOutput {
         }
     }
 
-    /// The topic; waits until the node publishes one that the bag does not have.
+    /// The topic; for one that is not in the bag, waits until the node publishes it.
     pub(super) fn topic(
         &self,
         rt: &Runtime<Event>,
@@ -186,7 +186,7 @@ impl PlannedOutput {
             }
             if Instant::now() > deadline {
                 bail!(
-                    "'{name}' is neither in the bag nor published by a node; is the node in this domain and namespace? (planesman doctor)"
+                    "topic '{name}' is neither in the bag nor published by a node; is the node in this domain and namespace? (planesman doctor)"
                 );
             }
             match rt.next(Duration::from_millis(20)) {
@@ -202,21 +202,21 @@ pub(super) enum Event {
     Parameters,
 }
 
-/// Time until the node is there.
+/// Timeout for the node's topics to appear.
 pub(super) const START: Duration = Duration::from_secs(30);
 
-/// The topics by their roles.
+/// The topics by role.
 pub(super) struct Plan {
     pub(super) namespace: String,
     pub(super) inputs: Vec<Topic>,
     pub(super) outputs: Vec<PlannedOutput>,
-    /// The topic that ends a tick, where it is not the first output.
+    /// The topic that ends a tick, if it is not the first output.
     pub(super) answer: Option<Topic>,
-    /// The number of the input whose every message begins a tick; else the stamps of the recorded answers do.
+    /// Index of the input whose every message begins a tick; `None`: the stamps of the recorded answers do.
     pub(super) tick: Option<usize>,
 }
 
-/// A bag's topics but these and those of wall time.
+/// A bag's topics except those of `but` and those with wall time.
 fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     let of_wall_time = |it: &Topic| {
         planesman_show::diff::WALL_TIME
@@ -229,7 +229,7 @@ fn others(bag: &BagReader, but: &[Topic]) -> Vec<Topic> {
     all.filter(is_other).cloned().collect()
 }
 
-/// The bag's topic of this name, or the first whose name ends so.
+/// The bag's topic of this name, or the first one whose name ends with it.
 fn topic_named<'b>(bag: &'b BagReader, name: &str) -> Option<&'b Topic> {
     let all = || bag.topics().iter().map(|it| &*it.topic);
     let end = format!("/{name}");
@@ -245,15 +245,17 @@ impl Plan {
         }
     }
 
-    /// For any node, by its topics.
+    /// The plan for any node, from the topics of the command line.
     fn of_own_node(args: &PlayArgs, bag: &BagReader) -> Result<Self> {
         if args.output.is_empty() {
-            bail!("--output is missing: the topic that the node publishes when it has done a tick");
+            bail!(
+                "--output is missing: name the topic that the node publishes at the end of a tick"
+            );
         }
         let named = |name: &String| {
             topic_named(bag, name).cloned().ok_or_else(|| {
                 anyhow!(
-                    "{}: it has no topic '{name}' (planesman bag info lists them)",
+                    "{}: the bag has no topic '{name}' (planesman bag info lists the topics)",
                     args.bag.display()
                 )
             })
@@ -284,7 +286,7 @@ impl Plan {
                 None
             }
             None if args.input.is_empty() => bail!(
-                "--tick is missing: the input whose every message the node answers, since the bag has no stamped messages of '{}'",
+                "--tick is missing: the bag has no stamped messages of '{}'; name the input whose every message the node answers",
                 outputs[0].name()
             ),
             None => Some(0),
@@ -298,13 +300,13 @@ impl Plan {
         })
     }
 
-    /// For a node of this program, whose topics are known.
+    /// The plan for one of this program's nodes, whose topics are known.
     fn of_role(args: &PlayArgs, role: &Role, bag: &BagReader) -> Result<Self> {
         if !(args.output.is_empty() && args.input.is_empty() && args.command.is_empty())
             || args.tick.is_some()
         {
             bail!(
-                "--output, --input, --tick and a command are for --through own: those of {} are known",
+                "--output, --input, --tick and a command are only for --through own: the topics of {} are known",
                 role.node
             );
         }
@@ -317,14 +319,14 @@ impl Plan {
         let (first, outputs) = (role.inputs[0], present(role.outputs));
         let Some(trigger) = topic_named(bag, first) else {
             bail!(
-                "{}: it has no topic '{first}', which {} answers",
+                "{}: the bag has no topic '{first}', the input of {}",
                 args.bag.display(),
                 role.node
             );
         };
         if outputs.is_empty() {
             bail!(
-                "{}: it has nothing that {} published ({})",
+                "{}: the bag has no messages of {} ({})",
                 args.bag.display(),
                 role.node,
                 role.outputs.join(", ")
@@ -358,7 +360,7 @@ impl Plan {
         })
     }
 
-    /// The command that starts the node; `None` for one that runs already.
+    /// The command that starts the node; `None` if the node runs already.
     pub(super) fn command(&self, args: &PlayArgs, role: Option<&Role>) -> Result<Option<Command>> {
         let mut command = match (role, &args.command[..]) {
             (None, []) => return Ok(None),
@@ -401,7 +403,7 @@ impl Plan {
     }
 }
 
-/// A node that ends with the run.
+/// A child process that is ended with the run.
 pub(super) struct Started(pub(super) Child);
 
 impl Started {
@@ -432,7 +434,7 @@ impl Drop for Started {
     }
 }
 
-/// Reads the stamps of a topic's messages.
+/// A decoder of the stamps of a topic's messages.
 pub(super) fn stamps_of(bag: &BagReader, topic: &Topic) -> Option<StampDecoder> {
     stamp_decoder(&types(bag, topic).ok()?)
 }

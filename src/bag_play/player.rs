@@ -1,4 +1,4 @@
-//! The run itself: inputs out, tick by tick, and outputs into a bag.
+//! The playback: publishes the inputs tick by tick, and records the outputs in a bag.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -14,32 +14,32 @@ use planesman_show::diff::stamp_decoder;
 
 use super::plan::{Event, Plan, PlayArgs, START, Started, stamps_of};
 
-/// Time in which the middleware's matches settle, and in which the last outputs come.
+/// Time for discovery to settle, and for the last outputs to arrive.
 const SETTLING: Duration = Duration::from_millis(500);
-/// Messages that a topic keeps.
+/// Queue depth of each topic, messages.
 const DEPTH: usize = 1000;
-/// Time for a message without a stamp to arrive before what follows.
+/// Time for a message without a stamp to arrive before the next message is sent.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// A topic that is played.
+/// A topic to play.
 struct Input {
     name: String,
     publisher: RawPublisher,
     stamp: Option<StampDecoder>,
 }
 
-/// A topic of the node.
+/// A topic that the node publishes.
 struct Output {
     topic: Topic,
     id: Option<TopicId>,
     stamp: Option<StampDecoder>,
 }
 
-/// When a tick is over.
+/// The stamps that the node answers.
 enum Answers {
-    /// At every stamp of this input.
+    /// Every stamp of the input with this index.
     Each(usize),
-    /// At these stamps: those of the recorded answers.
+    /// These stamps: those of the recorded answers.
     At(BTreeSet<i64>),
 }
 
@@ -47,20 +47,20 @@ pub(super) struct Player {
     rt: Runtime<Event>,
     inputs: Vec<Input>,
     outputs: Vec<Output>,
-    /// The number of the topic that ends a tick; behind the outputs if it is none of them.
+    /// Index of the topic that ends a tick; it comes after the outputs if it is not an output.
     answer: usize,
     answers: Answers,
-    /// The clock, where the bag has none.
+    /// Publishes `/clock`, if the bag contains no clock.
     clock: Option<Publisher<Clock>>,
     writer: BagWriter,
     values: Values,
     timeout: Duration,
-    /// The last tick that was answered, and whether the present one is.
+    /// Stamp of the last answered tick.
     answered: Option<i64>,
     is_answered: bool,
-    /// The oldest stamp that answers the present tick.
+    /// Earliest stamp of an answer to the present tick.
     since: i64,
-    /// The stamp of the tick that is played.
+    /// Stamp of the present tick.
     now: i64,
 }
 
@@ -68,7 +68,7 @@ fn hash(topic: &Topic) -> Option<&str> {
     Some(topic.kind.type_hash.as_str()).filter(|it| !it.is_empty())
 }
 
-/// The topics that are played, with their publishers.
+/// The topics to play, with their publishers.
 fn inputs_of(rt: &Runtime<Event>, plan: &Plan, bag: &BagReader) -> Result<Vec<Input>> {
     let input = |topic: &Topic| {
         let is_latched =
@@ -87,7 +87,7 @@ fn inputs_of(rt: &Runtime<Event>, plan: &Plan, bag: &BagReader) -> Result<Vec<In
     plan.inputs.iter().map(input).collect()
 }
 
-/// Subscribes to the outputs, reliably to the one that ends a tick.
+/// Subscribes to the outputs; reliable for the topic that ends a tick.
 fn subscribe(rt: &Runtime<Event>, outputs: &[Output], answer: usize) -> Result<()> {
     for (number, Output { topic, .. }) in outputs.iter().enumerate() {
         let qos = match number == answer {
@@ -171,7 +171,7 @@ impl Player {
         })
     }
 
-    /// Waits until the node reads the inputs and writes the answer.
+    /// Waits until the node subscribes to the inputs and publishes the answer.
     pub(super) fn wait_for_node(&mut self, mut child: Option<&mut Started>) -> Result<()> {
         let deadline = Instant::now() + START;
         let answer = self.outputs[self.answer].topic.name.clone();
@@ -200,7 +200,7 @@ impl Player {
             }
             if Instant::now() > deadline {
                 bail!(
-                    "no node publishes '{answer}' and reads what is played; is it in this domain and namespace? (planesman doctor)"
+                    "no node publishes '{answer}' and reads the played topics; is the node in this domain and namespace? (planesman doctor)"
                 );
             }
             match self.rt.next(Duration::from_millis(20)) {
@@ -255,7 +255,7 @@ impl Player {
                 self.since = stamp.unwrap_or(i64::MIN);
             }
             if !self.inputs[place].publisher.publish(&message.payload) {
-                bail!("{}: a message cannot be published", message.topic.name);
+                bail!("{}: cannot publish a message", message.topic.name);
             }
             match begins {
                 Some(tick) if stamp.is_some() => due = Some(tick),
@@ -276,7 +276,7 @@ impl Player {
         Ok(ticks)
     }
 
-    /// Takes the node's messages until it has answered a stamp.
+    /// Takes the node's messages until it has answered the tick with this stamp.
     fn wait_for(&mut self, tick: i64, child: Option<&mut Started>) -> Result<()> {
         let deadline = Instant::now() + self.timeout;
         while !self.is_answered {
@@ -299,7 +299,7 @@ impl Player {
         Ok(())
     }
 
-    /// Takes one message within a time, or all that come with no more than that time between them.
+    /// Takes one message within a time, or all messages until that time passes without one.
     fn take_for(&mut self, time: Duration, only_one: bool) -> Result<()> {
         loop {
             match self.rt.next(time) {

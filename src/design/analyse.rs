@@ -11,7 +11,7 @@ use planesman_show::design::Analysis;
 use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{page_file, speed, within};
 
-/// The loop, the speeds and the observation time.
+/// Arguments of `design analyse`.
 #[derive(Args)]
 #[command(next_help_heading = "Analysis")]
 pub struct AnalyseArgs {
@@ -25,18 +25,18 @@ pub struct AnalyseArgs {
     /// Duration of the step response (s)
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
     duration: f64,
-    /// Also draw frequency response, poles and depth step on an HTML page
+    /// Also write an HTML page with frequency response, poles and depth step
     #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
-    /// Print also the poles in z, Routh's column and the continuous approximation
+    /// Also print the poles in z, Routh's column and the continuous approximation
     #[arg(long)]
     verbose: bool,
 }
 
-/// Prints the analysis, and draws where that is asked for.
+/// Prints the analysis, and writes the page of `--html`.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow, a page that cannot be written.
+/// A refused vehicle or actuator, numerical overflow, a page that cannot be written.
 pub fn run(args: &AnalyseArgs) -> Result<()> {
     let analysis = Analysis {
         subject: args.subject.subject(),

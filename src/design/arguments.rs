@@ -1,4 +1,4 @@
-//! What the commands of `planesman design` share on the command line.
+//! Arguments shared by the commands of `planesman design`.
 
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
@@ -11,25 +11,24 @@ use crate::arguments::within;
 /// The name of [`TABLE_3`].
 const IN_PITCH_ALONE: &str = "table_3";
 
-/// A vehicle behind an actuator.
+/// A vehicle and the actuator that moves its planes.
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Vehicle and actuator")]
 pub(super) struct SubjectArgs {
-    /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same
-    /// plane moment at every speed
+    /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same plane moment at every speed
     #[arg(default_value = vehicle_file::BRUNNER)]
     vehicle: String,
-    /// Base vehicle of an identified model: gives all but the pitch dynamics
+    /// Base vehicle of an identified model: supplies everything except the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
-    /// actuator or actuator file for its motion at the slew rate
+    /// What moves the planes: ideal, first_order (with the bandwidth of dha_actuator's default), or a built-in actuator or actuator file (its
+    /// motion at the slew rate)
     #[arg(long, default_value = ACTUATOR)]
     actuator: String,
-    /// Ticks of the controller per second (Hz); 0: the continuous loop alone
+    /// Controller rate (ticks per second, Hz); 0: only the continuous loop
     #[arg(long, default_value_t = RATE, value_parser = within(0.0, 1e4))]
     rate: f64,
-    /// Delay from a state to the command that answers it (s): 0 in lockstep and in sim
+    /// Delay from a measured state to the command computed from it (s); 0 in lockstep and in sim
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 10.0))]
     computing_delay: f64,
 }
@@ -54,14 +53,14 @@ impl SubjectArgs {
     }
 }
 
-/// The gains of the depth and pitch loops, the controller's defaults where not given.
+/// The gains of the depth and pitch loops; those not given are the controller's defaults.
 #[derive(Args, Clone, Default)]
 #[command(next_help_heading = "Gains")]
 pub(super) struct GainArgs {
-    /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
+    /// Kpz, pitch command per depth error (rad/m) [default: depth_controller's depth.p]
     #[arg(long, value_parser = within(0.0, 1e3))]
     depth_p: Option<f64>,
-    /// Kdz, dive angle per depth rate (rad s/m) [default: its depth.d]
+    /// Kdz, pitch command per depth rate (rad s/m) [default: its depth.d]
     #[arg(long, value_parser = within(0.0, 1e3))]
     depth_d: Option<f64>,
     /// Kpy, plane angle per pitch error [default: its pitch.p]
@@ -70,19 +69,19 @@ pub(super) struct GainArgs {
     /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pitch_rate: Option<f64>,
-    /// Kiz, dive angle per depth error and second (rad/(m s))
+    /// Kiz, pitch command per depth error and second (rad/(m s))
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
     depth_i: f64,
     /// Kiy, plane angle per pitch error and second (1/s)
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
     pitch_i: f64,
-    /// Time constant of the filter of the depth loop's derivative (s)
+    /// Time constant of the derivative filter of the depth loop (s)
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
     derivative_filter: f64,
 }
 
 impl GainArgs {
-    /// The law, with the controller's declared defaults for the gains that are not given.
+    /// The control law; gains not given are the controller's declared defaults.
     pub(super) fn law(&self) -> Law {
         let default = default_gains();
         let gains = LoopGains {

@@ -1,4 +1,4 @@
-//! `planesman design locus`: the poles of the dive loop as one gain, or the speed, changes.
+//! `planesman design locus`: the closed-loop poles as one gain, or the speed, varies.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use planesman_show::design::{Locus, Varied, heading};
 use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{choice, page_file, speed, within};
 
-/// The quantity that varies, and its range.
+/// Arguments of `design locus`.
 #[derive(Args)]
 #[command(next_help_heading = "Locus")]
 pub struct LocusArgs {
@@ -19,10 +19,10 @@ pub struct LocusArgs {
     subject: SubjectArgs,
     #[command(flatten)]
     gains: GainArgs,
-    /// Speed through the water (m/s, or with its unit: 1ft/s), unless it varies
+    /// Speed through the water (m/s, or with its unit: 1ft/s), unless --vary names the speed
     #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
-    /// Quantity that varies
+    /// Quantity to vary
     #[arg(long, value_parser = choice(&Varied::ALL, Varied::described))]
     vary: Varied,
     /// First value; a speed in m/s or with its unit: 1ft/s
@@ -34,15 +34,15 @@ pub struct LocusArgs {
     /// Number of rows of the table
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
-    /// Also draw it on an HTML page, on which the cursor tells the value at each pole
+    /// Also write an HTML page with the locus; the cursor shows the value at each pole
     #[arg(long, value_name = "FILE", value_parser = page_file)]
     html: Option<PathBuf>,
 }
 
-/// An end of the range: a number, or a speed with its unit.
+/// One end of the range: a number, or a speed with its unit.
 #[derive(Clone, Copy)]
 struct Bound {
-    /// In SI.
+    /// Value in SI.
     value: f64,
     has_unit: bool,
 }
@@ -58,16 +58,14 @@ fn bound(text: &str) -> std::result::Result<Bound, String> {
     Ok(Bound { value, has_unit })
 }
 
-/// Prints the table, and draws where that is asked for.
+/// Prints the table, and writes the page of `--html`.
 ///
 /// # Errors
-/// A speed for a gain, a vehicle or actuator that is refused, numbers that overflow, a file that cannot be written.
+/// A speed given for a gain, a refused vehicle or actuator, numerical overflow, a file that cannot be written.
 pub fn run(args: &LocusArgs) -> Result<()> {
     let gives_speed = args.from.has_unit || args.to.has_unit;
     if gives_speed && args.vary != Varied::Speed {
-        bail!(
-            "--from and --to: a speed is given, but --vary names a gain; gains are numbers in SI"
-        );
+        bail!("--from and --to are speeds, but --vary names a gain: gains are numbers in SI");
     }
     let locus = Locus {
         subject: args.subject.subject(),

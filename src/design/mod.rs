@@ -6,8 +6,8 @@
 //! - [`optimise`]: gains for a range of speeds;
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
-//! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
-//! What they compute is [`planesman_show::design`].
+//! All of them judge the sampled loop: the command is held between ticks, and the actuator has its own dynamics.
+//! The computations are in [`planesman_show::design`].
 
 pub mod analyse;
 mod arguments;
@@ -22,12 +22,12 @@ use clap::Subcommand;
 /// The commands of `planesman design`.
 #[derive(Subcommand)]
 pub enum DesignCommand {
-    /// Analyse poles, stability, margins and step response at one or several speeds
+    /// Analyse poles, stability, margins and step response at one or more speeds
     #[command(
         after_help = "Example:\n  planesman design analyse brunner --speed 1ft/s,3ft/s --html loop.html"
     )]
     Analyse(analyse::AnalyseArgs),
-    /// Print the root locus over a gain or the speed, as a table or a drawing
+    /// Print the root locus over a gain or the speed, as a table or a plot
     #[command(
         after_help = "Example:\n  planesman design locus brunner --vary depth_p --to 5 --html locus.html"
     )]
@@ -37,12 +37,12 @@ pub enum DesignCommand {
         after_help = "Example:\n  planesman design place brunner --speed 1ft/s --real 0.4 --frequency 0.7"
     )]
     Place(place::PlaceArgs),
-    /// Optimise gains for a range of speeds, with given margins
+    /// Optimise gains for a range of speeds, with required margins
     #[command(
         after_help = "Example:\n  planesman design optimise brunner --speed 1ft/s,2ft/s --gain-margin 8"
     )]
     Optimise(optimise::OptimiseArgs),
-    /// Simulate depth steps with every actuator, feedback and gain source, and compare them
+    /// Simulate and compare depth steps with every actuator, feedback and gain source
     #[command(
         after_help = "Example:\n  planesman design table brunner --speed 1ft/s --step 3ft --html table.html"
     )]
@@ -52,7 +52,7 @@ pub enum DesignCommand {
 /// Runs the command and prints the result.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow, a drawing that cannot be written.
+/// A refused vehicle or actuator, numerical overflow, a page that cannot be written.
 pub fn run(command: &DesignCommand) -> Result<()> {
     match command {
         DesignCommand::Analyse(args) => analyse::run(args),

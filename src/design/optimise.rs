@@ -10,28 +10,28 @@ use super::arguments::{GainArgs, SubjectArgs, set_gains};
 use crate::arguments::{length, speed, within};
 use planesman_console::Outcome;
 
-/// The requirements.
+/// Arguments of `design optimise`.
 #[derive(Args)]
 #[command(next_help_heading = "Requirements")]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: SubjectArgs,
-    /// Gains to compare with, and the integrals and the filter, which stay as they are
+    /// Gains to compare with; the integral gains and the filter are kept
     #[command(flatten)]
     gains: GainArgs,
-    /// Speeds through the water (m/s, or with their unit: 1ft/s) that one set of gains is to serve, separated by commas
+    /// Speeds through the water (m/s, or with their unit: 1ft/s) for one set of gains, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "0.1524,0.3048,0.6096,0.9144", value_parser = speed(1e-3, 100.0))]
     speed: Vec<f64>,
     /// Minimum phase margin (deg)
     #[arg(long, default_value_t = 45.0, value_parser = within(0.0, 179.0))]
     phase_margin: f64,
-    /// Minimum gain margin, to either side (dB)
+    /// Minimum gain margin, upward and downward (dB)
     #[arg(long, default_value_t = 6.0, value_parser = within(0.0, 60.0))]
     gain_margin: f64,
     /// Maximum overshoot of a depth step (%)
     #[arg(long, default_value_t = 5.0, value_parser = within(0.0, 100.0))]
     overshoot: f64,
-    /// The depth step that may not ask for more than the limits at its first instant (m, or with its unit: 3ft)
+    /// Depth step whose first pitch and plane commands must stay within the limits (m, or with its unit: 3ft)
     #[arg(long, default_value_t = 0.9144, value_parser = length(1e-3, 1e4))]
     step: f64,
     /// Limit of the pitch command (deg)
@@ -45,10 +45,10 @@ pub struct OptimiseArgs {
     duration: f64,
 }
 
-/// Searches and prints the gains.
+/// Finds and prints the gains.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow, requirements that no gains meet.
+/// A refused vehicle or actuator, numerical overflow, requirements that no gains meet.
 pub fn run(args: &OptimiseArgs) -> Result<()> {
     let subject = args.subject.subject();
     let (gains, memory) = args.gains.law();
@@ -80,9 +80,9 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
     };
     let compared = match wishes.worst(&gains)? {
         Some(worst) => {
-            format!("{worst:.2} m^2 with the gains given (the controller's where not given)")
+            format!("{worst:.2} m^2 with the given gains (controller defaults for the others)")
         }
-        None => "the gains given (the controller's where not given) do not meet the requirements"
+        None => "the given gains (controller defaults for the others) do not meet the requirements"
             .to_owned(),
     };
     let judged = args.speed.iter().zip(&found.judgements);

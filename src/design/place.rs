@@ -1,7 +1,7 @@
 //! `planesman design place`: gains by pole placement for the depth loop.
 //!
-//! The formula places the poles of the continuous loop of the vehicle in pitch alone with ideal planes; the analysis below the gains
-//! is that of the sampled loop, with heave and the actuator.
+//! The formula places the poles of a simplified loop: continuous, pitch only, ideal planes. The analysis printed below the gains applies
+//! to the sampled loop with heave and the actuator.
 
 use anyhow::Result;
 use clap::Args;
@@ -13,7 +13,7 @@ use super::arguments::{SubjectArgs, set_gains};
 use crate::arguments::{speed, within};
 use planesman_console::Outcome;
 
-/// The vehicle and the wanted poles.
+/// Arguments of `design place`.
 #[derive(Args)]
 #[command(next_help_heading = "Poles")]
 pub struct PlaceArgs {
@@ -31,7 +31,7 @@ pub struct PlaceArgs {
     /// Damping ratio of the pole pair
     #[arg(long, default_value_t = 0.7, value_parser = within(0.0, 10.0))]
     damping_ratio: f64,
-    /// Kpy, not determined by the three poles
+    /// Kpy, which the three poles do not determine
     #[arg(long, default_value_t = 0.7, value_parser = within(1e-3, 1e3))]
     pitch_p: f64,
 }
@@ -39,7 +39,7 @@ pub struct PlaceArgs {
 /// Prints the gains and their analysis.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow.
+/// A refused vehicle or actuator, numerical overflow.
 pub fn run(args: &PlaceArgs) -> Result<()> {
     let subject = args.subject.subject();
     let gains = placement::gains(
@@ -62,15 +62,15 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         stability(&judged)
     );
     if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
-        answer += "\nA gain is negative: these poles are slower or less damped than the vehicle with this Kpy.";
+        answer += "\nA gain is negative: the requested poles are slower or less damped than those of the vehicle with this Kpy.";
     }
     let set = set_gains(&gains);
     Ok(Outcome::new(answer)
         .numbers(heading(&subject, &drive))
         .numbers(
-            "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:",
+            "The poles are those of the continuous loop without heave, with ideal planes. With heave:",
         )
         .numbers(described(&judged))
-        .next(format!("planesman dive{set}"), "fly them")
+        .next(format!("planesman dive{set}"), "fly with these gains")
         .print()?)
 }

@@ -11,7 +11,7 @@ use planesman_show::design::DepthSteps;
 
 use crate::arguments::{length, page_file, speed, within};
 
-/// The flights to simulate.
+/// Arguments of `design table`.
 #[derive(Args)]
 pub struct TableArgs {
     /// A built-in vehicle or a vehicle file
@@ -23,13 +23,13 @@ pub struct TableArgs {
     /// Depth steps (m, or with their unit), separated by commas
     #[arg(long, value_delimiter = ',', default_value = "3ft,5ft", value_parser = length(0.003, 300.0))]
     step: Vec<f64>,
-    /// Amplitude of the test signal of the flights with adaptive gains (deg)
+    /// Amplitude of the test signal in flights with adaptive gains (deg)
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0, 30.0))]
     signal: f64,
-    /// Seed of every noise
+    /// Seed of all noise
     #[arg(long, default_value_t = 1)]
     seed: u32,
-    /// How to print the table [default: table on a terminal, md elsewhere]
+    /// Format of the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
     /// Also write an HTML page with plots
@@ -37,10 +37,10 @@ pub struct TableArgs {
     html: Option<PathBuf>,
 }
 
-/// Flies them all and prints a table.
+/// Simulates all flights and prints a table.
 ///
 /// # Errors
-/// A vehicle or parameter that is refused, or a flight that breaks off.
+/// A refused vehicle or parameter, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
     let flights = DepthSteps {
         vehicle: args.vehicle.clone(),

@@ -1,4 +1,4 @@
-//! `planesman dha design`: designs of a circuit of on/off valves, over a load cycle.
+//! `planesman dha design`: designs of a circuit of on/off valves, compared over a load cycle.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -20,37 +20,37 @@ use planesman_units::{Dimension, Quantity};
 
 use crate::arguments::page_file;
 
-/// Designs at most.
+/// Maximum number of designs.
 const MOST: usize = 10_000;
 
-/// The arguments.
+/// Arguments of `dha design`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct DesignArgs {
-    /// A circuit of on/off valves: built in (dfcu), or a file
+    /// A circuit of on/off valves: a built-in one (dfcu) or a file
     pub file: String,
-    /// Load cycle: a table of time, position (m, or its unit as in 'position (mm)') and, if there is one, force (N)
-    /// against positive motion; or a scenario, whose plane command is the reference
+    /// Load cycle: a table with time, position (m, or a unit as in 'position (mm)') and optionally force (N) against positive motion; or a
+    /// scenario, whose plane command is the reference
     #[arg(long, value_name = "CSV|SCENARIO")]
     pub load_cycle: String,
-    /// Codings of the valves, of pcm, pnm and fibonacci
+    /// Valve codings to compare: pcm, pnm, fibonacci
     #[arg(long, value_name = "NAMES", default_value = "pcm,pnm,fibonacci")]
     pub codings: List<Named<Coding>>,
-    /// Valves of each edge, a list or FROM..TO
+    /// Numbers of valves per edge: a list or FROM..TO
     #[arg(long, value_name = "NUMBERS", default_value = "3..6")]
     pub valves: List<Count>,
-    /// Laws of the controller, of nearest, model and pwm
+    /// Control laws to compare: nearest, model, pwm
     #[arg(long, value_name = "NAMES", default_value = "nearest,model,pwm")]
     pub controllers: List<Named<Law>>,
-    /// Evaluate each design with so many seeds of the valves' scatter
+    /// Number of random draws of the valves' scatter for each design
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub seeds: u32,
-    /// Print all designs, not only those that are not beaten
+    /// Print all designs, not only those that no other design beats
     #[arg(long)]
     pub all: bool,
-    /// Print also the circuit, the pressures, and where the energy of the best compromise goes
+    /// Also print the circuit, the pressures, and where the energy of the best compromise goes
     #[arg(long)]
     pub verbose: bool,
-    /// How to print the table [default: table on a terminal, md elsewhere]
+    /// Format of the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_parser = crate::arguments::format())]
     pub format: Option<Format>,
     /// Also write an HTML page with plots
@@ -58,7 +58,7 @@ pub struct DesignArgs {
     pub html: Option<PathBuf>,
 }
 
-/// A list on the command line.
+/// A comma-separated list on the command line.
 #[derive(Clone, Debug)]
 pub struct List<T>(Vec<T>);
 
@@ -72,16 +72,16 @@ impl<T: Items> FromStr for List<T> {
     }
 }
 
-/// What stands between two commas.
+/// The content between two commas of a list.
 pub trait Items: Sized {
-    /// One item, or several.
+    /// Parses one item, or a range of several.
     ///
     /// # Errors
-    /// What is expected.
+    /// A sentence that says what is expected.
     fn items(text: &str) -> Result<Vec<Self>, String>;
 }
 
-/// A thing by its name.
+/// A value chosen by its name.
 #[derive(Clone, Copy, Debug)]
 pub struct Named<T>(T);
 
@@ -90,7 +90,7 @@ impl<T: Choice> Items for Named<T> {
         match T::named(text) {
             Some(choice) => Ok(vec![Self(choice)]),
             None => Err(format!(
-                "'{text}' is none of {}{}",
+                "unknown name '{text}'; known: {}{}",
                 T::NAMES.join(", "),
                 did_you_mean(text, T::NAMES.iter().copied())
             )),
@@ -98,7 +98,7 @@ impl<T: Choice> Items for Named<T> {
     }
 }
 
-/// A number of valves.
+/// A number of valves per edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Count(usize);
 
@@ -122,15 +122,15 @@ impl Items for Count {
     }
 }
 
-/// Evaluates the designs, prints them, writes the page.
+/// Evaluates the designs, prints them and writes the page.
 ///
 /// # Errors
-/// The circuit or the load cycle is refused.
+/// A refused circuit or load cycle.
 pub fn run(args: &DesignArgs) -> Result<()> {
     let circuit = match actuator_file::read(&args.file)? {
         ActuatorFile::Circuit(circuit) => circuit,
         ActuatorFile::Metering(set) => bail!(
-            "'{}' is an actuator of metered volumes ({}), not a circuit of on/off valves; planesman dha size {} is for those",
+            "'{}' is an actuator with metered volumes ({}), not a circuit of on/off valves; use: planesman dha size {}",
             args.file,
             set.name,
             args.file
@@ -146,7 +146,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     let designs = designs(&circuit, &codings, &counts, &laws);
     if designs.len() > MOST {
         bail!(
-            "{} designs are more than {MOST}; ask for fewer",
+            "{} designs exceed the limit of {MOST}: choose fewer codings, valves or controllers",
             designs.len()
         );
     }
@@ -191,7 +191,7 @@ pub fn run(args: &DesignArgs) -> Result<()> {
     .print()?)
 }
 
-/// Each item where it stands first.
+/// Removes duplicates; each item stays at its first place.
 fn once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     let mut all = Vec::new();
     for item in items {
@@ -202,7 +202,7 @@ fn once<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
     all
 }
 
-/// The load cycle in a table, or the plane command of a scenario flown with ideal planes.
+/// The load cycle in a table, or the plane command of a scenario simulated with ideal planes.
 fn load_cycle(name: &str, circuit: &Circuit) -> Result<LoadCycle> {
     let path = Path::new(name);
     if match path.extension() {
@@ -233,12 +233,12 @@ fn of_table(path: &Path) -> Result<LoadCycle> {
     let used = [&position, &force].map(|it| it.as_ref().map(|it| it.0.as_str()));
     if let Some(unused) = heads.iter().find(|head| !used.contains(&Some(**head))) {
         bail!(
-            "{}: column '{unused}' is none of time, position and force, with or without a unit as in 'force [kN]'",
+            "{}: unknown column '{unused}'; known: time, position, force, each with or without a unit as in 'force [kN]'",
             path.display()
         );
     }
     let Some((position, in_metres)) = position else {
-        bail!("{}: it has no column 'position'", path.display());
+        bail!("{}: the column 'position' is missing", path.display());
     };
     let in_newtons = force.as_ref().map_or(1.0, |it| it.1);
     let requests: Vec<Request> = [
@@ -271,7 +271,7 @@ fn of_table(path: &Path) -> Result<LoadCycle> {
     LoadCycle::new(points).with_context(|| path.display().to_string())
 }
 
-/// The head of the column of that name, with or without a unit behind it (`force [kN]`, `force_kN`), and the unit in SI.
+/// The header of the column `name`, with or without a unit after it (`force [kN]`, `force_kN`), and the factor from its unit to SI.
 fn column(
     path: &Path,
     heads: &[&str],
@@ -293,7 +293,7 @@ fn column(
     };
     if let Some((other, _)) = found.next() {
         bail!(
-            "{}: columns '{head}' and '{other}' are both the {name}",
+            "{}: columns '{head}' and '{other}' both contain the {name}",
             path.display()
         );
     }

@@ -1,4 +1,4 @@
-//! `planesman dha frequency`: the linear model of Section V beside the full one under sinusoids.
+//! `planesman dha frequency`: the linear model of Section V compared with the full model under sinusoids.
 
 use anyhow::Result;
 use planesman_console::print_wrapped;
@@ -7,13 +7,13 @@ use planesman_show::design::frequency_text;
 
 use crate::reports_program;
 
-/// The arguments.
+/// Arguments of `dha frequency`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FrequencyArgs {
     /// A built-in actuator or an actuator file
     #[arg(default_value = "table_4_1")]
     actuator: String,
-    /// The actuator alone in its position loop, instead of the flight control with surrogate PS-2, which the reports' program has
+    /// Only the actuator in its position loop, not the flight control with surrogate PS-2 (that one needs planesman-reports)
     #[arg(long)]
     alone: bool,
 }
@@ -21,7 +21,7 @@ pub struct FrequencyArgs {
 /// Prints the tables.
 ///
 /// # Errors
-/// One line: the file that is refused.
+/// A refused file.
 pub fn run(args: &FrequencyArgs) -> Result<()> {
     if !args.alone {
         return reports_program::run("frequency", 2);

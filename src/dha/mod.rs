@@ -1,10 +1,10 @@
 //! `planesman dha`: analysis of the digital hydraulic actuator.
 //!
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
-//! - [`frequency`]: the linear model beside the full one.
+//! - [`frequency`]: the linear model compared with the full model.
 //! - [`design`]: designs of a circuit of on/off valves over a load cycle.
 //!
-//! What they compute is [`planesman_show::design`]; the 1966 study's tables and the limit cycles are the reports' program's.
+//! The computations are in [`planesman_show::design`]. The tables of the 1966 study and the limit cycles belong to `planesman-reports`.
 
 use anyhow::Result;
 
@@ -20,12 +20,12 @@ pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
     #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
     Bench(PassedOn),
-    /// Print the sizes of an actuator, or size one for a load
+    /// Print the sizes of an actuator, or size an actuator for a load
     #[command(
         after_help = "Examples:\n  planesman dha size auv_two_speed\n  planesman dha size --resolution '0.5 deg' --slew '60 deg/s'"
     )]
     Size(Box<size::SizeArgs>),
-    /// Compare the frequency responses of the linear and the full model
+    /// Compare the frequency responses of the linear model and the full model
     #[command(after_help = "Example:\n  planesman dha frequency auv --alone")]
     Frequency(frequency::FrequencyArgs),
     /// Compare designs of a circuit of on/off valves over a load cycle

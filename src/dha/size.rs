@@ -7,55 +7,54 @@ use planesman_hydraulics::{ActuatorSet, actuator_file};
 use planesman_show::design::{size_table, size_text};
 use planesman_units::{DEGREE, Dimension, Quantity};
 
-/// The arguments. A quantity is a number and its unit, as in an actuator file.
+/// Arguments of `dha size`. A quantity is a number with its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
 pub struct SizeArgs {
-    /// A built-in actuator or an actuator file; with --resolution an actuator is sized for a load instead, that
-    /// takes from this one what is not given
+    /// A built-in actuator or an actuator file. With --resolution an actuator is sized for a load; values not given are taken from this file
     #[arg(default_value = "auv")]
     actuator: String,
-    /// delta_q, the step wanted at the planes, such as '0.5 deg'
+    /// delta_q, the required plane angle per volume, such as '0.5 deg'
     #[arg(long, help_heading = "Load")]
     resolution: Option<String>,
-    /// Plane rate, required, in deg/s or rad/s
+    /// Required plane rate, in deg/s or rad/s
     #[arg(long, requires = "resolution", help_heading = "Load")]
     slew: Option<String>,
-    /// The planes' travel to either side, such as '30 deg'
+    /// Travel of the planes to either side, such as '30 deg'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     stroke: Option<String>,
-    /// M, load and ram lumped at the ram, such as '0.35 kg'
+    /// M, mass of load and ram at the ram, such as '0.35 kg'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     mass: Option<String>,
-    /// C at the ram, such as '350 N s/m'
+    /// C, viscous damping at the ram, such as '350 N s/m'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     viscous: Option<String>,
-    /// Delta F at the ram, such as '2.2 N'
+    /// Delta F, Coulomb friction at the ram, such as '2.2 N'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     coulomb: Option<String>,
-    /// R, such as '12.7 mm'
+    /// R, moment arm, such as '12.7 mm'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     moment_arm: Option<String>,
-    /// P_h, such as '1 MPa'
+    /// P_h, supply pressure, such as '1 MPa'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     supply: Option<String>,
-    /// P_R, such as '0.07 MPa'
+    /// P_R, return pressure, such as '0.07 MPa'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     return_pressure: Option<String>,
     /// beta/V, the oil's bulk modulus over its volume, such as '2e5 lb/in^5'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     stiffness: Option<String>,
-    /// T_v, such as '5.5 ms'
+    /// T_v, valve cycle time, such as '5.5 ms'
     #[arg(long, requires = "resolution", help_heading = "Load")]
     valve_time: Option<String>,
-    /// Print the sizes alone, as a table in this format [default: a list, and the limit cycle foreseen]
+    /// Print only the sizes, as a table in this format [default: a list, and the predicted limit cycle]
     #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
-/// Prints the sizes and the limit cycle foreseen.
+/// Prints the sizes and the predicted limit cycle.
 ///
 /// # Errors
-/// One line: the file, quantity or load that is refused.
+/// A refused file, quantity or load.
 pub fn run(args: &SizeArgs) -> Result<()> {
     let given = actuator_file::load(&args.actuator)?;
     let set = match &args.resolution {
@@ -72,7 +71,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
 }
 
 impl SizeArgs {
-    /// The load of the command line, the rest as the actuator `given` has it.
+    /// The load from the command line; values not given are those of the actuator `given`.
     fn load(&self, resolution: &str, given: &ActuatorSet) -> Result<Load> {
         use Dimension as D;
         let read = |name: &str, text: &Option<String>, dimension: D, otherwise: f64| {
@@ -127,7 +126,7 @@ impl SizeArgs {
 fn quantity(name: &str, text: &str, dimension: Dimension) -> Result<f64> {
     text.parse::<Quantity>()?
         .argument(dimension)
-        .map_err(|rule| anyhow!("--{name}: '{text}' refused: {rule}"))
+        .map_err(|rule| anyhow!("--{name} '{text}' refused: {rule}"))
 }
 
 #[cfg(test)]
@@ -159,7 +158,7 @@ mod tests {
     fn a_quantity_in_a_foreign_unit_is_refused_by_name() {
         let refusal = sized(&["--resolution", "1 psi"]).unwrap_err().to_string();
         assert!(
-            refusal.starts_with("--resolution: '1 psi' refused"),
+            refusal.starts_with("--resolution '1 psi' refused"),
             "{refusal}"
         );
     }

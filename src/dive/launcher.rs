@@ -1,4 +1,4 @@
-//! The launcher in flight: from the nodes' discovery of each other to the last message.
+//! The launcher in flight: from the discovery of the nodes to the last message.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::IsTerminal;
@@ -26,7 +26,7 @@ use recorder::node::BAG;
 use super::options::{Options, yield_to_other_dive};
 use crate::processes::Processes;
 
-/// Timeout of discovery without a new match, and of an answer.
+/// Timeout of discovery without a new match, and of an answer to a service call.
 const DISCOVERY_TIMEOUT: Duration = Duration::from_secs(30);
 /// Timeout for the last messages to arrive.
 const DRAIN_TIMEOUT: Duration = Duration::from_secs(10);
@@ -35,7 +35,7 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 /// The same two timeouts after an interrupt.
 const INTERRUPT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A node as it is to be launched.
+/// A node to be launched.
 pub(super) struct LaunchedNode {
     pub(super) node: &'static str,
     pub(super) parameters: Values,
@@ -43,10 +43,10 @@ pub(super) struct LaunchedNode {
 }
 
 impl LaunchedNode {
-    /// Asks the running node for its parameters.
+    /// Compares the parameters of the running node with those of the flight.
     ///
     /// # Errors
-    /// No answer, or a parameter with another value than the flight is to have.
+    /// The node does not answer, or has a different value of a parameter.
     async fn check(self) -> Result<()> {
         let names = self.parameters.declarations().iter();
         let names: Vec<String> = names.map(|it| it.name.clone()).collect();
@@ -60,7 +60,7 @@ impl LaunchedNode {
         match difference(&self.parameters, |name| has.get(name).cloned().flatten()) {
             None => Ok(()),
             Some(difference) => bail!(
-                "the running node does not have the parameters of the flight: {}.{difference}",
+                "the running node and the flight differ in a parameter: {}.{difference}",
                 self.node
             ),
         }
@@ -71,25 +71,25 @@ pub(super) enum Event {
     Diagnostics(DiagnosticArray),
     State(VehicleState),
     Model(Box<ModelEstimate>),
-    /// Whether every node has the parameters of the flight.
+    /// Result of the comparison of the nodes' parameters with the flight's.
     Compared(Result<()>),
     /// The vehicle's answer to its release.
     Going(Result<SetBoolResponse, planesman_node::Error>),
-    /// Its answer to the stop.
+    /// The vehicle's answer to the stop request.
     Stopped(Result<SetBoolResponse, planesman_node::Error>),
     Poll,
 }
 
 enum Phase {
-    /// Waiting until all have discovered each other: the largest number of matches, and its time.
+    /// Waiting until all nodes have discovered each other. `matches`: the largest number of matches so far; `since`: when it was reached.
     Discovering { matches: usize, since: Instant },
-    /// All have; their parameters are compared with the flight's.
+    /// All nodes have discovered each other; their parameters are compared with the flight's.
     Comparing,
-    /// The vehicle was released.
+    /// The vehicle is released and flies.
     Flying,
-    /// It was asked to stop.
+    /// The vehicle is asked to stop.
     Stopping,
-    /// It has stopped, at this time; the last messages are in transit.
+    /// The vehicle stopped at this time; the last messages are in transit.
     Draining(Instant),
 }
 
@@ -104,21 +104,21 @@ pub(super) struct Launcher {
     /// The endpoints of each node.
     connections: BTreeMap<String, Connections>,
     pub(super) bar: ProgressBar,
-    /// The depth (m) and the plane angle (deg) so far.
+    /// History of depth (m) and plane angle (deg) so far.
     depth: History,
     planes: History,
-    /// The first and the last state's stamp, ns.
+    /// Stamps of the first and the last state, ns.
     first: Option<i64>,
     last: Option<i64>,
     pub(super) ticks: u64,
-    /// Whether the vehicle says that it is done.
+    /// Whether the vehicle has reported the end of the flight.
     done: bool,
     pole: String,
     /// When the vehicle was released.
     began: Instant,
-    /// From there to its last state.
+    /// Wall time from the release to the last state.
     pub(super) flown: Duration,
-    /// How the vehicle last said it is: level and message.
+    /// The vehicle's last diagnostic status: level and message.
     vehicle: (u8, String),
     /// Whether the dive was interrupted.
     pub(super) interrupted: bool,
@@ -162,7 +162,7 @@ impl Launcher {
         }
     }
 
-    /// Handles events until the dive ends. A first interrupt ends it in order, a second one at once.
+    /// Handles events until the dive ends. A first interrupt ends the dive in order, a second one at once.
     pub(super) fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
         loop {
             match rt.next(Duration::MAX) {
@@ -188,7 +188,7 @@ impl Launcher {
         match event {
             Event::Diagnostics(array) => {
                 if let Some(trouble) = self.trouble_of_the_bag(&array) {
-                    bail!("the recorder has stopped: {trouble}");
+                    bail!("the recorder stopped: {trouble}");
                 }
                 let vehicle = full_name(&self.options.namespace, "plant_sim") + ": vehicle";
                 let is_done = |status: &DiagnosticStatus| {
@@ -225,7 +225,7 @@ impl Launcher {
             Event::Stopped(Ok(_)) => self.drain(),
             Event::Stopped(Err(reason)) => {
                 self.print_line(&format!(
-                    "WARNING: plant_sim does not pause ({reason}); all nodes are sent SIGTERM, the recorder last"
+                    "WARNING: plant_sim does not pause ({reason}); sending SIGTERM to all nodes, the recorder last"
                 ));
                 return Ok(Flow::Stop);
             }
@@ -234,7 +234,7 @@ impl Launcher {
         Ok(Flow::Continue)
     }
 
-    /// Remembers how the vehicle is, and prints it once it has waited for `answer_timeout`.
+    /// Stores the vehicle's status, and prints it once the vehicle has waited for `answer_timeout`.
     fn on_vehicle(&mut self, status: &DiagnosticStatus) {
         let now = (status.level, status.message.clone());
         let before = std::mem::replace(&mut self.vehicle, now);
@@ -248,7 +248,7 @@ impl Launcher {
     }
 
     /// # Errors
-    /// When fewer ticks were flown than the scenario asks for.
+    /// Fewer ticks were flown than the scenario contains.
     pub(super) fn check_flown(&self) -> Result<()> {
         if self.options.keep_running || self.is_flown() {
             return Ok(());
@@ -261,7 +261,7 @@ impl Launcher {
         bail!("interrupted after {flown} of {asked} ticks{vehicle}; the bag is closed")
     }
 
-    /// The reason why recording stopped. The recorder's log may be on the full disk.
+    /// The reason why recording stopped, from the diagnostics: the recorder's log may be on the full disk.
     fn trouble_of_the_bag<'a>(&self, array: &'a DiagnosticArray) -> Option<&'a str> {
         let bag = format!("{}: {BAG}", full_name(&self.options.namespace, "recorder"));
         let failed = |status: &&DiagnosticStatus| {
@@ -298,7 +298,7 @@ impl Launcher {
         ));
     }
 
-    /// Whether the dive is over, by what has come of the vehicle's states or by its own word.
+    /// Whether the dive is over, by the received states or by the vehicle's own report.
     fn is_flown(&self) -> bool {
         self.ticks >= self.scenario.ticks() || self.done
     }
@@ -311,7 +311,7 @@ impl Launcher {
             if let Some(rival) = self.claim.rival() {
                 self.rival_seen = true;
                 self.print_line(&format!(
-                    "WARNING: another dive, {rival}, flies in namespace {} too: each vehicle stays with its own nodes, but services and setpoints reach both; stop one",
+                    "WARNING: another dive, {rival}, flies in namespace {} too. Services and setpoints reach both vehicles: stop one of the dives",
                     self.options.namespace
                 ));
             }
@@ -362,7 +362,7 @@ impl Launcher {
             };
         } else if since.elapsed() > DISCOVERY_TIMEOUT {
             bail!(
-                "the nodes do not discover each other, no new match for {} s: {missing}",
+                "the nodes do not discover each other (no new match for {} s): {missing}",
                 DISCOVERY_TIMEOUT.as_secs()
             );
         }
@@ -394,7 +394,7 @@ impl Launcher {
         });
     }
 
-    /// The vehicle stands: what is in transit is waited for.
+    /// After the vehicle's stop: waits for the messages in transit.
     fn drain(&mut self) {
         // Only diagnostics from now on count.
         self.connections.clear();
@@ -418,7 +418,7 @@ impl Launcher {
         }
     }
 
-    /// The endpoints of every node, or the node whose report is missing.
+    /// The connections reported by every node, or a sentence that names the node whose report is missing.
     fn reports(&self) -> Result<Vec<&Connections>, String> {
         let of = |node: &&str| {
             self.connections
@@ -428,8 +428,7 @@ impl Launcher {
         NODES.iter().map(of).collect()
     }
 
-    /// A topic with messages sent but not yet received, `None` without one. Only topics of the loop, which are
-    /// all reliable here.
+    /// A sentence about a topic with messages sent but not yet received, or `None`. Looks only at topics of the loop, which are all reliable here.
     fn in_transit(&self) -> Option<String> {
         let all = match self.reports() {
             Ok(all) => all,
@@ -452,7 +451,7 @@ impl Launcher {
                     .sum();
                 if end.messages < sent {
                     return Some(format!(
-                        "{} has {} of {sent} messages of {}",
+                        "{} has received {} of {sent} messages of {}",
                         node.node, end.messages, end.topic
                     ));
                 }
@@ -461,7 +460,7 @@ impl Launcher {
         None
     }
 
-    /// The number of matches of the nodes and the launcher.
+    /// Total number of matches of the nodes and the launcher.
     fn matches(&self, own: &Connections) -> usize {
         let all = self.connections.values().chain([own]);
         all.flat_map(|node| &node.list)
@@ -469,10 +468,9 @@ impl Launcher {
             .sum()
     }
 
-    /// A match that is still missing, `None` when all endpoints are matched.
+    /// A sentence about a missing match, or `None` when all endpoints are matched.
     ///
-    /// Every node must have reported; every endpoint must be matched with as many others as all
-    /// nodes together, this one included, have on its topic.
+    /// Every node must have reported. Every endpoint must be matched with all endpoints on its topic, the launcher's included.
     fn missing(&self, own: &Connections) -> Option<String> {
         if let Some(rival) = self.claim.rival() {
             return Some(format!("waiting for another dive, {rival}, to end"));
@@ -506,12 +504,12 @@ impl Launcher {
     }
 }
 
-/// A quantity as it has been, small enough for a line of the terminal.
+/// History of a quantity, as a sparkline for one line of the terminal.
 #[derive(Default)]
 struct History {
-    /// Ticks in a column.
+    /// Ticks per column.
     ticks: u64,
-    /// The column of the last value, and the columns' values; of more than [`History::COLUMNS`] the last ones.
+    /// Index of the last column, and the columns' values; at most the last [`History::COLUMNS`] of them.
     column: u64,
     values: VecDeque<f64>,
 }
@@ -519,7 +517,7 @@ struct History {
 impl History {
     const COLUMNS: u64 = 44;
 
-    /// Over the whole scenario; of a flight without end the last seconds, one a column.
+    /// For the whole scenario; for a flight without end, the last seconds with one column per second.
     fn of(scenario: &Scenario, endless: bool) -> Self {
         let ticks = match endless {
             true => (1.0 / scenario.tick).round() as u64,
@@ -531,7 +529,7 @@ impl History {
         }
     }
 
-    /// Takes the value at a tick.
+    /// Adds the value at a tick.
     fn take(&mut self, tick: u64, value: f64) {
         let column = tick / self.ticks;
         if column == self.column {
@@ -544,7 +542,7 @@ impl History {
         }
     }
 
-    /// Its name, its course and its range; with a sign of -1 larger values are drawn lower.
+    /// Name, sparkline and range; with `sign` -1 larger values are drawn lower.
     fn line(&self, name: &str, sign: f64, unit: &str) -> String {
         let course: Vec<f64> = self.values.iter().map(|value| sign * value).collect();
         let (low, high) = self
@@ -560,7 +558,7 @@ impl History {
     }
 }
 
-/// The state on one line, and above it, if the flight ends by itself, how much of it is left.
+/// Progress line with the state; above it, if the flight has an end, a bar with the remaining time.
 fn bar(ticks: u64, keep_running: bool) -> ProgressBar {
     let bar = ProgressBar::new(ticks);
     let template = match keep_running {

@@ -1,24 +1,24 @@
-//! How a dive is run, and what keeps two of them apart.
+//! Options of a dive, and the check that no two dives share a namespace.
 
 use anyhow::{Result, bail};
 use planesman_node::claim::Claim;
 
-/// The end of a tick.
+/// What ends a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
-    /// When every member has answered.
+    /// The answers of all members.
     Lockstep,
-    /// By the wall clock.
+    /// The wall clock.
     Real {
         /// The real-time factor.
         factor: f64,
-        /// Stamps from 0, `/clock` published.
+        /// Stamps start at 0, and `/clock` is published.
         sim_time: bool,
     },
 }
 
 impl Pace {
-    /// Whether the vehicle makes `/clock`.
+    /// Whether the vehicle publishes `/clock`.
     pub(super) fn owns_time(self) -> bool {
         match self {
             Self::Lockstep => true,
@@ -27,28 +27,28 @@ impl Pace {
     }
 }
 
-/// How a dive is run.
+/// Options of a dive.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// The end of a tick.
+    /// What ends a tick.
     pub pace: Pace,
     /// Keep the loop running until Ctrl-C.
     pub keep_running: bool,
-    /// Show the dive on a page in the browser.
+    /// Show the dive on a web page.
     pub watch: bool,
     /// The namespace of all nodes.
     pub namespace: String,
-    /// The scenario's name or file.
+    /// Name or file of the scenario.
     pub scenario: String,
-    /// Print all numbers of the flight.
+    /// Print all numbers of the flight, and each step of the launch.
     pub verbose: bool,
 }
 
-/// Ends this dive if another one holds the claim; of several at once exactly one continues.
+/// Ends this dive if another dive holds the claim to the namespace. Of several that start at once exactly one continues.
 pub(super) fn yield_to_other_dive(claim: &Claim, options: &Options) -> Result<()> {
     if let Some(holder) = claim.holder() {
         bail!(
-            "another dive, {holder}, runs in namespace {}; wait for its end, or choose another ROS_DOMAIN_ID or \
+            "another dive, {holder}, runs in namespace {}: wait until it ends, or choose another ROS_DOMAIN_ID or \
              --namespace",
             options.namespace
         );

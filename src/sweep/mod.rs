@@ -1,4 +1,4 @@
-//! `planesman sweep`: a scenario flown many times ([`planesman_flight::sweep`]), and the page of what is there.
+//! `planesman sweep`: flies a scenario many times ([`planesman_flight::sweep`]) and writes a page of the results.
 
 use std::fmt::Write as _;
 use std::num::NonZero;
@@ -21,39 +21,39 @@ use planesman_linear::digits::significant;
 use planesman_parameters::Value;
 use planesman_text::{grouped, shell_word};
 
-/// Combinations that are printed at most.
+/// Maximum number of combinations that are printed.
 const LISTED: usize = 10;
 
-/// What to vary.
+/// Arguments of `sweep`.
 #[derive(Args)]
 pub struct SweepArgs {
     #[arg(help = crate::arguments::scenario_help())]
     scenario: String,
-    /// Set a parameter of a node in all cases, as depth_controller.depth.p=1.2; may be repeated
+    /// Set a parameter of a node in all cases, such as depth_controller.depth.p=1.2; may be repeated
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
     set: Vec<String>,
-    /// Vary a parameter: over a list (1ft/s,2ft/s or ideal,dha), a range with its step (0.4:1.6:0.1), or a range to draw
-    /// samples from (0.4..1.6); may be repeated, then every combination is flown
+    /// Parameter to vary: a list (1ft/s,2ft/s or ideal,dha), a range with a step (0.4:1.6:0.1), or a range to sample (0.4..1.6); may be
+    /// repeated, then every combination is flown
     #[arg(long, value_name = "NODE.PARAMETER=VALUES", required = true)]
     vary: Vec<String>,
-    /// Fly each combination with so many seeds, from the scenario's seed on
+    /// Number of seeds to fly each combination with, from the scenario's seed on
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     seeds: u32,
-    /// Draw so many samples, a Latin hypercube over all parameters that are varied as FROM..TO
+    /// Number of samples: a Latin hypercube over all parameters that vary as FROM..TO
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     samples: Option<u32>,
-    /// Folder for the results; the same command again goes on where it was interrupted [default: runs/sweep-SCENARIO]
+    /// Folder for the results; the same command resumes an interrupted sweep [default: runs/sweep-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Fly only part I of N of the combinations, as 1/4: for N machines, or tasks of a batch system, that share a folder
+    /// Fly only part I of N of the combinations, such as 1/4: for several machines, or batch jobs, that share a folder
     #[arg(long, value_name = "I/N", value_parser = shard, allow_hyphen_values = true)]
     shard: Option<Part>,
-    /// Flights at the same time [default: as many as there are cores]
+    /// Number of flights at the same time [default: number of cores]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZero<usize>>,
 }
 
-/// `I/N`, of a part and how many there are.
+/// Parses `I/N`: one part, and the number of parts.
 fn shard(text: &str) -> Result<Part, String> {
     let parts = text.split_once('/').and_then(|(part, of)| {
         let (part, of) = (part.parse().ok()?, of.parse().ok()?);
@@ -62,7 +62,7 @@ fn shard(text: &str) -> Result<Part, String> {
     parts.ok_or_else(|| "I/N is expected, I from 1 to N".to_owned())
 }
 
-/// The files of a sweep's folder, the one it is known by first.
+/// The files of a sweep's folder; the folder is recognised by the first one.
 const OWN: [&str; 6] = [
     "sweep.yaml",
     "cases.csv",
@@ -72,10 +72,10 @@ const OWN: [&str; 6] = [
     "report.html",
 ];
 
-/// Flies the cases that the folder lacks, and writes the page.
+/// Flies the cases that are not in the folder yet, and writes the page.
 ///
 /// # Errors
-/// What is refused of the command line, before the first case; a folder that holds another sweep or cannot be written.
+/// A refused command line, before the first case; a folder that contains another sweep or cannot be written.
 pub fn run(args: &SweepArgs) -> Result<()> {
     let sweep = Sweep::new(
         Scenario::load_with(&args.scenario, &args.set)?,
@@ -117,7 +117,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     if flown.there > 0 {
         let _ = writeln!(
             notes,
-            "{} of {} cases were flown before.",
+            "{} of {} cases had been flown before.",
             flown.there, flown.all
         );
     }
@@ -145,12 +145,15 @@ pub fn run(args: &SweepArgs) -> Result<()> {
             )
         });
         let dive = dive_command(&args.scenario);
-        outcome = outcome.next(dive + &set.collect::<String>(), "fly the fastest");
+        outcome = outcome.next(
+            dive + &set.collect::<String>(),
+            "fly the fastest combination",
+        );
     }
     Ok(outcome.print()?)
 }
 
-/// The values of a combination.
+/// The values of a combination, as text.
 fn values(space: &Space, combination: u64) -> impl Iterator<Item = String> {
     space.values(combination).map(|(axis, value)| match value {
         Value::Double(number) if axis.is_sampled => significant(*number, 4),
@@ -158,12 +161,12 @@ fn values(space: &Space, combination: u64) -> impl Iterator<Item = String> {
     })
 }
 
-/// The fastest combination in a sentence, and how many settle.
+/// A sentence about the fastest combination, and the number of combinations that settle.
 fn answer(space: &Space, outcomes: &Outcomes, settled: &[Settled]) -> String {
     let (of, cases) = (outcomes.combinations.len(), grouped(outcomes.cases));
     let Some(first) = settled.first() else {
         return format!(
-            "None of {of} combinations settles within 5 % in every flight ({cases} cases)."
+            "No combination of {of} settles within 5 % in every flight ({cases} cases)."
         );
     };
     let values = space.axes.iter().zip(values(space, first.combination));
@@ -181,7 +184,7 @@ fn answer(space: &Space, outcomes: &Outcomes, settled: &[Settled]) -> String {
     )
 }
 
-/// The combinations that no other beats in both settling time and plane travel.
+/// The combinations that no other one beats in both settling time and plane travel.
 fn best(space: &Space, settled: &[Settled]) -> Table {
     let names: Vec<String> = space.axes.iter().map(Axis::name).collect();
     let results = ["settling time (5 %) [s]", "plane travel [rad]"];

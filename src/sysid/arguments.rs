@@ -14,7 +14,7 @@ use planesman_signals::{LogKind, TABLES};
 
 use crate::arguments::possible;
 
-/// Options that a library declares, as arguments.
+/// Options declared by a library, as clap arguments.
 #[derive(Clone, Debug)]
 pub(crate) struct Declared<T>(pub(crate) T);
 
@@ -56,7 +56,7 @@ impl<T: OptionGroup> FromArgMatches for Declared<T> {
     }
 }
 
-/// An option in a help text, with its value.
+/// An option with its value, as written in help texts.
 fn in_words(name: &str, value: Option<&str>) -> String {
     let value = value.map_or_else(String::new, |it| format!(" {it}"));
     format!("--{}{value}", name.replace('_', "-"))
@@ -101,7 +101,7 @@ fn argument(option: &'static Declaration, default: Vec<String>) -> Arg {
     }
 }
 
-/// What data may be, with the endings of its files.
+/// The accepted kinds of data, with their file extensions.
 pub(crate) fn data_in_words() -> String {
     let written = |endings: &[&str]| format!(".{}", endings.join(", ."));
     let log = |it: &LogKind| format!("{} ({})", it.writer, written(it.endings));
@@ -113,7 +113,7 @@ pub(crate) fn data_in_words() -> String {
     )
 }
 
-/// Data, and the options that go with it.
+/// Data, and its options.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Data")]
 pub(crate) struct DataArgs<T: OptionGroup = DataOptions> {
@@ -121,18 +121,18 @@ pub(crate) struct DataArgs<T: OptionGroup = DataOptions> {
         required = true,
         value_name = "DATA",
         help_heading = None::<&str>,
-        help = format!("What is read: {}", data_in_words())
+        help = format!("Recorded data: {}", data_in_words())
     )]
     pub(crate) data: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) options: Declared<T>,
-    /// Show no progress
+    /// Do not show progress
     #[arg(long)]
     quiet: bool,
 }
 
 impl<T: OptionGroup> DataArgs<T> {
-    /// Who is told of progress: standard error, unless it is not wanted.
+    /// Receiver of progress reports: standard error, or nothing with `--quiet`.
     pub(crate) fn progress(&self) -> Box<dyn Progress> {
         match self.quiet {
             true => Box::new(()),
@@ -142,7 +142,7 @@ impl<T: OptionGroup> DataArgs<T> {
 }
 
 impl DataArgs {
-    /// The options they stand for, of these paths.
+    /// The library's options for these paths.
     pub(crate) fn options(&self, paths: Vec<PathBuf>) -> DataOptions {
         self.options.0.for_files(paths)
     }
@@ -154,13 +154,13 @@ impl From<&DataArgs> for DataOptions {
     }
 }
 
-/// Signals of some data, and the options that go with them.
+/// Signals of the data, and their options.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SignalArgs<T: OptionGroup = SignalOptions> {
     #[command(flatten)]
     pub(crate) data: DataArgs<T>,
-    /// Input signal: TOPIC:FIELD, or a CSV column; one that was not recorded in words, 'VALUE[UNIT] from TIME': '12V from 0.1s',
-    /// '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'. Given again for each further input: one model has them all
+    /// Input signal: TOPIC:FIELD, or a CSV column. An unrecorded input in words: '12V from 0.1s', '0 to 12V at 0.1s', '5 from 1s, 0 from 4s'.
+    /// Repeat for further inputs: one model contains all of them
     #[arg(
         long,
         short,
@@ -171,7 +171,7 @@ pub(crate) struct SignalArgs<T: OptionGroup = SignalOptions> {
         display_order = 0
     )]
     pub(crate) input: Vec<String>,
-    /// Output signal; given again for each further output
+    /// Output signal; repeat for further outputs
     #[arg(
         long,
         short,
@@ -184,7 +184,7 @@ pub(crate) struct SignalArgs<T: OptionGroup = SignalOptions> {
 }
 
 impl<T: OptionGroup + Clone + AsMut<SignalOptions>> SignalArgs<T> {
-    /// The options, with data and signals.
+    /// The library's options, with data and signals.
     pub(crate) fn options(&self) -> T {
         let mut options = self.data.options.0.clone();
         let signals = options.as_mut();
@@ -199,12 +199,12 @@ impl<T: OptionGroup + Clone + AsMut<SignalOptions>> SignalArgs<T> {
     }
 }
 
-/// A parser of numbers that a rule lets.
+/// A parser of numbers that a rule allows.
 pub(crate) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, RuleError> + Clone {
     move |text| rule.parse(text)
 }
 
-/// A parser of pairs of edges that a rule lets.
+/// A parser of FROM..TO pairs that a rule allows.
 pub(crate) fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), RuleError> + Clone {
     move |text| rule.parse(text)
 }

@@ -1,4 +1,4 @@
-//! `planesman sysid compare`: model files of any origin judged on data, beside each other.
+//! `planesman sysid compare`: judges model files of any origin on the same data.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ use crate::arguments::page_file;
 use planesman_flight::sink::write_text;
 use planesman_show::pages::tables::{numbers, of_several, tables};
 
-/// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response.
+/// Compare model files on the same data: simulation, predictions, residual tests, poles, frequency response.
 ///
-/// Each model is simulated from a state fitted to the beginning of each segment; its offset is its own. Without --rate the
-/// data is put on the grid of the first model.
+/// Each model is simulated with its own offset, from a state fitted to the beginning of each segment. Without --rate, the data is resampled
+/// to the sampling interval of the first model.
 #[derive(Clone, Debug, Parser)]
 #[command(
     name = "sysid compare",
@@ -41,11 +41,11 @@ pub struct CompareArgs {
     grid: Declared<GridOptions>,
     #[command(flatten)]
     preparation: Declared<PreparationOptions>,
-    /// How many samples ahead predictions are judged
+    /// Prediction horizons to judge, samples ahead
     #[arg(long, value_name = "SAMPLES", value_delimiter = ',', default_value = "1,10",
         value_parser = clap::value_parser!(u16).range(rules::AHEAD), help_heading = "Judgement")]
     ahead: Vec<u16>,
-    /// As one table in this format, a row per number [default: a table for each question]
+    /// Print one table in this format, a row per number [default: one table per question]
     #[arg(long, value_parser = crate::arguments::format(), help_heading = "Output")]
     format: Option<Format>,
     /// Write an HTML page: simulated outputs, frequency and step responses, poles, residual tests
@@ -63,7 +63,7 @@ impl TryFrom<&CompareArgs> for CompareOptions {
         let read = |path: PathBuf| Ok((path.clone(), ModelFile::read(&path)?));
         let models: Vec<_> = paths.into_iter().map(read).collect::<Result<_>>()?;
         if data.is_empty() && !models.is_empty() {
-            bail!("data is needed behind the model files: a bag, a .csv file or a PX4 log");
+            bail!("data is missing: name a bag, a .csv file or a PX4 log after the model files");
         }
         Ok(Self {
             models,
@@ -77,16 +77,16 @@ impl TryFrom<&CompareArgs> for CompareOptions {
     }
 }
 
-/// Whether it is a model file: *.json and *.yaml, but for a bag's metadata.yaml.
+/// Whether the path is a model file: *.json or *.yaml, except a bag's metadata.yaml.
 fn is_model(path: &Path) -> bool {
     let is_metadata = path.file_name().is_some_and(|it| it == metadata::FILE_NAME);
     ModelFile::takes_name(path).is_ok() && !is_metadata
 }
 
-/// Runs the command: prints the tables, writes the page.
+/// Prints the tables and writes the page.
 ///
 /// # Errors
-/// A model file that is refused; as [`planesman_fit::compare`]; a page that cannot be written.
+/// A refused model file; the errors of [`planesman_fit::compare`]; a page that cannot be written.
 pub fn run(args: &CompareArgs) -> Result<()> {
     let models = several(args)?;
     if !models.is_empty() {
@@ -111,7 +111,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     Ok(())
 }
 
-/// The model files of several inputs or outputs; none where none is.
+/// The model files with several inputs or outputs; empty if all models have one input and one output.
 fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
     let paths = args.data.data.iter().filter(|it| is_model(it));
     let mut models = Vec::new();
@@ -125,7 +125,7 @@ fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
     }
     if let (Some(single), Some((path, _))) = (single, models.first()) {
         bail!(
-            "{} is of several inputs or outputs, {} of one: compare them apart",
+            "{} has several inputs or outputs, {} has one of each: compare them separately",
             path.display(),
             single.display()
         );
@@ -133,7 +133,7 @@ fn several(args: &CompareArgs) -> Result<Vec<(PathBuf, SeveralModelFile)>> {
     Ok(models)
 }
 
-/// The comparison of models of several inputs and outputs.
+/// Compares models with several inputs or outputs.
 fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Result<()> {
     for (option, is_given) in [
         ("input", args.input.is_some()),
@@ -141,13 +141,13 @@ fn run_several(args: &CompareArgs, models: &[(PathBuf, SeveralModelFile)]) -> Re
         ("html", args.html.is_some()),
     ] {
         if is_given {
-            bail!("--{option} is for models of one input and one output; leave it out");
+            bail!("--{option} is only for models with one input and one output: leave it out");
         }
     }
     let data = args.data.data.iter().filter(|it| !is_model(it));
     let data: Vec<PathBuf> = data.cloned().collect();
     if data.is_empty() {
-        bail!("data is needed behind the model files: a bag, a .csv file or a PX4 log");
+        bail!("data is missing: name a bag, a .csv file or a PX4 log after the model files");
     }
     let options = CompareOptions {
         models: Vec::new(),

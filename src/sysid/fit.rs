@@ -64,12 +64,12 @@ fn shown_or_hidden(argument: clap::Arg) -> clap::Arg {
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs<FitOptions>,
-    /// State equations of one's own, with unknown parameters: a file of equations, fitted at the stamps themselves. -i NAME=SIGNAL and
-    /// -o NAME=SIGNAL name the signals of its inputs and outputs; what is not named is called as in the file
+    /// Fit your own state equations with unknown parameters, read from this file, at the recorded sample times. Assign signals with -i NAME=SIGNAL
+    /// and -o NAME=SIGNAL; inputs and outputs without an option use the signal of their own name
     #[arg(long, value_name = "FILE", help_heading = "Model")]
     equations: Option<PathBuf>,
-    /// A transfer function in s with dead time, fitted at the stamps themselves, however uneven: --order and --numerator are those of s,
-    /// --delay 0 is none of a dead time
+    /// Fit a transfer function in s with dead time at the recorded sample times, even uneven ones; --order and --numerator are those in s. It
+    /// has no sampling interval: use --delay 0 for no dead time, or leave --delay out to estimate it
     #[arg(long, conflicts_with = "equations", help_heading = "Model")]
     continuous: bool,
     /// Write the frequency response of --method frf: *.csv
@@ -78,10 +78,10 @@ pub struct FitArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Also print the candidates, coefficients, poles and zeros
+    /// Also print the candidate models, coefficients, poles and zeros
     #[arg(long, help_heading = "Output")]
     verbose: bool,
-    /// Write the model: *.json or *.yaml
+    /// Write the model to a file: *.json or *.yaml
     #[arg(long, value_name = "FILE", value_parser = model_path, help_heading = "Output")]
     model: Option<PathBuf>,
     /// Write an HTML page: data, comparison, residual tests, poles and zeros, frequency response
@@ -100,7 +100,7 @@ impl TryFrom<&FitArgs> for FitOptions {
 }
 
 impl FitArgs {
-    /// The lines on the record, and on the one for validation.
+    /// The lines about the data record and the validation record.
     fn record(&self, fitted: &PreparedRecord, validation: Option<&PreparedRecord>) -> String {
         let validation = validation.map_or(String::new(), |it| {
             format!("validation data\n{}", it.description())
@@ -116,11 +116,11 @@ impl FitArgs {
         }
     }
 
-    /// What is next once the model is written, if it is.
+    /// The next command once the model is written; `None` if no model is written.
     fn once_written(&self) -> Option<String> {
         let path = self.model.as_ref()?.display();
         Some(format!(
-            "judge it on other data: planesman sysid compare {path} DATA"
+            "validate it on other data: planesman sysid compare {path} DATA"
         ))
     }
 }
@@ -131,10 +131,10 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-/// Runs the command: prints the model, writes the model file and the page.
+/// Prints the model, and writes the model file and the page.
 ///
 /// # Errors
-/// As [`planesman_fit::fit`]; a model that cannot be written, a file or page that cannot be written.
+/// As [`planesman_fit::fit`]; a model, file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let options = FitOptions::try_from(args)?;
     let measures_response = options.method == MethodChoice::One(Method::Frf);
@@ -190,7 +190,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
-/// The same of equations of one's own.
+/// As `run`, for user-written state equations.
 fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()> {
     let file = EquationsFile::read(path)?;
     let found = fit_equations(options, file, &*args.signals.data.progress());
@@ -212,7 +212,7 @@ fn run_equations(args: &FitArgs, options: &FitOptions, path: &Path) -> Result<()
     Ok(())
 }
 
-/// The same of a transfer function in s.
+/// As `run`, for a continuous-time transfer function.
 fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
     if args.response.is_some() {
         return Err(FitError::NoResponse.into());
@@ -234,7 +234,7 @@ fn run_continuous(args: &FitArgs, options: &FitOptions) -> Result<()> {
     Ok(())
 }
 
-/// The same of several inputs or outputs.
+/// As `run`, for several inputs or outputs.
 fn run_several(args: &FitArgs, options: &FitOptions) -> Result<()> {
     let found = fit_several(options, &*args.signals.data.progress())?;
     if args.json {

@@ -1,4 +1,4 @@
-//! The history of a replay: a row for each estimate, comma-separated.
+//! The history of a replay: one comma-separated row per estimate.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -6,26 +6,26 @@ use std::io::{self, Write};
 use planesman_identifier::{Account, IdentifierParameters, Pair, pair};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-/// What comes before the parameters in each row.
+/// Columns before the parameters.
 const FIRST: &str = "time,pair,samples,valid,event,fit,noise_deviation,steady_state_gain";
 
-/// Writes estimates as they come.
+/// Writes estimates as they arrive.
 pub(crate) struct History<W> {
     to: W,
-    /// Coefficients of a, b and c that have columns.
+    /// Number of columns for the coefficients of a, b and c.
     widths: [usize; 3],
-    /// What was counted of each pair before.
+    /// Event counts of each pair at its previous row.
     accounts: BTreeMap<String, Account>,
     frozen: BTreeMap<String, bool>,
-    /// The first error of writing; nothing is written after it.
+    /// The first write error; nothing is written after it.
     result: io::Result<()>,
 }
 
 impl<W: Write> History<W> {
-    /// Begins with the columns' names, for the widest of the pairs.
+    /// Writes the header, with as many columns as the widest pair needs.
     ///
     /// # Errors
-    /// Parameters that are refused, or a file that cannot be written.
+    /// Refused parameters, or a file that cannot be written.
     pub(crate) fn new(mut to: W, parameters: &IdentifierParameters) -> anyhow::Result<Self> {
         let mut widths = [0; 3];
         for (name, own) in pair::described(parameters)? {
@@ -50,17 +50,17 @@ impl<W: Write> History<W> {
         })
     }
 
-    /// Writes a row.
+    /// Writes one row.
     pub(crate) fn take(&mut self, estimate: &ModelEstimate, pair: &Pair) {
         if self.result.is_ok() {
             self.result = self.write(estimate, pair);
         }
     }
 
-    /// The file, when every row could be written.
+    /// The file, if every row was written.
     ///
     /// # Errors
-    /// The first error of writing.
+    /// The first write error.
     pub(crate) fn finish(self) -> io::Result<W> {
         self.result.map(|()| self.to)
     }
@@ -112,7 +112,7 @@ impl<W: Write> History<W> {
         writeln!(self.to)
     }
 
-    /// What has happened to the pair since its row before, in words.
+    /// The pair's events since its previous row, as text.
     fn events(&mut self, estimate: &ModelEstimate, pair: &Pair) -> String {
         let now = pair.account();
         let name = &estimate.name;

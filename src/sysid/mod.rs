@@ -1,4 +1,4 @@
-//! `planesman sysid`: signals of a bag or CSV file, and models between them; [`replay`] is `planesman replay`.
+//! `planesman sysid`: lists signals and identifies models from bags or CSV files; [`replay`] is `planesman replay`.
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -10,7 +10,7 @@ mod history;
 pub mod replay;
 pub mod topics;
 
-/// Identify models from recorded data.
+/// The commands of `planesman sysid`.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
     /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history
@@ -23,7 +23,7 @@ pub enum Command {
         after_help = "Examples:\n  planesman sysid fit dive.csv -i dive_planes -o gyro_pitch_rate --window 20..90 --html model.html\n  planesman sysid fit bag -i plane_motion:dive_planes -o state:pitch_rate \\\n      --window 20..90 --order 3 --speed 1ft/s --model model.yaml\n  planesman sysid fit bag -i 'planes:position[ram]' -o imu:angular_velocity.y"
     )]
     Fit(Box<fit::FitArgs>),
-    /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response
+    /// Compare model files on the same data: simulation, predictions, residual tests, poles, frequency response
     #[command(
         after_help = "Example:\n  planesman sysid compare first.yaml second.yaml bag --html compare.html"
     )]

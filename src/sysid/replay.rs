@@ -1,4 +1,4 @@
-//! `planesman replay`: a bag's messages, or a table's or log's samples, through the identifier ([`planesman_identifier::replay`]).
+//! `planesman replay`: runs the identifier on a bag's messages, or on a table's or log's samples ([`planesman_identifier::replay`]).
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -20,7 +20,7 @@ use super::arguments::{DataArgs, by, span};
 use super::history::History;
 use crate::arguments::output_file;
 
-/// Jumps that are printed.
+/// Maximum number of jumps that are printed.
 const PRINTED: usize = 10;
 
 /// Run the live identifier on a bag, table or log, and compare with a bag's published estimates.
@@ -35,22 +35,22 @@ pub struct ReplayArgs {
     /// Output signal [default: the parameter output]
     #[arg(long, short, value_name = "SIGNAL")]
     output: Option<String>,
-    /// Sampling rate of a table or log (Hz) [default: 1/sample_time if that parameter is given, else that of the output]
+    /// Sampling rate of a table or log (Hz) [default: 1/sample_time if that parameter is given, else the output's rate]
     #[arg(long, value_name = "HZ", value_parser = by(RATE))]
     rate: Option<f64>,
     /// Use only data of a table or log between these times, in seconds from the output's first sample
     #[arg(long, value_name = "FROM..TO", value_parser = span(WINDOW))]
     window: Vec<(f64, f64)>,
-    /// A ROS 2 parameter file; the entries for the node sysid are used
+    /// A ROS 2 parameter file; only the entries for the node sysid are used
     #[arg(long, value_name = "FILE")]
     params_file: Option<PathBuf>,
-    /// A parameter, NAME:=VALUE, after the file's
+    /// A parameter, NAME:=VALUE; overrides the parameter file
     #[arg(short = 'p', long = "param", value_name = "NAME:=VALUE")]
     parameters: Vec<String>,
     /// Name of the node in the parameter file
     #[arg(long, default_value = "/auv/sysid")]
     node: String,
-    /// Write the estimate after every sample: *.csv, with standard deviations, fit and events
+    /// Write the estimate after each sample to *.csv, with standard deviations, fit and events
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     history: Option<PathBuf>,
 }
@@ -66,7 +66,7 @@ impl ReplayArgs {
         let bag = match &self.data.data[..] {
             [path] if !is_record(path) => Some(path),
             paths if paths.iter().all(|it| is_record(it)) => None,
-            _ => bail!("one bag, one log or some tables are replayed"),
+            _ => bail!("replay needs exactly one bag, one log, or one or several tables"),
         };
         if bag.is_some() {
             self.refuse_options_of_tables(&data)?;
@@ -87,7 +87,7 @@ impl ReplayArgs {
         let signals = self.signals(data, self.rate.or(rate))?;
         if !parameters.pairs.is_empty() {
             bail!(
-                "the parameter pairs names topics; of a table or log one pair is replayed: -i and -o name it"
+                "the parameter pairs is for bags: name the one pair of a table or log with -i and -o"
             );
         }
         let record = signals.read(&*self.data.progress())?;
@@ -103,11 +103,11 @@ impl ReplayArgs {
         })
     }
 
-    /// The signals of a table or log on a grid, as they are: a live node sees no outlier beforehand.
+    /// The signals of a table or log on a uniform grid, with outliers kept: a live node does not remove them either.
     fn signals(&self, data: DataOptions, rate: Option<f64>) -> Result<SignalOptions> {
         let named = |signal: &Option<String>, option| {
             (signal.clone()).ok_or_else(|| {
-                anyhow!("{option} is missing: of a table or log -i and -o name the signals; `planesman sysid topics` lists them")
+                anyhow!("{option} is missing: name the signals of a table or log with -i and -o; `planesman sysid topics` lists them")
             })
         };
         Ok(SignalOptions {
@@ -132,14 +132,14 @@ impl ReplayArgs {
         let is_given = self.rate.is_some() || !self.window.is_empty();
         if is_given || data.given().iter().any(of_tables) {
             bail!(
-                "--stamp, --time, --time-unit, --sample-time, --rate and --window are for tables and logs; a bag's messages are \
-                 taken as the node took them: -p sample_time:=, -p start:= and -p resample:= say how"
+                "--stamp, --time, --time-unit, --sample-time, --rate and --window are only for tables and logs; for a bag use \
+                 -p sample_time:=, -p start:= and -p resample:="
             );
         }
         Ok(())
     }
 
-    /// Replays, and writes the history if it is asked for.
+    /// Replays the data, and writes the history if requested.
     fn with_history(
         &self,
         parameters: &IdentifierParameters,
@@ -165,7 +165,7 @@ impl ReplayArgs {
         Ok(found)
     }
 
-    /// The parameters that are given, by name.
+    /// The parameters set on the command line or in the file, by name.
     fn changes(&self) -> Result<Vec<(String, Value)>> {
         let mut changes = Vec::new();
         if let Some(path) = &self.params_file {
@@ -178,18 +178,17 @@ impl ReplayArgs {
         for text in &self.parameters {
             let (name, value) = text
                 .split_once(":=")
-                .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
+                .ok_or_else(|| anyhow!("-p {text}: NAME:=VALUE is expected"))?;
             changes.push((name.to_owned(), file::parse_value(name, value)?));
         }
         Ok(changes)
     }
 }
 
-/// Runs the command and prints what it found.
+/// Runs the command and prints the results.
 ///
 /// # Errors
-/// One line for the terminal: data, a file or parameter that is refused, data without the signals, a history that cannot be
-/// written.
+/// One line for the terminal: refused data, file or parameter, missing signals, or a history that cannot be written.
 pub fn run(args: &ReplayArgs) -> Result<()> {
     let working = spinner("messages");
     let found = args.replay();

@@ -1,4 +1,4 @@
-//! `planesman sysid topics`: every numeric field of a bag, table or log: rate, gaps, range and time history.
+//! `planesman sysid topics`: lists every numeric field of a bag, table or log with rate, gaps, range and time history.
 
 use anyhow::Result;
 use clap::Parser;
@@ -15,10 +15,10 @@ use super::arguments::DataArgs;
 pub struct TopicsArgs {
     #[command(flatten)]
     data: DataArgs,
-    /// Only topics whose name contains this
+    /// List only topics whose name contains this text
     #[arg(long, value_name = "TEXT")]
     topic: Option<String>,
-    /// Also list the fields that are constant
+    /// Also list constant fields
     #[arg(long)]
     all: bool,
     /// Print JSON
@@ -29,10 +29,10 @@ pub struct TopicsArgs {
     format: Option<Format>,
 }
 
-/// Runs the command and prints what it found.
+/// Runs the command and prints the list.
 ///
 /// # Errors
-/// One line: data that cannot be read.
+/// Data that cannot be read.
 pub fn run(args: &TopicsArgs) -> Result<()> {
     let data = DataOptions::from(&args.data);
     let mut survey = survey(&data, args.topic.as_deref(), &*args.data.progress())?;
@@ -47,7 +47,7 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     Ok(planesman_console::print(text)?)
 }
 
-/// Every field in a table.
+/// All fields as one table.
 fn of_fields(survey: &Survey) -> Table {
     let mut table = Table::new(["signal", "rate, Hz", "count", "not finite", "min", "max"]);
     for topic in &survey.topics {
@@ -69,11 +69,11 @@ fn of_fields(survey: &Survey) -> Table {
     table
 }
 
-/// Columns of a line but for path and time history.
+/// Width of a line's columns, without path and time history.
 const NUMBERS: usize = 43;
 
-/// The proposed command, the notes, then each topic's fields; those that are constant are only counted, unless `all` are listed. Within
-/// a width with narrower time histories, and with numbers below their path where both do not fit.
+/// The proposed command, the notes, then the fields of each topic; constant fields are only counted, unless `all` is set. If `width` is too
+/// small, time histories become narrower, then numbers go below their path.
 #[must_use]
 pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
     let mut text = String::new();
@@ -128,10 +128,10 @@ pub fn table(survey: &Survey, all: bool, width: Option<usize>) -> String {
     text
 }
 
-/// A share of short intervals that is told.
+/// Share of short intervals above which a topic counts as bursty.
 const BURSTS: f64 = 0.2;
 
-/// Fields that a note lists at most.
+/// Maximum number of fields listed in a note.
 const CHANGED: usize = 6;
 
 fn head(topic: &TopicSurvey) -> String {
@@ -186,7 +186,7 @@ fn head(topic: &TopicSurvey) -> String {
     text
 }
 
-/// What was found of fields, and of which: the first of them by name.
+/// The notes on changed fields: the names of the first fields, and the change.
 fn changed(fields: &[FieldSurvey]) -> Vec<(String, String)> {
     let mut changes: Vec<(String, Vec<&str>)> = Vec::new();
     for field in fields {
@@ -209,8 +209,8 @@ fn changed(fields: &[FieldSurvey]) -> Vec<(String, String)> {
     changes.into_iter().map(listed).collect()
 }
 
-/// Path, count, least, greatest, time history. Elements of a list that hold one and the same number
-/// throughout share a line. So many neighbours of the history are one.
+/// Path, count, minimum, maximum, time history. Elements of a list share a line if all of them contain one constant number. `neighbours`
+/// points of the history are merged into one.
 fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
     let list_of = |field: &FieldSurvey| {
         let path: FieldPath = field.path.parse().ok()?;

@@ -1,4 +1,4 @@
-//! The controller, its limits and its trial on the command line.
+//! Arguments of the controller, its limits and the simulated steps.
 
 use clap::Args;
 use planesman_tuning::{Kind, Method, TuneOptions};
@@ -6,72 +6,72 @@ use planesman_units::Dimension;
 
 use crate::arguments::{choice, quantity, within};
 
-/// The controller and how its gains are found.
+/// The kind of controller, and the tuning method.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Controller")]
 pub(super) struct ControllerArgs {
-    /// How the gains are found [default: simc for a model that reduces to lags, integrators and dead time, else optimise]
+    /// Tuning method [default: simc for a model that reduces to lags, integrators and dead time, else optimise]
     #[arg(long, value_parser = choice(&Method::ALL, Method::described))]
     pub(super) method: Option<Method>,
-    /// The kind of controller [default: pid where a second time constant is longer than the dead time, else pi]
+    /// Kind of controller [default: pid if a second time constant is longer than the dead time, else pi]
     #[arg(long, value_parser = choice(&Kind::ALL, Kind::described))]
     pub(super) controller: Option<Kind>,
-    /// The controller's sample time (s, or with its unit: 50ms) [default: that of the model]
+    /// Sample time of the controller (s, or with its unit: 50ms) [default: that of the model]
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-6, 1e6))]
     pub(super) period: Option<f64>,
-    /// Delay from a sample of the output to the command that answers it (s, or with its unit)
+    /// Delay from a sample of the output to the command computed from it (s, or with its unit)
     #[arg(long, value_name = "TIME", default_value = "0", value_parser = quantity(Dimension::Time, 0.0, 1e6))]
     pub(super) computing_delay: f64,
-    /// For simc tau_c, for lambda lambda, for placement 1/wn (s) [default: the least that keeps the limits]
+    /// tau_c for simc, lambda for lambda, 1/wn for placement (s) [default: the smallest that keeps the limits]
     #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-6, 1e9))]
     pub(super) closed_loop_time: Option<f64>,
     /// For placement: damping ratio of the pair of poles
     #[arg(long, value_name = "ZETA", default_value_t = TuneOptions::default().damping_ratio, value_parser = within(0.1, 2.0))]
     pub(super) damping_ratio: f64,
-    /// For margins and optimise: Td/Ti at most; up to 0.25 the controller's zeros are real [default: 0.25 for margins, none for optimise]
+    /// For margins and optimise: largest Td/Ti; up to 0.25 the controller's zeros are real [default: 0.25 for margins, none for optimise]
     #[arg(long, value_name = "RATIO", value_parser = within(1e-3, 1e3))]
     pub(super) td_per_ti: Option<f64>,
-    /// For margins and optimise: Td over the time constant of its filter at most, which bounds the noise that the controller passes on
+    /// For margins and optimise: largest ratio of Td to its filter's time constant, which limits the amplification of noise
     /// [default: 10 for margins, none for optimise]
     #[arg(long, value_name = "N", value_parser = within(1.0, 1e6))]
     pub(super) filter_ratio: Option<f64>,
-    /// For margins: the gain crossover (rad/s), at which the phase margin is that of --phase-margin
+    /// For margins: gain crossover frequency (rad/s); the phase margin there is --phase-margin
     #[arg(long, value_name = "RAD/S", value_parser = within(1e-9, 1e9))]
     pub(super) crossover: Option<f64>,
 }
 
-/// What 95 % of the plants are to keep.
+/// Limits that 95 % of the plants must keep.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Limits, kept by 95 % of the plants that the model allows")]
 pub(super) struct LimitArgs {
-    /// Least phase margin (deg)
+    /// Minimum phase margin (deg)
     #[arg(long, value_name = "DEG", default_value_t = TuneOptions::default().phase_margin, value_parser = within(1.0, 89.0))]
     pub(super) phase_margin: f64,
-    /// Least gain margin, to either side (dB)
+    /// Minimum gain margin, upward and downward (dB)
     #[arg(long, value_name = "DB", default_value_t = TuneOptions::default().gain_margin, value_parser = within(0.1, 60.0))]
     pub(super) gain_margin: f64,
-    /// Largest sensitivity peak Ms: 1.4 for a calm loop, 2 for a fast one
+    /// Maximum sensitivity peak Ms: 1.4 for a calm loop, 2 for a fast one
     #[arg(long, value_name = "PEAK", default_value_t = TuneOptions::default().ms, value_parser = within(1.05, 100.0))]
     pub(super) ms: f64,
-    /// Plants drawn from the model's covariance
+    /// Number of plants drawn from the model's covariance
     #[arg(long, value_name = "COUNT", default_value_t = 500, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     pub(super) draws: u32,
     /// Seed of the draws
     #[arg(long, default_value_t = TuneOptions::default().seed)]
     pub(super) seed: u32,
-    /// Take the model even if its verdict is against it, or it has no covariance
+    /// Use the model even if its verdict is against it, or it has no covariance
     #[arg(long)]
     pub(super) anyway: bool,
 }
 
-/// The steps that are simulated.
+/// Steps to simulate.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Simulated steps")]
 pub(super) struct TrialArgs {
     /// Step of the setpoint, in the output's unit
     #[arg(long, value_name = "SIZE", default_value_t = TuneOptions::default().step, value_parser = step, allow_hyphen_values = true)]
     pub(super) step: f64,
-    /// How far the input may go from where it stands, down and up, in its unit
+    /// Range of the input about its operating point, down and up, in its unit
     #[arg(long, value_name = "FROM..TO", value_parser = limit, allow_hyphen_values = true)]
     pub(super) input_limit: Option<(f64, f64)>,
 }
@@ -91,6 +91,7 @@ fn limit(text: &str) -> Result<(f64, f64), String> {
     let within = |(low, high): &(f64, f64)| {
         *low <= 0.0 && *high >= 0.0 && low < high && low.is_finite() && high.is_finite()
     };
-    ends.filter(within)
-        .ok_or_else(|| "FROM..TO about 0 is expected, as -5..10".to_owned())
+    ends.filter(within).ok_or_else(|| {
+        "FROM..TO is expected, FROM at most 0 and TO at least 0, such as -5..10".to_owned()
+    })
 }

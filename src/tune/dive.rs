@@ -1,4 +1,4 @@
-//! Gains of the depth and pitch loops for an identified vehicle, and flights of the vehicles that its model allows.
+//! Gains of the depth and pitch loops for an identified vehicle, and flights of vehicles drawn from the model's covariance.
 
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -22,46 +22,46 @@ use serde_json::json;
 use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
 use crate::arguments::{make_way_for_folder, output_file, speed, within};
 
-/// The vehicles that are drawn at most.
+/// Maximum number of vehicles drawn.
 const MOST_DRAWS: usize = 100;
-/// The vehicles that are flown.
+/// Number of vehicles flown.
 const FLOWN: usize = 40;
-/// The longest that a step response and a flight last, s.
+/// Longest duration of a step response and of a flight, s.
 const DURATION: f64 = 120.0;
 
-/// For a model of plane_motion:dive_planes to state:pitch or state:pitch_rate.
+/// Options for a model from plane_motion:dive_planes to state:pitch or state:pitch_rate.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Depth and pitch gains, for a model of the vehicle's pitch")]
 pub(super) struct DiveArgs {
-    /// The vehicle's speed in the record (m/s, or with its unit: 1ft/s); a model file has it
+    /// The vehicle's speed in the record (m/s, or with its unit: 1ft/s); a model file contains it
     #[arg(long, value_parser = speed(1e-3, 100.0))]
     pub(super) speed: Option<f64>,
-    /// Base vehicle: gives all but the pitch dynamics
+    /// Base vehicle: supplies everything except the pitch dynamics
     #[arg(long, value_name = "VEHICLE", default_value = vehicle_file::BRUNNER)]
     base: String,
     /// What moves the planes: ideal, first_order, or a built-in actuator or actuator file
     #[arg(long, default_value = ACTUATOR)]
     actuator: String,
-    /// Largest overshoot of a depth step (%)
+    /// Maximum overshoot of a depth step (%)
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = within(0.0, 100.0))]
     overshoot: f64,
 }
 
-/// What is written of the gains.
+/// Files to write for the gains.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Depth and pitch gains, for a model of the vehicle's pitch")]
 pub(super) struct DiveFileArgs {
     /// Write the gains as a parameter file of depth_controller, *.yaml
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     gains: Option<PathBuf>,
-    /// Fly a depth step with the gains by every vehicle drawn, 40 at most, by the machinery of planesman sweep: model files, scenario and
-    /// results in this new folder
+    /// Fly a depth step with the gains for every drawn vehicle, at most 40, as planesman sweep does; writes model files, scenario and results
+    /// into this new folder
     #[arg(long, value_name = "FOLDER")]
     fly: Option<PathBuf>,
 }
 
 impl DiveArgs {
-    /// What the gains of a model are for.
+    /// The design task of a model: speed, base vehicle, actuator and limits.
     pub(super) fn task(
         &self,
         model: ModelFile,
@@ -93,7 +93,7 @@ impl DiveArgs {
 }
 
 impl DiveFileArgs {
-    /// Prints the gains, writes what is asked for, flies.
+    /// Prints the gains, writes the requested files, and flies the vehicles.
     pub(super) fn write(
         &self,
         task: &DiveTask,
@@ -127,7 +127,7 @@ impl DiveFileArgs {
     }
 }
 
-/// The gains as a review has them.
+/// The gains in the form of a review.
 ///
 /// # Errors
 /// As [`DiveTask::depths`].
@@ -135,8 +135,8 @@ pub(crate) fn review(task: &DiveTask, found: &DiveGains, seed: u32) -> Result<Ga
     let [margins, steps] = [0..3, 3..5].map(|of| table(&rows(found)[of]));
     let phase = found.phase();
     let kept = match found.draws.len() {
-        0 => "limits kept by the model, which is taken as exact".to_owned(),
-        n => format!("limits kept by 95 % of {n} vehicles that the model's uncertainty allows"),
+        0 => "limits kept by the model, which is assumed to be exact".to_owned(),
+        n => format!("limits kept by 95 % of {n} vehicles drawn from the model's covariance"),
     };
     Ok(Gains {
         keeps_limits: true,
@@ -152,7 +152,7 @@ pub(crate) fn review(task: &DiveTask, found: &DiveGains, seed: u32) -> Result<Ga
             (
                 "loop",
                 format!(
-                    "{} at {}, behind {}, {} Hz",
+                    "{} at {}, actuator {}, {} Hz",
                     task.base,
                     speed_text(found.speed),
                     task.subject.actuator,
@@ -170,7 +170,7 @@ pub(crate) fn review(task: &DiveTask, found: &DiveGains, seed: u32) -> Result<Ga
     })
 }
 
-/// What all but a share of the vehicles are to keep.
+/// The limits as text.
 fn limits(task: &DiveTask) -> String {
     format!(
         "phase margin {:.1} deg, gain margin {:.1} dB, sensitivity peak Ms {:.2}",
@@ -187,7 +187,7 @@ fn cell(value: f64, decimals: usize) -> String {
     }
 }
 
-/// Each number: its name, its spread, whether the worst is its largest, and its decimals.
+/// Rows of the table: name, distribution, whether the worst value is the largest, and number of decimals.
 fn rows(found: &DiveGains) -> [(&'static str, Distribution, bool, usize); 5] {
     [
         ("phase margin, deg", found.phase(), false, 1),
@@ -212,10 +212,10 @@ fn table(rows: &[(&'static str, Distribution, bool, usize)]) -> Table {
     table
 }
 
-/// The gains, their margins over the vehicles drawn, and the commands to go on with.
+/// The gains, their margins over the drawn vehicles, and the next commands.
 fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
     let kept = match found.draws.len() {
-        0 => "The model has no covariance: it is taken as exact.".to_owned(),
+        0 => "The model has no covariance and is assumed to be exact.".to_owned(),
         n => format!("95 % of {n} vehicles drawn from the model's covariance keep all limits."),
     };
     let set = found
@@ -229,12 +229,12 @@ fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
     .numbers(table(&rows(found)).text(Format::Table));
     if let Some((reason, count)) = &found.left_out {
         outcome = outcome.numbers(format!(
-            "\n{count} more draws are not possible vehicles and were left out: {reason}"
+            "\n{count} more draws were left out because such vehicles are impossible: {reason}"
         ));
     }
     if verbose {
         outcome = outcome.numbers(format!(
-            "\n{} to {} on {}, behind {}, {} Hz\n{}",
+            "\n{} to {} on {}, actuator {}, {} Hz\n{}",
             task.model.input,
             task.model.output,
             task.base,
@@ -243,7 +243,10 @@ fn outcome(task: &DiveTask, found: &DiveGains, verbose: bool) -> Outcome {
             described(&found.model)
         ));
     }
-    outcome.next(format!("planesman sim dive{}", set.concat()), "fly them")
+    outcome.next(
+        format!("planesman sim dive{}", set.concat()),
+        "fly with these gains",
+    )
 }
 
 pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
@@ -274,7 +277,7 @@ pub(crate) fn as_json(task: &DiveTask, found: &DiveGains) -> serde_json::Value {
     })
 }
 
-/// The files of the folder of [`fly`], the one it is known by first.
+/// The files in the folder of [`fly`]; the folder is recognised by the first one.
 const OWN: [&str; 5] = [
     "scenario.yaml",
     "model_*.yaml",
@@ -283,7 +286,7 @@ const OWN: [&str; 5] = [
     "sweep/cases.parquet",
 ];
 
-/// Flies a depth step by the model's vehicle and by drawn ones, each a model file in the folder.
+/// Flies a depth step with the model's vehicle and with drawn ones; each is a model file in the folder.
 fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
     make_way_for_folder(folder, &OWN)?;
     std::fs::create_dir(folder).with_context(|| format!("'{}'", folder.display()))?;
@@ -334,7 +337,7 @@ fn fly(folder: &Path, task: &DiveTask, found: &DiveGains) -> Result<()> {
     Ok(())
 }
 
-/// A depth step with the gains, without a test signal.
+/// Scenario of a depth step with the gains, without a test signal.
 fn scenario(task: &DiveTask, found: &DiveGains, vehicle: &str) -> String {
     let gains: String = found
         .parameters()

@@ -1,4 +1,4 @@
-//! All that gains depend on, on the command line, and the gains that it asks for.
+//! The arguments that gains depend on, and the gains computed from them.
 
 use anyhow::Result;
 use clap::Args;
@@ -10,7 +10,7 @@ use planesman_vehicle::identified;
 use super::arguments::{ControllerArgs, LimitArgs, TrialArgs};
 use super::dive::DiveArgs;
 
-/// All that gains depend on beside the model.
+/// The arguments that gains depend on, besides the model.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct GainArgs {
     #[command(flatten)]
@@ -23,16 +23,16 @@ pub(crate) struct GainArgs {
     dive: DiveArgs,
 }
 
-/// Gains, by the kind of the loop.
+/// Gains, by kind of loop.
 pub(crate) enum Gains {
-    /// Of a PI or PID controller.
+    /// Gains of a PI or PID controller.
     Controller(Box<Tuning>),
-    /// Of the depth and pitch loops.
+    /// Gains of the depth and pitch loops.
     Dive(Box<DiveTask>, Box<DiveGains>),
 }
 
 impl GainArgs {
-    /// The gains for a model: those of the dive loops where it is one of the vehicle's pitch, unless a controller is asked for.
+    /// The gains for a model: those of the depth and pitch loops if it is a model of the vehicle's pitch, unless a controller is requested.
     ///
     /// # Errors
     /// As [`tune`] and [`DiveTask::gains`].
@@ -53,7 +53,7 @@ impl GainArgs {
         self.dive.speed
     }
 
-    /// The seed of the draws.
+    /// Seed of the random draws.
     pub(crate) fn seed(&self) -> u32 {
         self.limits.seed
     }

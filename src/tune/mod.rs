@@ -1,5 +1,5 @@
-//! `planesman tune`: PI and PID gains for a model, judged over its uncertainty; of a model of the vehicle's pitch the gains of the dive
-//! loops (`dive`).
+//! `planesman tune`: PI and PID gains for a model, with their margins over its uncertainty; for a model of the vehicle's pitch, the gains of
+//! the depth and pitch loops (`dive`).
 
 mod arguments;
 mod dive;
@@ -23,15 +23,15 @@ pub(crate) use self::gains::{GainArgs, Gains};
 use crate::arguments::page_file;
 use crate::sysid::arguments::SignalArgs;
 
-/// The factor by which the held-out error of a process model may exceed that of the default for it to be taken.
+/// Largest ratio of a process model's held-out error to the default model's at which the process model is preferred.
 const AS_GOOD: f64 = 1.02;
 
-/// A model file stands for itself; data needs its signals.
+/// A model file needs no signals; data does.
 fn of_model_or_data(argument: clap::Arg) -> clap::Arg {
     match argument.get_id().as_str() {
         "input" | "output" => argument.required(false),
         "data" => argument.help(
-            "A model file of planesman sysid fit --model, or the data of a model that is then identified first, as by planesman sysid fit: a bag, tables or logs with -i and -o",
+            "A model file of planesman sysid fit --model; or data (a bag, tables or logs, with -i and -o), from which a model is identified first",
         ),
         _ => argument,
     }
@@ -54,16 +54,16 @@ pub struct TuneArgs {
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Print also the model, the method, and what limits the margins
+    /// Also print the model, the method, and what limits the margins
     #[arg(long, help_heading = "Output")]
     verbose: bool,
-    /// Write an HTML page: responses, Bode and Nyquist plot, each with the band of the plants that the model allows
+    /// Write an HTML page: responses, Bode and Nyquist plots, each with the band of the plants that the model allows
     #[arg(long, value_name = "FILE", value_parser = page_file, help_heading = "Output")]
     html: Option<PathBuf>,
 }
 
-/// The model that gains are best found for: the default one, or a process model whose error on held-out data is as small to 2 %. Its
-/// gain, time constants and dead time have intervals of their own, which those of a larger model's modes are not.
+/// The model to tune for: the default, or a process model whose held-out error is at most 2 % larger. A process model has intervals of its
+/// gain, time constants and dead time; a larger model has none for its modes.
 ///
 /// # Errors
 /// As [`FitData::fit`] of the default model.
@@ -89,7 +89,7 @@ pub(crate) fn model_for_gains(
 }
 
 impl TuneArgs {
-    /// The model of the file, or of the data.
+    /// The model from the file, or identified from the data.
     fn model(&self) -> Result<ModelFile> {
         let data = &self.signals.data.data;
         let (input, output) = (&self.signals.input, &self.signals.output);
@@ -100,12 +100,12 @@ impl TuneArgs {
         }
         if input.len() > 1 || output.len() > 1 {
             bail!(
-                "a controller of one input and one output is tuned: name one --input and one --output"
+                "the tuned controller has one input and one output: name one --input and one --output"
             );
         }
         if input.is_empty() || output.is_empty() {
             bail!(
-                "data needs the signals of a model, --input and --output (planesman sysid topics {} lists them); a model file is *.yaml or *.json",
+                "data needs the model's signals: name --input and --output (planesman sysid topics {} lists them). A model file is *.yaml or *.json",
                 data.first()
                     .map_or_else(String::new, |it| it.display().to_string())
             );
@@ -121,7 +121,7 @@ impl TuneArgs {
     }
 }
 
-/// Runs the command: prints the gains, writes the page.
+/// Prints the gains and writes the page.
 ///
 /// # Errors
 /// As [`planesman_fit::fit`], [`planesman_tuning::tune`] and [`planesman_show::design::DiveTask::gains`]; a page that cannot be written.

@@ -274,12 +274,12 @@ fn bag_links() {
     let content = [&b"\x89MCAP0\r\n"[..], &[b'.'; 200_000]].concat();
     let bag = stage.file("bag.mcap", &content);
     for (path, status, part) in [
-        (pipe.as_str(), 404, "it is no regular file"),
-        (&link, 404, "it is no regular file"),
-        (&folder, 404, "it is no regular file"),
-        ("/dev/zero", 404, "it is no regular file"),
-        ("/dev/tty", 404, "it is no regular file"),
-        (&text, 404, "it is no bag"),
+        (pipe.as_str(), 404, "it is not a regular file"),
+        (&link, 404, "it is not a regular file"),
+        (&folder, 404, "it is not a regular file"),
+        ("/dev/zero", 404, "it is not a regular file"),
+        ("/dev/tty", 404, "it is not a regular file"),
+        (&text, 404, "it is not a bag"),
         ("/no/such/bag.mcap", 404, "No such file"),
         (&bag, 200, "filename=\"bag.mcap\""),
     ] {

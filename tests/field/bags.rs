@@ -610,11 +610,11 @@ fn a_file_that_was_renamed_beside_its_metadata_is_found() {
     for (files, said) in [
         (
             "run_0.db3",
-            "its metadata.yaml names run_0.db3, not there; log.db3 is read instead",
+            "its metadata.yaml lists run_0.db3, which does not exist; reading log.db3 instead",
         ),
         (
             "log.db3, log_1.db3",
-            "its metadata.yaml names log_1.db3, not there",
+            "its metadata.yaml lists log_1.db3, which does not exist",
         ),
     ] {
         std::fs::write(

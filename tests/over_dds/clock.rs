@@ -71,7 +71,7 @@ fn a_flight_by_the_machines_time_ends_with_the_reason_where_stamps_end() {
     };
     assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
     assert!(
-        outcome.stderr.contains("where ROS 2's stamps end"),
+        outcome.stderr.contains("the end of ROS 2 stamps"),
         "{outcome:#?}"
     );
 }

@@ -100,7 +100,7 @@ fn a_vehicle_that_cannot_go_on_ends_the_dive_with_its_reason_and_what_was_flown(
     let complaint = outcome.complaints().join("\n");
     for part in [
         "the node plant_sim",
-        "cannot go on at tick",
+        "the simulation stopped at tick",
         "pitch_damping 'secant'",
     ] {
         assert!(complaint.contains(part), "{complaint}");

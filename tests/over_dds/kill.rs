@@ -74,7 +74,7 @@ fn a_killed_recorder_leaves_a_bag_readable_as_far_as_it_was_flushed() {
     // What is there is still reported, as what it is.
     let report = stage.run(&["report", &out]).success();
     assert!(
-        report.stdout.contains("The bag is not whole"),
+        report.stdout.contains("The bag is incomplete"),
         "{}",
         report.stdout
     );

@@ -215,7 +215,7 @@ fn a_setpoint_that_is_no_number_is_refused_and_told_and_the_dive_goes_on() {
     assert_eq!(level, DiagnosticStatus::WARN);
     let said = dive.controller.stderr();
     assert!(
-        said.contains("/auv/depth_setpoint: a message is refused: data is not finite"),
+        said.contains("/auv/depth_setpoint: message refused: data is not finite"),
         "{said}"
     );
     let after = dive.fly(1);

@@ -74,7 +74,7 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
     // A busy machine may be late with an answer; such ticks are flagged and reported.
     let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
     let held = states(&out).iter().filter(is_held).count();
-    let line = format!("Note: {held} ticks were flown without the actuator's answer\n");
+    let line = format!("Note: {held} ticks were flown without an answer of the actuator\n");
     assert!(
         held == 0 || outcome.stdout.contains(&line),
         "{}",

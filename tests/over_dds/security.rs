@@ -286,7 +286,7 @@ fn a_node_without_its_enclave_is_refused_under_enforce_and_speaks_in_the_clear_o
     let state = stage.operator().state("the vehicle", |_| true);
     assert!((state.depth - 3.0).abs() < 1.0, "{state:?}");
     assert!(
-        vehicle.stderr().contains("in the clear"),
+        vehicle.stderr().contains("unencrypted"),
         "{}",
         vehicle.stderr()
     );

@@ -202,7 +202,7 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     set(&mut browser, "-1");
     browser.until_text(&format!("{row} output"), "must lie in");
     set(&mut browser, "much");
-    browser.until_text(&format!("{row} output"), "no number");
+    browser.until_text(&format!("{row} output"), "not a number");
     set(&mut browser, "1.25");
     browser.until_text(&format!("{row} output"), "set");
     let get = operator
@@ -751,7 +751,7 @@ fn a_page_of_another_origin_in_the_same_browser_gets_nothing_and_does_nothing() 
         }
         // A link to the page is no way in without the token.
         browser.run(&format!("location.href = 'http://{}/'", page.host));
-        browser.until_text("body", "open the address that it has printed");
+        browser.until_text("body", "open the address that planesman watch printed");
     }
     assert!(
         with_cookie > 8,

@@ -315,19 +315,19 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
         (vec!["design", "locus"], "see planesman design locus --help"),
         (
             vec!["help", "tun"],
-            "there is no command 'tun'; did you mean 'tune'? (see planesman --help)",
+            "unknown command 'tun'; did you mean 'tune'? (see planesman --help)",
         ),
         (
             vec!["sysid", "help", "fti"],
-            "there is no command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
+            "unknown command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
         ),
         (
             vec!["help", "sysid", "fti"],
-            "there is no command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
+            "unknown command 'fti'; did you mean 'fit'? (see planesman sysid --help)",
         ),
         (
             vec!["bag", "dif"],
-            "there is no command 'dif'; did you mean 'diff'?",
+            "unknown command 'dif'; did you mean 'diff'?",
         ),
     ] {
         refused(&stage, 2, &arguments, &["planesman: ", says]);

@@ -154,12 +154,12 @@ fn how_a_bag_is_stored_is_no_difference_and_what_was_cut_off_is_missing() {
     differs(
         &stage,
         &[&a, &path("cut.mcap")],
-        &["only A has it", "B: not whole: "],
+        &["only A has it", "B: incomplete: "],
     );
     differs(
         &stage,
         &[&path("cut.mcap"), &a],
-        &["only B has it", "A: not whole: "],
+        &["only B has it", "A: incomplete: "],
     );
 }
 
@@ -261,14 +261,14 @@ fn messages_are_paired_by_their_stamps_and_bits_are_compared() {
     against(
         &twice,
         &others,
-        &["equal: ", "2 messages are in a recording twice"],
+        &["equal: ", "2 messages are twice in a recording"],
     );
     // Two publishers of a topic, one received late.
     let late: Vec<_> = [&all[..4], &all[5..8], &all[4..5], &all[8..]].concat();
     against(
         &late,
         &others,
-        &["equal: 13 messages", "1 messages stand in another order"],
+        &["equal: 13 messages", "1 messages are in a different order"],
     );
     // A clock that starts again.
     let again: Vec<_> = all.iter().map(|it| (it.0 + 500, it.1)).collect();

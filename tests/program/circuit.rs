@@ -98,7 +98,7 @@ fn designs_are_compared_over_a_load_cycle_and_none_on_the_front_is_beaten() {
         "Energy and tracking",
         "Where its energy goes",
         "throttling P-A",
-        "missing in the balance",
+        "error of the energy balance",
     ] {
         assert!(page.contains(part), "{part}");
     }
@@ -123,8 +123,8 @@ fn designs_behind_lines_tell_the_pressures_at_the_valves_and_what_the_lines_hold
     arguments.extend(["--seeds", "1", "--format", "md", "--verbose"]);
     let designs = stage.run(&arguments).success().stdout;
     for part in [
-        "At the valves' end of the lines the oil's pressure is from -",
-        "| held in the lines |",
+        "At the valves' end of the lines the oil pressure ranges from -",
+        "| stored in the lines |",
         "| friction in the lines |",
     ] {
         assert!(designs.contains(part), "{part}: {designs}");
@@ -255,15 +255,15 @@ fn what_is_no_circuit_and_no_load_cycle_is_refused() {
         ),
         (
             "time,speed\n0,0\n1,0.3\n",
-            "column 'speed' is none of time, position and force",
+            "unknown column 'speed'; known: time, position, force",
         ),
         (
             "time,position,load\n0,0,1\n1,0.1,1\n",
-            "column 'load' is none of time, position and force",
+            "unknown column 'load'; known: time, position, force",
         ),
         (
             "time,position,position [mm]\n0,0,0\n1,0.1,100\n",
-            "columns 'position' and 'position [mm]' are both the position",
+            "columns 'position' and 'position [mm]' both contain the position",
         ),
         (
             "time,position,force_stone\n0,0,1\n1,0.1,1\n",

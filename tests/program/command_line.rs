@@ -50,7 +50,7 @@ fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
             &stage,
             2,
             &missing,
-            &["no/such/x.json", "there is no folder 'no/such'"],
+            &["no/such/x.json", "the folder 'no/such' does not exist"],
         );
         let there = [&fit[..], &[option, "there.json"]].concat();
         refused(&stage, 2, &there, &["there.json", "exists already"]);
@@ -312,7 +312,7 @@ fn a_nodes_log_has_the_form_the_colours_and_the_file_that_rcls_variables_ask_for
     node.signal(Signal::INT);
     let outcome = node.finish().success();
     let passed_over =
-        "\x1b[33mWARN|auv.plant_sim|ignored: extra: ROS's arguments follow --ros-args\x1b[0m\n";
+        "\x1b[33mWARN|auv.plant_sim|ignored: extra: ROS arguments must follow --ros-args\x1b[0m\n";
     assert!(outcome.stderr.starts_with(passed_over), "{outcome:#?}");
     assert!(!outcome.stderr.contains("rustdds"), "{outcome:#?}");
 
@@ -356,7 +356,7 @@ fn results_are_replaced_when_asked_and_nothing_else_is() {
     // Nor does one of a flight with a file of somebody else in it.
     std::fs::write(stage.path("mine/scenario.yaml"), "").unwrap();
     std::fs::write(stage.path("mine/thesis.txt"), "mine").unwrap();
-    refused(&stage, 1, &dive, &["'thesis.txt' in it"]);
+    refused(&stage, 1, &dive, &["it contains 'thesis.txt'"]);
     assert!(std::fs::exists(stage.path("mine/thesis.txt")).unwrap());
     let here = ["dive", &file, "--out", ".", "--overwrite"];
     std::fs::write(stage.path("scenario.yaml"), "").unwrap();
@@ -366,7 +366,7 @@ fn results_are_replaced_when_asked_and_nothing_else_is() {
     let sim = ["sim", &file, "--out", &kept, "--overwrite"];
     refused(&stage, 1, &sim, &["*.mcap or *.csv"]);
     let analyse = ["design", "analyse", "--html", &kept, "--overwrite"];
-    refused(&stage, 2, &analyse, &["a page *.html alone"]);
+    refused(&stage, 2, &analyse, &["replaces only pages, *.html"]);
     assert_eq!(std::fs::read_to_string(&kept).unwrap(), "before");
     // Nor is what the command reads.
     let flight = ["flight.csv", "flight.csv", "--html", "flight.csv"];

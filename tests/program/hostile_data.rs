@@ -227,7 +227,7 @@ fn a_cut_bag_gives_what_is_before_the_cut_or_an_error() {
         let cut = folder.file("cut.mcap", &bytes[..place]);
         let [topics, _] = looks_through(&format!("cut at {place}"), &[&cut]);
         assert!(
-            !topics.succeeded || topics.printed.contains("not whole"),
+            !topics.succeeded || topics.printed.contains("incomplete"),
             "{place}: {topics:?}"
         );
     }

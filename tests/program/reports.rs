@@ -279,6 +279,6 @@ fn a_bag_that_is_damaged_in_the_middle_is_reported_up_to_there() {
     bytes[middle..middle + 64].fill(0xa5);
     fs::write(&file, bytes).unwrap();
     let (text, page) = rewritten.report();
-    assert!(text.contains("The bag is not whole"), "{text}");
-    assert!(page.contains("The bag is not whole"));
+    assert!(text.contains("The bag is incomplete"), "{text}");
+    assert!(page.contains("The bag is incomplete"));
 }

@@ -80,10 +80,10 @@ fn a_review_leads_from_each_number_to_its_samples_and_agrees_with_the_plant() {
         "Spectrum of the input",
         "Coherence",
         "Poles and zeros",
-        "Residual with the input",
+        "Cross-correlation of residual and input",
         "Phase margins of the drawn plants",
         "Output after a step of the setpoint",
-        "held out for the fit on held-out data",
+        "held out only to compute the fit on held-out data",
         // The last three tenths of 600 samples, every 0.2 s.
         "421 to 600",
         "84.000 to 119.800",

@@ -108,7 +108,10 @@ fn what_cannot_be_flown_is_refused_in_one_line() {
             &["turn", "lauv", "--hold", "bow_planes"],
             "--hold bow_planes",
         ),
-        (&["turn", "lauv", "--input", "rudder=5deg@3"], "no @SECONDS"),
+        (
+            &["turn", "lauv", "--input", "rudder=5deg@3"],
+            "leave out @SECONDS",
+        ),
         (&["turn", "lauv"], "no steady turn"),
     ] {
         let output = six_dof(args);

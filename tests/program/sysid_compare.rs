@@ -439,8 +439,8 @@ fn the_page_of_a_comparison_stands_alone() {
         "Phase",
         "Poles",
         "Step responses",
-        "Residuals with themselves",
-        "Residuals with the input",
+        "Residual autocorrelation",
+        "Cross-correlation of residual and input",
     ] {
         assert!(page.contains(heading), "{heading}");
     }

@@ -579,7 +579,7 @@ fn messages_that_are_not_of_their_type_are_reported_and_the_rest_is_used() {
     assert!(refusal.contains("/wrong: 100 of 100 messages cannot be read as sensor_msgs/msg/Imu"));
     let refusal = try_fit(&path, "-i cmd:data -o other:x").unwrap_err();
     assert!(
-        refusal.contains("'protobuf'; ros2msg and ros2idl are read"),
+        refusal.contains("'protobuf' is not supported; supported: ros2msg, ros2idl"),
         "{refusal}"
     );
 
@@ -604,11 +604,11 @@ fn a_cut_bag_gives_what_is_before_the_cut_and_says_so() {
     is_the_response(&found);
     assert!(found.prepared.resampled.record.samples() < 3000);
     assert!(
-        found.prepared.reading.notes[0].contains("not whole"),
+        found.prepared.reading.notes[0].contains("incomplete"),
         "{:?}",
         found.prepared.reading.notes
     );
-    assert!(survey(&path).unwrap().notes[0].contains("not whole"));
+    assert!(survey(&path).unwrap().notes[0].contains("incomplete"));
     fs::write(&path, &bytes[..20]).unwrap();
     assert!(try_fit(&path, SIGNALS).unwrap_err().contains("cut off"));
     fs::write(&path, b"").unwrap();

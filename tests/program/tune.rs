@@ -54,7 +54,7 @@ fn data_and_its_model_file_lead_to_gains_that_keep_their_limits() {
         "(ideal form)",
         "worst of 95 %",
         "Limits kept by 95 % of 500 plants",
-        "what limits: ",
+        "limited by ",
     ] {
         assert!(
             outcome.stdout.contains(part),

@@ -266,7 +266,7 @@ fn a_new_estimator_in_rclpy_says_the_same_in_two_plays_of_a_bag_without_its_outp
             let outcome = plays_estimator(&stage, bag, namespace, speed, &out);
             assert!(outcome.stdout.contains("200 ticks"), "{outcome:#?}");
             assert!(
-                outcome.stdout.contains("nothing to compare"),
+                outcome.stdout.contains("no comparison is possible"),
                 "{outcome:#?}"
             );
             let messages = recorded::messages::<MotionEstimate>(

@@ -1,4 +1,4 @@
-//! The node: a plane command for every vehicle state, setpoints from topics, manoeuvres from an action.
+//! The node: answers every vehicle state with a plane command; setpoints come from topics, manoeuvres from an action.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -31,10 +31,10 @@ enum Event {
     Manoeuvre(Goal<Manoeuvre>),
     CancelManoeuvre(GoalId),
     ResetFault(Responder<Trigger>),
-    /// Time to ask whether the state has gone silent.
+    /// Timer event: checks whether vehicle states still arrive.
     Poll,
     Parameters(Box<ControllerParameters>),
-    /// The managed node's state has changed.
+    /// A lifecycle transition of the node.
     Lifecycle(Change),
 }
 
@@ -104,10 +104,10 @@ fn run(args: Vec<OsString>) -> Result<()> {
 /// Vehicle time between two feedbacks of a manoeuvre, s.
 const FEEDBACK_PERIOD: f64 = 0.2;
 
-/// A manoeuvre under way.
+/// The running manoeuvre.
 struct ControlTick {
     goal: Goal<Manoeuvre>,
-    /// When feedback is due, s of the manoeuvre.
+    /// Manoeuvre time of the next feedback, s.
     next_feedback: f64,
 }
 
@@ -121,22 +121,22 @@ fn ended(completed: bool, message: &str) -> ManoeuvreResult {
 struct Node {
     lifecycle: Lifecycle,
     controller: Controller,
-    /// The parameters in force.
+    /// Current parameters.
     parameters: Box<ControllerParameters>,
     command: Publisher<PlaneCommand>,
-    /// There when `hover.vehicle` names a vehicle.
+    /// Present if `hover.vehicle` names a vehicle.
     thrusters: Option<Publisher<ThrusterCommand>>,
     inside: Publisher<ControlState>,
-    /// There when the loops work on the instruments.
+    /// Present if the loops use sensor readings instead of the true state.
     estimate: Option<Publisher<MotionEstimate>>,
-    /// A state whose instruments have not all been received yet.
+    /// A state that waits for its sensor readings.
     waiting: Waiting,
-    /// The manoeuvre under way.
+    /// The running manoeuvre.
     flown: Option<ControlTick>,
-    /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
+    /// Arrival time of the last state, ns of the node's clock; that clock stops when a simulation is paused.
     received: Option<i64>,
     silent: bool,
-    /// The setpoint last sent of each quantity, if it was refused, and why.
+    /// For each quantity whose last setpoint was refused: the quantity and the reason.
     refused: Vec<(Quantity, String)>,
 }
 
@@ -194,7 +194,7 @@ impl Node {
                         log::warn!("{name} setpoint {value} {unit}: limited to {limited} {unit}")
                     }
                     Err(reason) => {
-                        log::warn!("{reason}; the last setpoint stays");
+                        log::warn!("{reason}; the last setpoint stays in force");
                         self.refused.push((quantity, reason.to_string()));
                     }
                 }
@@ -205,7 +205,7 @@ impl Node {
             Event::Parameters(parameters) => {
                 // They have been accepted; but a file that they name may have changed since.
                 if let Err(reason) = self.controller.set_parameters(&parameters) {
-                    log::error!("{reason}; the parameters before stay in force");
+                    log::error!("{reason}; the previous parameters stay in force");
                     return Ok(Flow::Continue);
                 }
                 for change in changes(&self.parameters, &parameters) {
@@ -218,14 +218,14 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// An activated node begins like one that was started anew; one that is not active any more ends its manoeuvre.
+    /// An activated node starts afresh; a node that is no longer active ends its manoeuvre.
     fn on_change(&mut self, rt: &Runtime<Event>, change: Change) {
         match change {
             Change::Activate => {
                 // A file that the parameters name may have changed since they were accepted.
                 match Controller::new(&self.parameters) {
                     Ok(controller) => self.controller = controller,
-                    Err(reason) => log::error!("{reason}; the controller before goes on"),
+                    Err(reason) => log::error!("{reason}; the previous controller continues"),
                 }
                 self.waiting = Waiting::default();
                 self.received = None;
@@ -243,7 +243,7 @@ impl Node {
         self.tell_status(rt);
     }
 
-    /// Answers the state that waits once all its instruments have been received.
+    /// Answers the waiting state once all its sensor readings have arrived.
     fn answer_the_waiting(&mut self) {
         let waiting = self
             .waiting
@@ -286,7 +286,7 @@ impl Node {
         self.tell_status(rt);
     }
 
-    /// Begins a manoeuvre in place of one under way, or says why not.
+    /// Starts a manoeuvre, replacing the running one, or refuses the goal with a reason.
     fn begin(&mut self, goal: Goal<Manoeuvre>) {
         let name = goal.request().name.clone();
         if let Err(reason) = self.controller.begin_manoeuvre(goal.request()) {
@@ -305,7 +305,7 @@ impl Node {
         }
     }
 
-    /// Tells the operator what has happened, and the manoeuvre's client how it goes.
+    /// Logs what happened, and sends feedback to the manoeuvre's client.
     fn tell_progress(&mut self) {
         for change in self.controller.take_changes() {
             log::warn!("{change}");
@@ -336,7 +336,7 @@ impl Node {
         }
     }
 
-    /// Silence of the state puts the planes to neutral, once, and says so.
+    /// Moves the planes to neutral, once, if no state has arrived for the timeout, and logs it.
     fn poll(&mut self, rt: &Runtime<Event>) {
         if !self.lifecycle.is_active() {
             return self.tell_status(rt);
@@ -380,7 +380,7 @@ impl Node {
     }
 }
 
-/// The changes, parameter by parameter: `depth.p: 0.82 -> 0.5`.
+/// The changed parameters, as `depth.p: 0.82 -> 0.5`.
 fn changes(old: &ControllerParameters, new: &ControllerParameters) -> Vec<String> {
     let (old, new) = (old.values(), new.values());
     let names = new.declarations().iter().map(|declared| &declared.name);

@@ -1,16 +1,15 @@
-//! A state that waits until its instruments have been received.
+//! A vehicle state that waits until its sensor readings have arrived.
 //!
-//! They come on topics of their own, in any order. A state that is repeated means that an answer is missing; its
-//! instruments are repeated too, on other topics, so perhaps after it. A state received
-//! [`MAX_REPEATS`] times is answered without what is still missing.
+//! The readings arrive on topics of their own, in any order. A repeated state means that the vehicle misses an answer; the readings are
+//! repeated too, perhaps after the state. A state received [`MAX_REPEATS`] times is answered without the missing readings.
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
-/// The number of receptions of a state after which it is answered without its instruments.
+/// Number of receptions of a state after which it is answered without the missing sensor readings.
 pub(crate) const MAX_REPEATS: u32 = 3;
 
-/// The state that waits, and how often it was received.
+/// The waiting state, and how often it was received.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Waiting {
     state: Option<VehicleState>,
@@ -18,8 +17,7 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// Takes a state, and gives it back when it is to be answered now. One that waited before is given up: the
-    /// vehicle has moved on.
+    /// Stores a state, or returns it if it can be answered now. A state that waited before is dropped, since the vehicle has moved on.
     pub(crate) fn on_state(&mut self, state: VehicleState, ready: bool) -> Option<VehicleState> {
         let stamp = |state: &VehicleState| state.header.stamp.nanos();
         let again = self
@@ -35,7 +33,7 @@ impl Waiting {
         None
     }
 
-    /// An instrument has been received: the state that waits, if it is to be answered now.
+    /// Called when a sensor reading arrives: returns the waiting state if it can be answered now.
     pub(crate) fn on_instrument(
         &mut self,
         ready: impl FnOnce(&Time) -> bool,

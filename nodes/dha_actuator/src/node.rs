@@ -1,4 +1,4 @@
-//! The node: the plane motion for every plane command.
+//! The node: answers every plane command with the plane motion.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -15,10 +15,10 @@ use planesman_hydraulics::{Actuator, ActuatorParameters, Error, Group, Output};
 enum Event {
     Command(PlaneCommand),
     State(VehicleState),
-    /// Time to ask whether everybody has gone silent.
+    /// Timer event: checks whether commands still arrive.
     Poll,
     Parameters(Box<ActuatorParameters>),
-    /// The managed node's state has changed.
+    /// A lifecycle transition of the node.
     Lifecycle(Change),
 }
 
@@ -71,19 +71,19 @@ fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
 struct Node {
     lifecycle: Lifecycle,
     actuator: Actuator,
-    /// Every tick has its command, however long it takes.
+    /// Whether each tick waits for its command, however long it takes.
     lockstep: bool,
-    /// Silence after which neutral is asked for, s.
+    /// Time without a command after which the planes go to neutral, s.
     timeout: f64,
     publishers: Publishers,
-    /// The limits that the planes stood at in the last tick.
+    /// The limits that the planes reached in the last tick.
     limits: Vec<String>,
-    /// The last tick that the vehicle began, and the last one commanded, ns.
+    /// Stamps of the last tick begun by the vehicle and of the last tick with a command, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
-    /// The last one answered, ns.
+    /// Stamp of the last answered tick, ns.
     said: Option<i64>,
-    /// When the last command came, by the node's clock, ns.
+    /// Arrival time of the last command, ns of the node's clock.
     received: Option<i64>,
 }
 
@@ -125,7 +125,7 @@ impl Node {
             Event::Parameters(parameters) => {
                 // They have been accepted; but a file that they name may have changed since.
                 if let Err(reason) = self.actuator.set_parameters(&parameters) {
-                    log::error!("{reason}; the parameters before stay in force");
+                    log::error!("{reason}; the previous parameters stay in force");
                     return Ok(Flow::Continue);
                 }
                 self.timeout = parameters.command_timeout;
@@ -138,9 +138,8 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// A tick begins. When the one before has had no command, none is waited for: both get their
-    /// answer now. The planes go on as commanded last, and after the timeout to neutral, with the vehicle still flying. A
-    /// command that comes yet acts from the next tick on.
+    /// A tick begins. If the previous tick got no command, both ticks are answered now: the planes follow the last command, and after the
+    /// timeout go to neutral, while the vehicle flies on. A command that still arrives acts from the next tick on.
     fn on_state(&mut self, stamp: i64) -> Result<()> {
         let before = self.begun.replace(stamp);
         if before.is_some_and(|before| stamp < before) {
@@ -159,7 +158,7 @@ impl Node {
         Ok(())
     }
 
-    /// Publishes the answer to a tick, once: a command that comes after its tick was answered has the same answer.
+    /// Publishes the answer to a tick, once; a command that arrives after its tick was answered gets the same answer.
     fn say(&mut self, output: &Output) {
         self.limits = output.limits();
         let stamp = output.motion.header.stamp.nanos();
@@ -200,7 +199,7 @@ impl Node {
 struct Publishers {
     motion: Publisher<PlaneMotion>,
     planes: Publisher<JointState>,
-    /// A topic for each group.
+    /// One topic per group of planes.
     states: Vec<Publisher<DhaState>>,
 }
 

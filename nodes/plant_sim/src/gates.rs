@@ -1,7 +1,7 @@
-//! Gates of lockstep: topics of nodes that know nothing of `tick_answer`, whose message for a tick is their answer to it.
+//! Gates of lockstep: topics of foreign nodes that do not publish `tick_answer`. A message on a gate's topic counts as the answer to a tick.
 //!
-//! A gate is opened once somebody publishes the topic. Its messages are of any type. Where the type's definition gives them a stamp,
-//! the one with the tick's stamp answers; of others the first one that has come since the tick's state was sent.
+//! A gate opens once somebody publishes its topic, with messages of any type. If the type contains a stamp, the message with the tick's stamp
+//! is the answer; otherwise the first message after the tick's state was sent.
 
 use std::time::{Duration, Instant};
 
@@ -12,11 +12,11 @@ use planesman_node::{
     Definition, DefinitionError, Definitions, PublishedTopic, Qos, RawSample, Runtime,
 };
 
-/// What happens at a gate, by its place in the list.
+/// An event of the gate with this index.
 pub(crate) enum GateEvent {
-    /// A message has come through it.
+    /// A message arrived.
     Sample(usize, RawSample),
-    /// What nodes of its publishers say of its type.
+    /// The publisher's node answered with the definition of the type.
     Type(usize, PublishedTopic, Result<Definition, DefinitionError>),
 }
 
@@ -25,32 +25,32 @@ pub(crate) struct Gates {
     list: Vec<Gate>,
     definitions: Definitions,
     values: Values,
-    /// When the last one was opened.
+    /// When the last gate opened.
     opened: Option<Instant>,
 }
 
 struct Gate {
-    /// The topic's absolute name.
+    /// Absolute name of the topic.
     topic: String,
     state: State,
-    /// The stamp of its last message, ns.
+    /// Stamp of the last message, ns.
     last: Option<i64>,
 }
 
 enum State {
-    /// Nobody publishes it.
+    /// The topic has no publisher.
     Unpublished,
-    /// Its publishers are asked for the type's definition.
+    /// The publishers have been asked for the type's definition.
     Asked,
-    /// Subscribed to, with what reads the stamp of its messages if they have one.
+    /// Subscribed; with a decoder of the messages' stamp, if they have one.
     Open(Option<Box<StampDecoder>>),
 }
 
 impl Gates {
-    /// Of these topics, none opened yet.
+    /// Gates for these topics, not opened yet.
     ///
     /// # Errors
-    /// A name that breaks ROS's rules.
+    /// A name that violates the ROS naming rules.
     pub(crate) fn new<E: 'static>(rt: &Runtime<E>, topics: &[String]) -> Result<Self> {
         let gate = |topic: &String| {
             Ok(Gate {
@@ -72,7 +72,7 @@ impl Gates {
         self.list.iter().map(|gate| gate.topic.as_str())
     }
 
-    /// Looks for publishers of those that are not open.
+    /// Looks for publishers of the topics whose gates are not open.
     pub(crate) fn discover<E: From<GateEvent> + 'static>(&mut self, rt: &Runtime<E>) {
         let is_unpublished = |gate: &Gate| matches!(gate.state, State::Unpublished);
         if !self.list.iter().any(is_unpublished) {
@@ -97,7 +97,8 @@ impl Gates {
         }
     }
 
-    /// The topic of the gate that `event` answers the tick at `now` (ns) by, whose state was sent at `sent`, by the machine's clock.
+    /// Handles an event; returns the gate's topic if the event answers the tick. `now`: stamp of the tick, ns; `sent`: wall-clock time at which its
+    /// state was published.
     pub(crate) fn on<E: From<GateEvent> + 'static>(
         &mut self,
         rt: &Runtime<E>,
@@ -114,7 +115,7 @@ impl Gates {
         }
     }
 
-    /// Subscribes to a gate as its publishers offer it. They may be anybody, so a refusal leaves the gate as it was.
+    /// Subscribes to a gate's topic with the QoS of its publishers. A foreign publisher may be refused; the gate then stays closed.
     fn open<E: From<GateEvent> + 'static>(
         &mut self,
         rt: &Runtime<E>,
@@ -132,7 +133,7 @@ impl Gates {
             Ok(types) => StampDecoder::of(types).map(Box::new),
             Err(reason) => {
                 log::warn!(
-                    "gate {}: the type {} is not known: {reason}",
+                    "gate {}: unknown type {}: {reason}",
                     topic.name,
                     topic.type_name
                 );
@@ -146,22 +147,23 @@ impl Gates {
         let hash = topic.type_hash.as_deref();
         let event = move |sample| GateEvent::Sample(index, sample).into();
         if let Err(refusal) = rt.subscribe_raw(&topic.name, &topic.type_name, hash, qos, event) {
-            log::error!("gate {}: not subscribed to: {refusal}", topic.name);
+            log::error!("gate {}: cannot subscribe: {refusal}", topic.name);
             return;
         }
         log::info!(
-            "gate {}: a tick ends with {}",
+            "gate {}: each tick ends at {}",
             topic.name,
             match stamp {
-                Some(_) => "the message that bears its stamp",
-                None => "the first message after its state, since the messages have no stamp",
+                Some(_) => "the message with the stamp of the tick",
+                None =>
+                    "the first message after the state of the tick (the messages have no stamp)",
             }
         );
         gate.state = State::Open(stamp);
         self.opened = Some(Instant::now());
     }
 
-    /// Whether all have been open for so long: their publishers, too, then know of it.
+    /// Whether all gates have been open for this time, so that their publishers also know the subscription.
     pub(crate) fn are_open_for(&self, time: Duration) -> bool {
         let all = self
             .list
@@ -191,15 +193,15 @@ impl Gates {
         answers.then_some(gate.topic.as_str())
     }
 
-    /// Why the gate of that topic has not answered; `None` of what is no gate.
+    /// Why the gate of this topic has not answered; `None` if the topic is not a gate.
     pub(crate) fn reason(&self, topic: &str) -> Option<String> {
         let gate = self.list.iter().find(|it| it.topic == topic)?;
         Some(match (&gate.state, gate.last) {
             (State::Unpublished, _) => format!("{topic}, which nobody publishes"),
-            (State::Asked, _) => format!("{topic}, whose type is being asked for"),
+            (State::Asked, _) => format!("{topic}, whose type is not known yet"),
             (State::Open(Some(_)), Some(last)) => {
                 format!(
-                    "{topic}, whose last message bears the stamp {:.9}",
+                    "{topic}, whose last message has the stamp {:.9} s",
                     last as f64 * 1e-9
                 )
             }
@@ -207,7 +209,7 @@ impl Gates {
         })
     }
 
-    /// What the first tick waits for.
+    /// The gates that the first tick waits for.
     pub(crate) fn closed(&self) -> Vec<String> {
         let closed = self
             .list

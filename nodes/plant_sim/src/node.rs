@@ -1,7 +1,6 @@
-//! The node: keeps the vehicle's time, publishes state and sensors, receives the actuator's answer.
+//! The node: keeps the vehicle's time, publishes state and sensor readings, and receives the actuator's answer.
 //!
-//! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
-//! that ARCHITECTURE.md ("Time") describes.
+//! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways described in ARCHITECTURE.md ("Time").
 
 use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,37 +35,37 @@ use planesman_vehicle::Boundary;
 
 use crate::gates::{GateEvent, Gates};
 
-/// In lockstep, everything is said again after this long without all answers: a member that
-/// came back, or whose link was cut, has not received it.
+/// In lockstep, time without all answers after which state and sensor readings are published again: a member may have restarted or lost its
+/// connection, and so have missed them.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
 /// Time to detect another vehicle before the first tick; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
 
-/// Time between the opening of the last gate and the first tick: its publisher then knows its subscribers, a recorder too.
+/// Time between the opening of the last gate and the first tick, in which the gate's publisher discovers all its subscribers.
 const SETTLING: Duration = Duration::from_secs(1);
 
-/// Time for another vehicle without a claim to disappear: the nodes of a launcher that has ended.
+/// Time after which nodes of an ended launcher have disappeared from discovery.
 const LEAVING: Duration = Duration::from_secs(7);
 
-/// A `/clock` that comes less often is not caught up with between two of its messages, ns.
+/// Longest interval of `/clock` messages for which the vehicle catches up between two of them, ns.
 const COARSEST_CLOCK: i64 = 1_000_000_000;
 
 /// Time between two warnings about missed ticks, s.
 const WARNING_PERIOD: Duration = Duration::from_secs(5);
 
-/// The topics on which an actuator answers. The first has the angle over the whole tick, the second one angle that is held over it.
+/// Topics of an actuator's answer. The first contains the angle over the whole tick, the second a constant angle for the tick.
 const PLANE_MOTION: &str = "plane_motion";
 const PLANES: &str = "planes";
 
-/// The topic that the actuator answers.
+/// Topic of the commands to the actuator.
 const PLANE_COMMAND: &str = "plane_command";
 
-/// The topics on which the thrusters are commanded: with names and stamp, or a row of numbers in the order of the vehicle's file, as Stonefish's users send it.
+/// Topics of the thruster commands: with names and stamp, or (as for Stonefish) as a list of numbers in the order of the vehicle file.
 const THRUSTER_COMMAND: &str = "thruster_command";
 const THRUSTER_SETPOINTS: &str = "thruster_setpoints";
 
-/// The message of the status `vehicle` once `duration` is flown.
+/// Message of the status `vehicle` after the scenario's `duration`.
 pub const DONE: &str = "done";
 
 enum Event {
@@ -76,7 +75,7 @@ enum Event {
     ThrusterSetpoints(Float64MultiArray),
     Answer(TickAnswer),
     Gate(GateEvent),
-    /// Time to ask whether the tick is over.
+    /// Timer event: checks whether the tick is over.
     Poll,
     Pause(SetBoolRequest, Responder<SetBool>),
     Step(StepRequest, Responder<Step>),
@@ -126,7 +125,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         answers,
         move |planes| match judge.motion(planes) {
             Some(motion) => refuses(&judge, &motion),
-            None => Some("no joint 'dive_planes' with a position".to_owned()),
+            None => Some("the message has no joint 'dive_planes' with a position".to_owned()),
         },
         Event::Planes,
     )?;
@@ -154,37 +153,37 @@ fn run(args: Vec<OsString>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-/// The end of a tick.
+/// What ends a tick.
 enum Pace {
-    /// The answers.
+    /// All answers have arrived.
     Lockstep {
         /// When the present tick began, and when its `state` was last published.
         began: Instant,
         said: Instant,
     },
-    /// The wall clock, `factor` times faster; the stamps are the vehicle's own time, which `/clock` tells.
+    /// The wall clock, `factor` times faster. Stamps are the vehicle's own time, published on `/clock`.
     Real {
         factor: f64,
-        /// When the present tick is over.
+        /// Wall-clock time at which the present tick ends.
         deadline: Instant,
     },
-    /// The node's clock, the machine's or `/clock` from elsewhere; the stamps are its time.
+    /// The node's clock: the machine's, or `/clock` from elsewhere. Stamps are in its time.
     Clock,
 }
 
-/// The ticks that a `step` request still waits for.
+/// The remaining ticks of a `step` request.
 struct Stepping {
     ticks: u32,
     responder: Responder<Step>,
 }
 
-/// The wait for the answers to a tick.
+/// Waiting for the answers to a tick.
 struct Wait {
-    /// When its state was first sent, by the machine's clock.
+    /// Wall-clock time at which the tick's state was first sent.
     sent: Time,
     /// `answer_timeout`, s.
     timeout: f64,
-    /// Whether the answers have been missing for longer.
+    /// Whether the answers have been missing for longer than the timeout.
     overdue: bool,
 }
 
@@ -192,42 +191,41 @@ struct Node {
     plant: Plant,
     publishers: Publishers,
     pace: Pace,
-    /// The present tick.
+    /// Index of the present tick.
     k: i64,
-    /// Its stamp, ns.
+    /// Stamp of the present tick, ns.
     stamp: i64,
-    /// Ticks to fly in all, `None` for no end.
+    /// Total number of ticks, `None` without end.
     ticks: Option<i64>,
     /// Whether the node ends after them.
     end_when_flown: bool,
-    /// The observation of the present tick, to be sent again to a member that restarts; `None`
-    /// between ticks, while paused and at the end.
+    /// The observation of the present tick, sent again to a member that restarts; `None` between ticks, while paused and at the end.
     observation: Option<Observation>,
-    /// Channels of the acquisition that were at an end of their range ([`DaqSample`]), and when the last one was.
+    /// Saturated channels of the acquisition ([`DaqSample`]), and when the last one saturated.
     saturated: (u8, Instant),
     answers: Answers,
     gates: Gates,
     wait: Wait,
-    /// Whether somebody publishes `plane_motion`; then `planes` is not used.
+    /// Whether `plane_motion` has a publisher; `planes` is then ignored.
     has_motion: bool,
-    /// Whether the log says whose `planes` are not used.
+    /// Whether ignored publishers of `planes` have been logged.
     told_of_vain: bool,
     paused: bool,
-    /// Whether the vehicle is to be reset before the next tick.
+    /// Whether the vehicle is reset before the next tick.
     reset_due: bool,
     stepping: Option<Stepping>,
-    /// Ticks that the clock was ahead.
+    /// Number of ticks missed because the clock was ahead.
     missed: i64,
-    /// Whether the next tick follows on a pause.
+    /// Whether the next tick follows a pause.
     resumes: bool,
     warnings: Throttle,
-    /// The last reading of the clock, ns, and when by the machine's monotonic clock.
+    /// The last reading of the clock, ns, and its time on the monotonic clock.
     seen: Option<(Instant, i64)>,
-    /// The latest contact, its time by the stamps.
+    /// The latest contact, with its time.
     contact: String,
-    /// Being the only vehicle here.
+    /// The claim to be the only vehicle in the namespace.
     claim: Claim,
-    /// Since when others were listened for, `None` once nobody was found.
+    /// When listening for other vehicles began; `None` after none was found.
     listening: Option<Instant>,
 }
 
@@ -277,7 +275,7 @@ impl Node {
             ("delay_budget", lockstep && parameters.delay_budget != 0),
         ] {
             if is_in_vain {
-                log::warn!("parameter '{name}' has no effect by the chosen 'time'");
+                log::warn!("parameter '{name}' has no effect with the chosen value of 'time'");
             }
         }
         let gates = Gates::new(rt, gates)?;
@@ -374,7 +372,7 @@ impl Node {
                     self.answers.set_parameters(&parameters);
                     self.wait.timeout = parameters.answer_timeout;
                 }
-                Err(reason) => log::error!("{reason}; the parameters before stay in force"),
+                Err(reason) => log::error!("{reason}; the previous parameters stay in force"),
             },
         }
         while self.tick_is_over(rt) {
@@ -387,8 +385,8 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// Takes the answer of an actuator that publishes joint states alone. One that publishes `plane_motion`, too, is known to do so
-    /// before its first joint state comes: it announces that topic first. So the topic used does not depend on which message is faster.
+    /// Takes the answer of an actuator that publishes only joint states. An actuator that also publishes `plane_motion` announces that topic
+    /// first, so the choice of the topic does not depend on which message is faster.
     fn on_planes(&mut self, rt: &Runtime<Event>, planes: &JointState) -> Result<()> {
         self.has_motion = self.has_motion || !rt.publishing_nodes(PLANE_MOTION)?.is_empty();
         if self.has_motion {
@@ -400,7 +398,7 @@ impl Node {
         Ok(())
     }
 
-    /// Takes the thrusters' commands; in lockstep only those for the present tick.
+    /// Takes thruster commands; in lockstep only those for the present tick.
     fn on_thrusters(&mut self, command: &ThrusterCommand) {
         let is_lockstep = matches!(self.pace, Pace::Lockstep { .. });
         if is_lockstep && (self.observation.is_none() || command.header.stamp.nanos() != self.stamp)
@@ -413,13 +411,13 @@ impl Node {
         }
     }
 
-    /// Says which topic the planes move by, who publishes it, and who publishes the other in vain.
+    /// Publishes in the status which topic moves the planes and who publishes it; warns of publishers that are ignored.
     fn tell_actuator(&mut self, rt: &Runtime<Event>) -> Result<()> {
         if self.plant.craft().is_of_thrusters_alone() {
             rt.set_status(
                 "actuator",
                 Level::Ok,
-                "thrusters alone move the vehicle",
+                "the vehicle moves by thrusters only",
                 &[],
             );
             return Ok(());
@@ -444,17 +442,17 @@ impl Node {
             ([], false) => (Level::Ok, used.clone()),
             (vain, false) => (
                 Level::Warn,
-                format!("{used}; {PLANES} of {} not used", vain.join(", ")),
+                format!("{used}; {PLANES} of {} ignored", vain.join(", ")),
             ),
         };
         if !vain.is_empty() && !std::mem::replace(&mut self.told_of_vain, true) {
-            log::warn!("{message}: an actuator with {PLANE_MOTION} comes first");
+            log::warn!("{message}: an actuator with {PLANE_MOTION} has priority");
         }
         rt.set_status("actuator", level, &message, &[]);
         Ok(())
     }
 
-    /// Whether the duration is flown.
+    /// Whether all ticks of the scenario have been flown.
     fn is_flown(&self) -> bool {
         self.ticks.is_some_and(|ticks| self.k >= ticks)
     }
@@ -476,7 +474,10 @@ impl Node {
         responder: Responder<Step>,
     ) -> Result<()> {
         let refusal = if !(1..=100_000).contains(&request.ticks) {
-            Some(format!("ticks: {} refused: 1 to 100000", request.ticks))
+            Some(format!(
+                "ticks: {} refused: a number from 1 to 100000 is expected",
+                request.ticks
+            ))
         } else if !self.paused || self.observation.is_some() {
             Some("the vehicle is not paused".to_owned())
         } else {
@@ -496,7 +497,7 @@ impl Node {
         self.begin_tick(rt)
     }
 
-    /// Says what the next tick begins with, unless one is on, or none is due.
+    /// Publishes the state and sensor readings at the beginning of the next tick, unless a tick is running or none is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         if self.listening.is_some()
             || self.observation.is_some()
@@ -553,13 +554,13 @@ impl Node {
         Ok(())
     }
 
-    /// The end of the present tick.
+    /// End time of the present tick.
     fn end(&self) -> Time {
         Time::from_nanos(self.stamp + self.plant.tick_nanos())
     }
 
-    /// Moves the stamp of the tick that begins on to `now` (ns) by whole ticks, where the clock has gone on without the vehicle: in a
-    /// pause, in a stall, or because somebody set it. A `/clock` that comes less often than the ticks is caught up with.
+    /// Moves the stamp of the next tick forward to `now` (ns) by whole ticks if the clock has run on without the vehicle: in a pause, in a
+    /// stall, or because somebody set the clock. If `/clock` comes less often than the ticks (`coarse`), the vehicle catches up instead.
     fn keep_up(&mut self, now: i64, coarse: bool) {
         let tick = self.plant.tick_nanos();
         let behind = now - self.stamp;
@@ -584,7 +585,7 @@ impl Node {
         }
     }
 
-    /// Counts ticks that the clock has gone on without the vehicle, and says so; the clock was `set` forward by so much, ns.
+    /// Counts and logs the ticks missed. `set`: the amount by which the clock was set forward, ns.
     fn miss(&mut self, ticks: i64, set: i64) {
         if ticks == 0 {
             return;
@@ -596,19 +597,19 @@ impl Node {
         } else {
             let reason = match set > self.plant.tick_nanos() {
                 true => "this machine's clock was set forward",
-                false => "this machine was too slow, or the process stood",
+                false => "this machine was too slow, or the process was stopped",
             };
             let text = format!("{ticks} before tick {} ({time:.2} s): {reason}", self.k);
             self.warnings.warn("ticks missed", &text);
         }
     }
 
-    /// Nobody else is to be the vehicle: two would answer for each other's ticks.
+    /// Fails if another vehicle runs in the namespace: each would take the answers to the other's ticks.
     fn be_alone(&mut self) -> Result<()> {
         let topic = self.publishers.state.topic();
         if let Some(holder) = self.claim.holder() {
             bail!(
-                "{holder} already publishes {topic}; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{holder} already publishes {topic}: stop that node, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         let Some(since) = self.listening else {
@@ -621,7 +622,7 @@ impl Node {
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
-                "{topic} has a publisher already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{topic} has a publisher already: stop that node, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         Ok(())
@@ -662,7 +663,7 @@ impl Node {
             Err(reason) => {
                 let time = self.stamp as f64 * 1e-9;
                 bail!(
-                    "the simulation cannot go on at tick {}, stamp {time:.3} s: {reason}",
+                    "the simulation stopped at tick {}, stamp {time:.3} s: {reason}",
                     self.k
                 )
             }
@@ -689,7 +690,7 @@ impl Node {
         Ok(())
     }
 
-    /// Says which sensors were at an end of their range lately, with the range: diagnostics go out once a second.
+    /// Publishes in the status which sensors saturated lately, with their range; diagnostics are sent once a second.
     fn tell_saturated(&mut self, rt: &Runtime<Event>) {
         if self.saturated.1.elapsed() > WARNING_PERIOD {
             self.saturated.0 = 0;
@@ -702,7 +703,7 @@ impl Node {
         rt.set_status("sensors", level, &message, &[]);
     }
 
-    /// Ten times a second, and when the wall clock says that a tick is over.
+    /// Runs ten times a second, and when the wall clock ends a tick.
     fn poll(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.gates.discover(rt);
         self.be_alone()?;
@@ -710,7 +711,7 @@ impl Node {
         let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
         if by_the_machine && rt.now().sec == i32::MAX {
             bail!(
-                "this machine's clock has reached 2038-01-19 03:14:07 UTC, where ROS 2's stamps end: simulate the time (time: \
+                "this machine's clock has reached 2038-01-19 03:14:07 UTC, the end of ROS 2 stamps: use simulated time (time: \
                  lockstep, or sim_time)"
             );
         }
@@ -737,7 +738,10 @@ impl Node {
             };
         } else if self.answers.age > 0 {
             let age = self.answers.age;
-            status = (Level::Warn, format!("using an answer {age} ticks old"));
+            status = (
+                Level::Warn,
+                format!("using an answer that is {age} ticks old"),
+            );
         } else if let (Pace::Lockstep { began, said }, Some(observation)) =
             (&mut self.pace, &self.observation)
             && began.elapsed() >= REPEAT_AFTER
@@ -764,7 +768,7 @@ impl Node {
         }
         match (was_overdue, self.wait.overdue) {
             (false, true) => log::error!("tick {}: {}", self.k, status.1),
-            (true, false) => log::info!("tick {}: answered again", self.k),
+            (true, false) => log::info!("tick {}: answers arrive again", self.k),
             _ => {}
         }
         self.tell_saturated(rt);
@@ -787,7 +791,7 @@ impl Node {
     }
 }
 
-/// Who has to act for a missing answer to come: the first in the chain to it whose message nobody publishes, or the last one.
+/// The part of the loop that causes a missing answer: the first one in the chain whose topic has no publisher, or else the last one.
 fn reason(rt: &Runtime<Event>, gates: &Gates, missing: &str) -> Result<String> {
     let controller = "the controller";
     let chain: &[(&str, &[&str])] = match missing {
@@ -813,13 +817,13 @@ fn reason(rt: &Runtime<Event>, gates: &Gates, missing: &str) -> Result<String> {
     Ok(last)
 }
 
-/// Publishers by their topics.
+/// Publishers by topic.
 struct Publishers {
     clock: Option<Publisher<Clock>>,
-    /// Kept, for those who join later.
+    /// Kept open for late joiners.
     _static_messages: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
-    /// Of pose and instruments, each a [`Publisher`] of its type.
+    /// Publishers of pose and sensors, each a [`Publisher`] of its type.
     others: BTreeMap<String, Box<dyn Any>>,
 }
 
@@ -853,7 +857,7 @@ impl Publishers {
         })
     }
 
-    /// The others before the state: in lockstep the state is what the members answer to.
+    /// Publishes an observation; the state last, because the members of lockstep answer to the state.
     fn say(&mut self, stamp: &Time, observation: &Observation) -> Result<(), Infallible> {
         if let Some(clock) = &self.clock {
             clock.publish(&Clock {
@@ -884,7 +888,8 @@ impl Sink for Publishers {
     }
 }
 
-/// Opens a publisher for each message that is put into it, which is not sent. Sensors are best effort, but for those who must miss nothing, as members of lockstep.
+/// Opens a publisher for each message type of an observation, without sending. Sensor topics are best effort, except in lockstep, where
+/// the members must receive every message.
 struct Opened<'a> {
     rt: &'a Runtime<Event>,
     lossless: bool,

@@ -1,4 +1,4 @@
-//! The node: records the topics of the loop, or those that are selected, undecoded, into a bag.
+//! The node: records the topics of the loop, or the selected topics, into a bag without decoding them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -29,46 +29,46 @@ use planesman_recording::names;
 use planesman_recording::parameters::{RecorderParameters, writer_options};
 use planesman_recording::selection::Selection;
 
-/// Time between two looks for what is to be flushed.
+/// Interval of flushing, and of looking for topics.
 const PERIOD: Duration = Duration::from_millis(100);
-/// Time between two looks for publishers of topics that are awaited.
+/// Interval of looking for publishers of awaited topics.
 const AWAITING_PERIOD: Duration = Duration::from_millis(500);
-/// Without a sample for so long nothing more is on its way.
+/// Time without a sample after which no more is expected.
 const SILENCE: Duration = Duration::from_millis(50);
-/// A publisher of the loop must be silent for so long for another that spoke beside it to be recorded: longer than a vehicle
-/// that has flown to its end is waited for.
+/// Time for which a loop's publisher must be silent before another publisher of its topic is recorded; longer than the wait for a vehicle
+/// that has ended.
 const OUTLASTED: Duration = Duration::from_secs(10);
-/// Longest that others who go on talking are listened to at the end.
+/// Longest time at the end in which nodes that keep publishing are still recorded.
 const LAST_WORDS: Duration = Duration::from_secs(2);
-/// Time for which the error is on `/diagnostics` before the node ends.
+/// Time for which the error is published on `/diagnostics` before the node ends.
 const REPORTING: Duration = Duration::from_secs(2);
-/// Topics that are looked at: a hostile peer can make them up without end.
+/// Maximum number of topics considered: a hostile peer can create any number.
 const MOST_TOPICS: usize = 10_000;
-/// Warnings about single topics.
+/// Maximum number of warnings about single topics.
 const MOST_WARNINGS: usize = 100;
-/// A vehicle's state is no larger, B: an answer repeats its header.
+/// Largest size of a vehicle state that is answered, bytes; the answer repeats the state's header.
 const LARGEST_STATE: usize = 64 << 10;
-/// Messages that wait for the disk have this room at least, B.
+/// Minimum size of the queue of messages waiting for the disk, bytes.
 const LEAST_CACHE: u64 = 32 << 20;
-/// Offers of a topic that go into the bag.
+/// Maximum number of QoS offers per topic in the bag.
 const MOST_OFFERS: usize = 100;
 
-/// The status of the bag; an error means that nothing more is recorded.
+/// Name of the bag's diagnostic status; level error means that recording has stopped.
 pub const BAG: &str = "bag";
 
 enum Event {
     /// A sample of the topic with this index.
     Sample(usize, RawSample),
-    /// Time to flush what has waited long enough, and to look for topics.
+    /// Timer event: flushes messages that have waited long enough, and looks for topics.
     Poll,
-    /// What nodes of its publishers say of a topic's type.
+    /// The publisher's node answered with the definition of a topic's type.
     Described(PublishedTopic, Result<Definition, DefinitionError>),
     Pause(Responder<Pause>),
     Resume(Responder<Resume>),
     IsPaused(Responder<IsPaused>),
     Split(Responder<SplitBagfile>),
     Snapshot(Responder<Snapshot>),
-    /// Nothing of this node changes while it runs.
+    /// A parameter event; no parameter of this node can change while it runs.
     Parameters,
 }
 
@@ -125,7 +125,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     node.subscribe_loop(&rt, &parameters)?;
     serve(&rt, node.ring.is_some())?;
     if node.selection.asks() {
-        log::info!("recording what is selected into {}", output.display());
+        log::info!("recording the selected topics into {}", output.display());
         node.discover(&rt);
     } else {
         let number = node.topics.len() + node.awaited.len();
@@ -159,7 +159,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     Ok(outcome?)
 }
 
-/// A discovered topic as a bag has it.
+/// A discovered topic in the form that the bag stores.
 #[must_use]
 pub fn published_topic(published: &PublishedTopic, definition: Definition) -> Topic {
     let has_text = !definition.text.is_empty();
@@ -182,7 +182,7 @@ pub fn published_topic(published: &PublishedTopic, definition: Definition) -> To
     }
 }
 
-/// The services of rosbag2's recorder.
+/// Serves the services of rosbag2's recorder.
 fn serve(rt: &Runtime<Event>, takes_snapshots: bool) -> Result<()> {
     rt.serve("~/pause", |_, responder| Event::Pause(responder))?;
     rt.serve("~/resume", |_, responder| Event::Resume(responder))?;
@@ -194,45 +194,46 @@ fn serve(rt: &Runtime<Event>, takes_snapshots: bool) -> Result<()> {
     Ok(())
 }
 
-/// A topic that is subscribed to.
+/// A subscribed topic.
 struct Recorded {
-    /// Its absolute name.
+    /// Absolute name of the topic.
     name: String,
     kind: Arc<TopicKind>,
-    /// Known to the bag from the first message on.
+    /// Id in the bag, from the first message on.
     id: Option<TopicId>,
     losses: Losses,
 }
 
 struct Node {
     writer: BagWriter,
-    /// By subscription.
+    /// Topics, by subscription index.
     topics: Vec<Recorded>,
-    /// Topics of the loop that somebody must publish first.
+    /// Topics of the loop that are subscribed to once somebody publishes them.
     awaited: Vec<LoopTopic>,
-    /// When that was last looked for.
+    /// When publishers of these topics were last looked for.
     looked: Instant,
     selection: Selection,
-    /// The type of each topic that is recorded or about to be.
+    /// Type of each topic that is or will be recorded.
     types: BTreeMap<String, String>,
-    /// What was said once of topics that are not recorded.
+    /// Warnings already logged about topics that are not recorded.
     warned: BTreeSet<String>,
     definitions: Definitions,
-    /// Whether nothing is recorded until `~/resume`.
+    /// Whether recording is paused until `~/resume`.
     paused: bool,
     /// In snapshot mode, the messages that `~/snapshot` writes.
     ring: Option<Ring>,
-    /// The subscription whose samples begin a tick.
+    /// Index of the subscription whose messages begin a tick.
     state: Option<usize>,
     answer: Option<Publisher<TickAnswer>>,
-    /// Messages kept at another time than they came with, or not at all.
+    /// Number of messages stored with a corrected time, or not stored.
     unfit: u64,
-    /// Since when the bag takes nothing more.
+    /// When writing to the bag failed.
     failed: Option<Instant>,
 }
 
 impl Node {
-    /// Subscribes to the loop's topics before anybody publishes them: all without a selection, and of a selection those
+    /// Subscribes to the loop's topics before anybody publishes them: to all without a selection; with a selection to those that must not lose a
+    /// message.
     /// where no message may be lost.
     fn subscribe_loop(
         &mut self,
@@ -263,7 +264,9 @@ impl Node {
             }
         }
         if self.answer.is_some() && self.state.is_none() {
-            bail!("answer: a tick is answered once its state is recorded, and 'state' is not");
+            bail!(
+                "parameter 'answer': the recorder answers a tick after recording its state; add the topic 'state' to the selection"
+            );
         }
         Ok(())
     }
@@ -321,7 +324,7 @@ impl Node {
         let found: Vec<LoopTopic> = self.awaited.extract_if(.., is_published).collect();
         for topic in found {
             if let Err(error) = self.subscribe_to_loop(rt, topic) {
-                log::error!("'{}' is not recorded: {error:#}", topic.name);
+                log::error!("cannot record '{}': {error:#}", topic.name);
             }
         }
         if !self.selection.asks() {
@@ -335,10 +338,10 @@ impl Node {
             let unfit = match self.types.get(name) {
                 Some(known) if known == type_name => continue,
                 Some(known) => Some(format!(
-                    "'{name}' is published as {type_name}, too, which is not recorded: its type is {known}"
+                    "'{name}' is also published as {type_name}; only its messages of type {known} are recorded"
                 )),
                 None => (self.types.len() >= MOST_TOPICS).then(|| {
-                    format!("{MOST_TOPICS} topics are recorded: those that come later are not")
+                    format!("the limit of {MOST_TOPICS} topics is reached: later topics are not recorded")
                 }),
             };
             if let Some(reason) = unfit {
@@ -358,7 +361,7 @@ impl Node {
         }
     }
 
-    /// Subscribes to a topic as its publishers offer it.
+    /// Subscribes to a topic with the QoS of its publishers.
     fn subscribe_published(
         &mut self,
         rt: &Runtime<Event>,
@@ -374,7 +377,7 @@ impl Node {
         let topic = published_topic(published, definition);
         match self.subscribe(rt, topic, qos) {
             Ok(()) => log::info!("Subscribed to topic '{}'", published.name),
-            Err(error) => log::error!("'{}' is not recorded: {error:#}", published.name),
+            Err(error) => log::error!("cannot record '{}': {error:#}", published.name),
         }
     }
 
@@ -400,7 +403,7 @@ impl Node {
             Event::Described(topic, outcome) => {
                 let definition = outcome.unwrap_or_else(|reason| {
                     log::warn!(
-                        "'{}' is recorded without the definition of its type {}, which readers of the bag need: {reason}",
+                        "'{}' is recorded without the definition of its type {}, so that tools may not read it: {reason}",
                         topic.name,
                         topic.type_name
                     );
@@ -425,7 +428,10 @@ impl Node {
             Event::Split(responder) => {
                 let outcome = self.writer.split();
                 if let Ok(true) = outcome {
-                    log::info!("the next file is {}", self.writer.file().display());
+                    log::info!(
+                        "recording into the next file, {}",
+                        self.writer.file().display()
+                    );
                 }
                 self.note(rt, outcome.map(drop));
                 responder.answer(SplitBagfileResponse::default());
@@ -446,10 +452,10 @@ impl Node {
         }
     }
 
-    /// Writes what is kept in memory; whether all of it is in the file.
+    /// Writes the messages in memory to the bag; returns whether all of them were written.
     fn take_snapshot(&mut self, rt: &Runtime<Event>) -> bool {
         let kept = self.ring.as_mut().map(Ring::take).unwrap_or_default();
-        log::info!("a snapshot of {} messages", kept.len());
+        log::info!("snapshot of {} messages written", kept.len());
         let mut is_written = true;
         for Kept {
             index,
@@ -467,7 +473,7 @@ impl Node {
         is_written
     }
 
-    /// Records a sample, or keeps it in memory, or counts it only.
+    /// Records a sample, keeps it in memory, or only counts it.
     fn take(&mut self, rt: &Runtime<Event>, index: usize, sample: RawSample) {
         let received = rt.now().nanos();
         if let Some(topic) = self.topics.get_mut(index)
@@ -492,7 +498,7 @@ impl Node {
         self.note(rt, outcome);
     }
 
-    /// A bag has no times before its epoch: what claims one, as a `/clock` may, is kept at its beginning.
+    /// Writes a sample. A bag has no times before the epoch: a message with such a time, as `/clock` may have, is stored at time 0.
     fn record(
         &mut self,
         index: usize,
@@ -517,7 +523,7 @@ impl Node {
             .write_raw(id, &sample.bytes, received.max(0), published.max(0))
     }
 
-    /// Notes in the bag how many messages are missing of each topic, and tells.
+    /// Notes in the bag and in the log how many messages of each topic are missing.
     fn account_for_losses(&mut self) -> Vec<(String, u64)> {
         let mut lost = Vec::new();
         for topic in &self.topics {
@@ -529,8 +535,8 @@ impl Node {
         lost
     }
 
-    /// A file that cannot be written ends the recording: an error is reported, once. Whatever else one message
-    /// is refused for, the others are recorded.
+    /// Handles the result of a write. If the file cannot be written, recording ends with an error, logged once; if a single message is refused,
+    /// recording continues.
     fn note(&mut self, rt: &Runtime<Event>, outcome: Result<(), WriteError>) {
         if self.failed.is_some() {
             return;
@@ -543,7 +549,9 @@ impl Node {
             }
             Err(error) => {
                 if self.unfit == 0 {
-                    log::warn!("message not recorded: {error}; further ones are only counted");
+                    log::warn!(
+                        "message not recorded: {error}; further such messages are only counted"
+                    );
                 }
                 self.unfit += 1;
             }
@@ -551,7 +559,7 @@ impl Node {
         }
     }
 
-    /// The status of the recording, until it has failed.
+    /// Publishes the status of the recording, until it has failed.
     fn tell_status(&self, rt: &Runtime<Event>) {
         if self.failed.is_some() {
             return;
@@ -580,7 +588,7 @@ impl Node {
         );
     }
 
-    /// Whether it is an answer of its own: it has been recorded.
+    /// Whether the sample is this node's own answer, which was recorded directly.
     fn is_own(&self, rt: &Runtime<Event>, sample: &RawSample) -> bool {
         self.answer
             .as_ref()
@@ -589,8 +597,7 @@ impl Node {
                 .is_ok_and(|answer| answer.member == bare_name(&rt.full_name()))
     }
 
-    /// Where multicast comes back on the interface a node receives its own messages, elsewhere not: its answers are
-    /// written to the bag directly.
+    /// Writes this node's answers directly to the bag: it receives its own messages only where multicast loops back on the interface.
     fn record_own(&mut self, rt: &Runtime<Event>, topic: String, message: &TickAnswer) {
         let Some(index) = self.topics.iter().position(|it| it.name == topic) else {
             return;
@@ -628,7 +635,7 @@ impl Node {
     }
 }
 
-/// Whether no node publishes it in a usual loop in real time. The operator's setpoints do not count: the first one matters.
+/// Whether no node publishes the topic in a usual loop in real time. Setpoints do not count, because the first one matters.
 fn is_on_request(topic: &LoopTopic) -> bool {
     let on_request = [
         "/clock",
@@ -642,7 +649,7 @@ fn is_on_request(topic: &LoopTopic) -> bool {
         || OPTIONAL_SENSORS.contains(&topic.name)
 }
 
-/// A publisher's offer as the bag has it: discovery tells no history.
+/// A publisher's QoS in the form that the bag stores; discovery does not transmit the history.
 fn offered(offer: &Offer) -> OfferedQos {
     let qos = match offer.reliable {
         true => OfferedQos::reliable(0),

@@ -1,32 +1,32 @@
-//! The latest messages, kept in memory until a snapshot is asked for.
+//! The latest messages, kept in memory until a snapshot is requested.
 
 use std::collections::VecDeque;
 use std::mem;
 
 use planesman_node::RawSample;
 
-/// A message that is kept.
+/// A message in memory.
 #[derive(Debug)]
 pub struct Kept {
-    /// Its topic's number.
+    /// Index of the topic.
     pub index: usize,
-    /// The message.
+    /// Payload with its metadata.
     pub sample: RawSample,
-    /// When it was received, ns.
+    /// Time of reception, ns.
     pub received: i64,
 }
 
-/// As many of the latest messages as fit.
+/// The latest messages within a limit of memory.
 #[derive(Debug)]
 pub struct Ring {
     messages: VecDeque<Kept>,
-    /// Bytes of the payloads that are kept, and at most.
+    /// Total size of the kept payloads, and its limit, bytes.
     bytes: u64,
     most: u64,
 }
 
 impl Ring {
-    /// Keeps payloads of so many bytes.
+    /// Keeps payloads of at most `most` bytes in total.
     #[must_use]
     pub fn new(most: u64) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Ring {
         }
     }
 
-    /// Keeps a message, and drops the oldest that do not fit any more.
+    /// Adds a message, and drops the oldest ones beyond the limit.
     pub fn keep(&mut self, message: Kept) {
         self.bytes += message.sample.bytes.len() as u64;
         self.messages.push_back(message);
@@ -47,7 +47,7 @@ impl Ring {
         }
     }
 
-    /// Hands out all, the oldest first, and keeps none of them.
+    /// Removes and returns all messages, oldest first.
     pub fn take(&mut self) -> VecDeque<Kept> {
         self.bytes = 0;
         mem::take(&mut self.messages)

@@ -21,14 +21,14 @@ use planesman_identifier::{
     Account, Change, Identifier, IdentifierParameters, Pair, TopicReader, pair,
 };
 
-/// Time between two looks at who has fallen silent.
+/// Interval of the check for silent topics.
 const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Silence of all topics that is reported, s.
+/// Time without any message after which it is reported, s.
 const SILENCE: f64 = 2.0;
 
 enum Event {
-    /// From the topic of that reader.
+    /// A sample for the reader with this index.
     Sample(usize, RawSample),
     Reset(Responder<Trigger>),
     Freeze(bool, Responder<SetBool>),
@@ -99,15 +99,15 @@ fn run(args: Vec<OsString>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-/// How a topic is listened to.
+/// Subscription of a topic.
 #[derive(Debug, PartialEq, Eq)]
 struct Listened {
     type_name: String,
-    /// Whether what is lost is asked for again; then only publishers that offer it are received.
+    /// Whether the subscription is reliable: lost messages are sent again, and only reliable publishers match.
     reliable: bool,
 }
 
-/// The topics of all pairs, and how they are listened to.
+/// The topics of all pairs, with their subscriptions.
 fn topics(parameters: &IdentifierParameters) -> Result<BTreeMap<String, Listened>> {
     let mut topics: BTreeMap<String, Listened> = BTreeMap::new();
     for (name, own) in pair::described(parameters).map_err(|e| anyhow!(e))? {
@@ -130,7 +130,7 @@ fn topics(parameters: &IdentifierParameters) -> Result<BTreeMap<String, Listened
             known.reliable |= reliable;
             if known.type_name != *type_name {
                 bail!(
-                    "pair '{name}': parameter '{parameter}': {} refused: on the topic '{}' another signal expects {}",
+                    "pair '{name}': parameter '{parameter}': {} refused: another signal of the topic '{}' expects {}",
                     type_name,
                     signal.topic(),
                     known.type_name
@@ -145,16 +145,16 @@ struct Node {
     identifier: Identifier,
     model: Publisher<ModelEstimate>,
     answer: Option<Publisher<TickAnswer>>,
-    /// The latest stamp answered.
+    /// Stamp of the latest answer.
     answered: Option<Time>,
-    /// When a message last came.
+    /// Time of the last message.
     last_message: Time,
     topics: Vec<Topic>,
-    /// What the log said last of what is lacking.
+    /// The last logged sentence about a missing topic.
     told_lack: RefCell<Option<String>>,
 }
 
-/// A topic that is listened to.
+/// A subscribed topic.
 struct Topic {
     name: String,
     reader: TopicReader,
@@ -197,7 +197,7 @@ impl Node {
             Event::Poll => {}
             Event::Parameters(parameters) => match self.identifier.set_parameters(&parameters) {
                 Ok(()) => log::info!("parameters changed"),
-                Err(reason) => log::error!("{reason}; the parameters before stay in force"),
+                Err(reason) => log::error!("{reason}; the previous parameters stay in force"),
             },
         }
         self.report(rt);
@@ -224,10 +224,7 @@ impl Node {
                 let names: Vec<&str> = self.identifier.pairs().iter().map(Pair::name).collect();
                 FitResponse {
                     success: false,
-                    message: format!(
-                        "no signal pair '{name}'; the pairs are {}",
-                        names.join(", ")
-                    ),
+                    message: format!("unknown signal pair '{name}'; known: {}", names.join(", ")),
                     model: ModelEstimate::default(),
                 }
             }
@@ -249,7 +246,7 @@ impl Node {
         if trouble.is_some() && trouble != topic.trouble {
             let reason = trouble.as_deref().unwrap_or_default();
             log::warn!(
-                "{}: {reason}; further such messages are counted",
+                "{}: {reason}; further such messages are only counted",
                 sample.topic
             );
         }
@@ -260,7 +257,7 @@ impl Node {
             }
             if pair.account().restarts != before.restarts {
                 log::warn!(
-                    "{}: time went back: {}",
+                    "{}: the stamps went back in time: {}",
                     pair.name(),
                     if pair.frozen() {
                         "the frozen model is kept"
@@ -276,7 +273,7 @@ impl Node {
         }
     }
 
-    /// What a member of lockstep lacks, so that each tick waits for it: topics that nobody publishes.
+    /// As a member of lockstep: the topic without a publisher that each tick waits for, as a sentence.
     fn lack(&self, rt: &Runtime<Event>) -> Option<String> {
         let is_unpublished = |topic: &&Topic| {
             rt.publishing_nodes(&topic.name)
@@ -285,11 +282,11 @@ impl Node {
         let mut topics = self.topics.iter().filter(|_| self.answer.is_some());
         let topic = &topics.find(is_unpublished)?.name;
         Some(format!(
-            "each tick waits for {topic}, which nobody publishes: set input and output, or take sysid out of lockstep.members"
+            "each tick waits for {topic}, which nobody publishes: set input and output, or remove sysid from lockstep.members"
         ))
     }
 
-    /// Says how each pair is doing.
+    /// Publishes the status of each pair.
     fn report(&self, rt: &Runtime<Event>) {
         let silence = (rt.now().nanos() - self.last_message.nanos()) as f64 * 1e-9;
         let lack = self.lack(rt);
@@ -348,8 +345,7 @@ impl Node {
         }
     }
 
-    /// Answers for the latest tick learnt, once, and again when its output comes again: then
-    /// somebody has missed the answer.
+    /// Answers the latest complete tick, once, and again if its output is received again, since somebody then missed the answer.
     fn answer(&mut self, rt: &Runtime<Event>, topic: &str, stamp: Time) {
         let (Some(answer), Some(learnt)) = (&self.answer, self.identifier.answered()) else {
             return;

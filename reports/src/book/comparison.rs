@@ -1,24 +1,24 @@
-//! The comparison of a book with recomputed numbers.
+//! Compares a book with recomputed numbers.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::book::{Book, Entry, Verdict};
 
-/// One entry beside its recomputed value.
+/// An entry with its recomputed value.
 #[derive(Clone, Copy, Debug)]
 pub struct Line<'a> {
     /// The entry.
     pub entry: &'a Entry,
-    /// The recomputed value; `None` when nothing recomputes it.
+    /// Recomputed value; `None` if it is not recomputed.
     pub value: Option<f64>,
-    /// The verdict now; `None` without a printed or without a recomputed number.
+    /// Present verdict; `None` without a printed or a recomputed number.
     pub verdict: Option<Verdict>,
-    /// Whether the printed number is contradicted, but not by an entry that is counted with this one.
+    /// Whether the printed number is contradicted here but agrees in the entry that it is counted with.
     pub agrees_elsewhere: bool,
 }
 
 impl Line<'_> {
-    /// The verdict in words; of a number without one, why there is none.
+    /// The verdict as text; for a number without one, the reason.
     #[must_use]
     pub fn told(&self) -> String {
         match (self.verdict, self.value) {
@@ -36,7 +36,7 @@ impl Line<'_> {
         }
     }
 
-    /// A difference from the book: another verdict, or a value away from the reference.
+    /// A change from the book: another verdict, or a value different from the reference.
     #[must_use]
     pub fn change(&self) -> Option<String> {
         let value = self.value?;
@@ -44,62 +44,62 @@ impl Line<'_> {
             let shown =
                 |verdict: Option<Verdict>| verdict.map_or("none".to_owned(), |v| v.to_string());
             let (stands, now) = (shown(self.entry.verdict), shown(self.verdict));
-            return Some(format!("the verdict was '{stands}' and is '{now}'"));
+            return Some(format!("the verdict changed from '{stands}' to '{now}'"));
         }
         if self.entry.near_reference(value) == Some(false) {
-            return Some("it differs from the previous value".to_owned());
+            return Some("the value differs from the previous one".to_owned());
         }
         None
     }
 }
 
-/// The verdicts, as [`Line::told`] has them, in the order in which they are counted, with what each means.
+/// The verdicts as returned by [`Line::told`], in order of counting, with their meanings.
 pub const VERDICTS: [(&str, &str); 11] = [
-    ("agrees", "printed, agree to their rounding"),
+    ("agrees", "printed, agree within their rounding"),
     ("approximate", "printed, agree approximately"),
     (
         "read back",
-        "printed constants that the models are given, read back",
+        "printed constants used as inputs of the models",
     ),
     (
         "calibrated on",
-        "printed, agree: constants of the models were calibrated on them",
+        "printed, agree, but models were calibrated on them",
     ),
     ("contradicts", "printed, contradicted"),
     (
         "surrogate",
-        "printed, contradicted with one surrogate missile only",
+        "printed, contradicted with only one of the surrogate missiles",
     ),
     (
         "agrees again",
-        "counted above; agree in another unit or with the other surrogate",
+        "counted above; agree in another unit or with the other surrogate missile",
     ),
     (
         "approximate again",
-        "counted above; agree approximately with the other surrogate",
+        "counted above; agree approximately with the other surrogate missile",
     ),
     (
         "contradicts again",
-        "counted above; contradicted with the other surrogate",
+        "counted above; contradicted with the other surrogate missile",
     ),
     ("not printed", "not printed, recomputed"),
     (
         "not recomputed",
-        "not recomputed: measurements, choices, parts not here",
+        "not recomputed: measurements, choices, parts not modelled here",
     ),
 ];
 
-/// A book gone through.
+/// Comparison of a whole book.
 #[derive(Clone, Debug)]
 pub struct Comparison<'a> {
-    /// Every entry, in the book's order.
+    /// All entries, in the book's order.
     pub lines: Vec<Line<'a>>,
-    /// Names among the recomputed values that no entry has.
+    /// Names of recomputed values without an entry.
     pub unlisted: Vec<String>,
 }
 
 impl<'a> Comparison<'a> {
-    /// Goes through `book` with the values by name. The first of several values for a name counts.
+    /// Compares `book` with the values, by name. The first of several values of a name counts.
     pub fn of<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
         let mut by_name = BTreeMap::new();
         for (id, value) in values {
@@ -135,20 +135,20 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The differences from the book, a sentence for each.
+    /// Changes from the book, one sentence each.
     #[must_use]
     pub fn changes(&self) -> Vec<String> {
         let change = |line: &Line<'_>| Some(format!("{}: {}", line.entry.id, line.change()?));
         self.lines.iter().filter_map(change).collect()
     }
 
-    /// The entries that nothing recomputes.
+    /// Entries that are not recomputed.
     pub fn left_out(&self) -> impl Iterator<Item = &'a Entry> {
         let left_out = self.lines.iter().filter(|line| line.value.is_none());
         left_out.map(|line| line.entry)
     }
 
-    /// How many lines have one of [`VERDICTS`].
+    /// Number of lines with one of the [`VERDICTS`].
     #[must_use]
     pub fn count(&self, verdict: &str) -> usize {
         let lines = self.lines.iter();

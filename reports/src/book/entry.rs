@@ -1,48 +1,48 @@
-//! One quantity of a report.
+//! A quantity of a report.
 
 use serde::Deserialize;
 
 use crate::book::verdict::{Verdict, half_unit_of_last_digit};
 
-/// One quantity: where it stands, what is printed, what it comes to.
+/// A quantity: source, printed value, recomputed value.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Its name, family first: `Tab1.Zw.dim`.
+    /// Name, beginning with the family: `Tab1.Zw.dim`.
     pub id: String,
-    /// The unit of all its values, as the report has it.
+    /// Unit of all its values, as in the report.
     pub unit: String,
-    /// Page, table, figure or program.
+    /// Source: page, table, figure or program.
     pub source: String,
     /// The printed number.
     pub printed: Option<f64>,
-    /// The tolerance of a recomputed number around the printed one \[unit\].
+    /// Largest difference from the printed number that still counts as approximate agreement \[unit\].
     pub slack: Option<f64>,
-    /// The rounding error of the printed number \[unit\], where its last digit does not show it.
+    /// Rounding error of the printed number \[unit\], if its last digit does not show it.
     pub rounding: Option<f64>,
-    /// The value when the report was worked through.
+    /// The value recomputed when the book was made.
     #[serde(rename = "recomputed")]
     pub reference: Option<f64>,
-    /// The tolerance of another computation around the reference \[unit\].
+    /// Tolerance of a recomputed number around that reference \[unit\].
     pub tolerance: Option<f64>,
-    /// How it is computed, or what is odd about it.
+    /// Note on its computation, or on peculiarities.
     pub note: Option<String>,
-    /// The verdict that stands; a new one that differs is a change.
+    /// Recorded verdict; a different new one is a change.
     pub verdict: Option<Verdict>,
-    /// A constant that the models are given: read back it says that it was copied right, and nothing of the models.
+    /// Whether it is a constant used as a model input: reading it back checks only that it was copied correctly.
     #[serde(default)]
     pub input: bool,
-    /// A number that a constant of the model was calibrated on: that it agrees says nothing of the model.
+    /// Whether a model constant was calibrated on this number: its agreement says nothing about the model.
     #[serde(default)]
     pub calibrated: bool,
-    /// The entry of the same printed quantity, with another model or in another unit: the two count once, as that entry.
+    /// The entry for the same printed quantity with another model or unit; the two count once, as that entry.
     pub counted_with: Option<String>,
-    /// The erratum that explains it, by its number in the book's errata.
+    /// Number of the erratum that explains it.
     pub erratum: Option<String>,
 }
 
 impl Entry {
-    /// The verdict on the recomputed `value`: `None` when nothing is printed to compare it with.
+    /// Verdict on the recomputed `value`; `None` without a printed number.
     #[must_use]
     pub fn judge(&self, value: f64) -> Option<Verdict> {
         let printed = self.printed?;
@@ -54,14 +54,14 @@ impl Entry {
         Some(Verdict::of(printed, value, rounding, slack))
     }
 
-    /// Whether `value` lies within the tolerance of the reference; `None` without a reference.
+    /// Whether `value` is within the tolerance of the reference; `None` without a reference.
     #[must_use]
     pub fn near_reference(&self, value: f64) -> Option<bool> {
         let tolerance = self.tolerance.unwrap_or(0.0);
         self.reference.map(|r| (value - r).abs() <= tolerance)
     }
 
-    /// The family: its name up to the first dot.
+    /// The family: the name up to the first dot.
     #[must_use]
     pub fn family(&self) -> &str {
         self.id.split('.').next().unwrap_or(&self.id)

@@ -1,4 +1,4 @@
-//! All entries of a report and its errata, read from JSON.
+//! All entries of a report with its errata, read from JSON.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,61 +11,59 @@ pub struct Book {
     errata: BTreeMap<String, String>,
 }
 
-/// Why a book was not taken.
+/// Why a book is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum BookError {
-    /// The entries are not JSON of the right form.
+    /// The entries are not JSON of the expected form.
     #[error("the entries: {0}")]
     Entries(#[source] serde_json::Error),
-    /// The errata are not JSON of the right form.
+    /// The errata are not JSON of the expected form.
     #[error("the errata: {0}")]
     Errata(#[source] serde_json::Error),
-    /// Two entries have one name.
-    #[error("entry '{id}' stands there twice")]
+    /// Two entries with the same name.
+    #[error("there are two entries '{id}'")]
     Twice {
-        /// Their name.
+        /// The common name.
         id: String,
     },
-    /// An entry breaks a rule.
+    /// An entry that violates a rule.
     #[error("entry '{id}': {rule}")]
     Refused {
         /// Its name.
         id: String,
-        /// The rule.
+        /// The violated rule.
         rule: EntryRule,
     },
 }
 
-/// A rule of entries.
+/// A rule for entries.
 #[derive(Debug, thiserror::Error)]
 pub enum EntryRule {
-    /// A number and its bound belong together.
-    #[error("{0} must stand together")]
+    /// A number and its bound must be given together.
+    #[error("{0} must be given together")]
     Together(&'static str),
-    /// A bound is not below zero.
-    #[error("{0}: the second must not be below zero")]
+    /// A bound must not be negative.
+    #[error("{0}: the second number must not be below zero")]
     Bound(&'static str),
-    /// An erratum is one of the book's.
-    #[error("erratum '{0}' is none of the errata")]
+    /// The named erratum must exist.
+    #[error("the erratum '{0}' does not exist")]
     Erratum(String),
-    /// An entry counts with one that counts by itself.
-    #[error("counted_with '{0}' is no entry that counts by itself")]
+    /// `counted_with` must name an entry without `counted_with`.
+    #[error("counted_with '{0}' must name an entry without counted_with")]
     CountedWith(String),
-    /// A contradiction is explained.
+    /// A contradiction needs an explanation.
     #[error("a contradiction must name the erratum that explains it")]
     Unexplained,
-    /// A verdict is on a printed number.
+    /// A verdict needs a printed number.
     #[error("a verdict needs a printed number")]
     NotPrinted,
 }
 
 impl Book {
-    /// A book from two JSON texts: a list of [entries](Entry), and the errata as an object from
-    /// number to text.
+    /// Parses a book from two JSON texts: a list of [entries](Entry), and the errata as an object from number to text.
     ///
     /// # Errors
-    /// [`BookError`] for what is no such JSON, for a name that stands twice, for a bound that is
-    /// missing or no bound, for an erratum that is not there, and for a contradiction without one.
+    /// [`BookError`] for invalid JSON, a repeated name, a missing or invalid bound, a missing erratum, and a contradiction without one.
     pub fn parse(entries: &str, errata: &str) -> Result<Self, BookError> {
         let book = Self {
             entries: serde_json::from_str(entries).map_err(BookError::Entries)?,
@@ -74,10 +72,10 @@ impl Book {
         book.checked()
     }
 
-    /// One book of several shares of a report, in their order.
+    /// Combines the parts of a report into one book, in order.
     ///
     /// # Errors
-    /// [`BookError::Twice`] for a name that two of them have.
+    /// [`BookError::Twice`] for a name in two of them.
     pub fn of_shares(shares: impl IntoIterator<Item = Self>) -> Result<Self, BookError> {
         let mut whole = Self {
             entries: Vec::new(),
@@ -132,19 +130,19 @@ impl Book {
         }
     }
 
-    /// Every entry, in the book's order.
+    /// All entries, in the book's order.
     #[must_use]
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// The entry of that name.
+    /// The entry with this name.
     #[must_use]
     pub fn entry(&self, id: &str) -> Option<&Entry> {
         self.entries.iter().find(|e| e.id == id)
     }
 
-    /// The number printed for `id`.
+    /// Number printed for `id`.
     #[must_use]
     pub fn printed(&self, id: &str) -> Option<f64> {
         self.entry(id)?.printed
@@ -156,7 +154,7 @@ impl Book {
         &self.errata
     }
 
-    /// The erratum that explains `entry`: number and text.
+    /// Number and text of the erratum that explains `entry`.
     #[must_use]
     pub fn erratum_of(&self, entry: &Entry) -> Option<(&str, &str)> {
         let (number, text) = self.errata.get_key_value(entry.erratum.as_ref()?)?;
@@ -197,7 +195,7 @@ mod tests {
         assert!(whole.entry("a").is_some() && whole.entry("b").is_some());
         assert_eq!(whole.errata().len(), 1);
         let twice = Book::of_shares([share("a"), share("a")]).expect_err("refused");
-        assert_eq!(twice.to_string(), "entry 'a' stands there twice");
+        assert_eq!(twice.to_string(), "there are two entries 'a'");
     }
 
     #[test]
@@ -206,7 +204,7 @@ mod tests {
         assert!(refusal("{").starts_with("the entries: "));
         assert_eq!(
             refusal(&format!("[{head}}}, {head}}}]")),
-            "entry 'a' stands there twice"
+            "there are two entries 'a'"
         );
         assert!(refusal(&format!(r#"[{head}, "printed": 1.0}}]"#)).contains("printed and slack"));
         assert!(

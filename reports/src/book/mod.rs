@@ -1,13 +1,13 @@
-//! The numbers that a report prints, compared with recomputed ones.
+//! Compares the printed numbers of a report with recomputed ones.
 //!
-//! - [`entry`]: one quantity: as printed, as recomputed for reference, and what is known of it.
-//! - [`verdict`]: whether a recomputed number agrees with the printed one.
-//! - [`mod@file`]: all entries of a report and its errata, read from JSON.
-//! - [`names`]: plain names of a report's numbers.
-//! - [`comparison`]: a book gone through with freshly recomputed numbers.
-//! - [`report`]: a report with its numbers and figures; [`rows`]: the numbers as rows, for other programs.
+//! - [`entry`]: a quantity with its printed and recomputed values.
+//! - [`verdict`]: agreement of a recomputed number with the printed one.
+//! - [`mod@file`]: all entries of a report with its errata, read from JSON.
+//! - [`names`]: plain names for a report's numbers.
+//! - [`comparison`]: comparison of a book with newly recomputed numbers.
+//! - [`report`]: a report with numbers and figures; [`rows`]: the numbers as rows, for other programs.
 //!
-//! Nothing here knows how a number is computed.
+//! This module does not compute any of the numbers.
 
 pub mod comparison;
 pub mod entry;

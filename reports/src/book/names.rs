@@ -1,7 +1,7 @@
-//! Plain names of a report's numbers.
+//! Plain names for a report's numbers.
 //!
-//! An entry's own name is short: `T6.ZC5.noimp.Kdz0.25.t90`. Its family (`T6`) and its quantity (`t90`) have words in the
-//! report's `names.json`; the rest is the case.
+//! An entry's own name is short: `T6.ZC5.noimp.Kdz0.25.t90`. The report's `names.json` has words for its family (`T6`) and quantity (`t90`); the
+//! rest identifies the case.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use crate::book::Entry;
 
-/// The words of one report.
+/// Plain names of one report.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Names {
@@ -18,23 +18,23 @@ pub struct Names {
 }
 
 impl Names {
-    /// The words in a JSON text: an object of `families` and of `quantities`, each from short to plain name.
+    /// Parses a JSON object with `families` and `quantities`, each a mapping from short to plain names.
     ///
     /// # Errors
-    /// For what is no such JSON.
+    /// The JSON has another form.
     pub fn parse(text: &str) -> Result<Self, serde_json::Error> {
         serde_json::from_str(text)
     }
 
-    /// The plain name of an entry's family; the short one where there is none.
+    /// Plain name of an entry's family; the short one if there is none.
     #[must_use]
     pub fn family<'a>(&'a self, entry: &'a Entry) -> &'a str {
         let family = entry.family();
         self.families.get(family).map_or(family, String::as_str)
     }
 
-    /// The plain name of an entry within its family, with its case: `time to 90 % of the step (ZC5, noimp, Kdz0.25)`. `None`
-    /// where the quantity has none.
+    /// Plain name of an entry within its family, with its case: `time to 90 % of the step (ZC5, noimp, Kdz0.25)`. `None` if its quantity has no plain
+    /// name.
     #[must_use]
     pub fn name(&self, entry: &Entry) -> Option<String> {
         if let Some(name) = self.quantities.get(&entry.id) {
@@ -63,7 +63,7 @@ impl Names {
     }
 }
 
-/// The parts of an entry's own name, family first. A dot before a digit is that of a number: `Kdz0.25`.
+/// Parts of an entry's own name, family first. A dot before a digit belongs to a number: `Kdz0.25`.
 fn parts(id: &str) -> Vec<&str> {
     let is_end = |(at, _): &(usize, &str)| {
         let behind = id[at + 1..].chars().next();

@@ -1,11 +1,11 @@
-//! The numbers of reports as rows, for other programs.
+//! Numbers of reports as rows, for other programs.
 
 use planesman_parallel::on_all_cores;
 use serde::Serialize;
 
 use crate::book::{Book, Comparison, Line, Names, Report, ReportError};
 
-/// One number.
+/// A number with its comparison.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     report: &'static str,
@@ -15,20 +15,20 @@ pub struct Row {
     source: String,
     unit: String,
     printed: Option<f64>,
-    /// How far a recomputed number may be off.
+    /// Allowed difference of a recomputed number.
     within: Option<f64>,
     recomputed: Option<f64>,
     verdict: String,
-    /// The number of the erratum that explains it, and what that says.
+    /// Number and text of the erratum that explains it.
     erratum: Option<String>,
     explanation: Option<String>,
     note: Option<String>,
 }
 
-/// The numbers of every report.
+/// The numbers of all reports.
 ///
 /// # Errors
-/// None in practice: the books are built in.
+/// None in practice: the books are compiled in.
 pub fn all(reports: &[Report]) -> Result<Vec<Row>, ReportError> {
     let recomputed = on_all_cores(reports, |report| (report.recomputed)());
     let mut rows = Vec::new();
@@ -40,7 +40,7 @@ pub fn all(reports: &[Report]) -> Result<Vec<Row>, ReportError> {
     Ok(rows)
 }
 
-/// The numbers of a report.
+/// The numbers of one report.
 #[must_use]
 pub fn of(report: &Report, book: &Book, names: &Names, comparison: &Comparison<'_>) -> Vec<Row> {
     let lines = comparison.lines.iter();

@@ -1,27 +1,26 @@
-//! Whether a recomputed number agrees with the printed one.
+//! Agreement of a recomputed number with the printed one.
 
 use std::fmt;
 
 use serde::Deserialize;
 
-/// The verdict of a recomputed number on the printed one.
+/// Verdict on a recomputed number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// They are the same to the printed rounding.
+    /// Equal within the printed rounding.
     Agrees,
-    /// They differ by more than the printed rounding, within the entry's slack.
+    /// Different by more than the printed rounding, but within the entry's slack.
     Approximate,
-    /// They differ by more than the slack.
+    /// Different by more than the slack.
     Contradicts,
 }
 
-/// Differences of doubles about a bound are not held against a number.
+/// Relative tolerance for rounding errors at a bound.
 const ROUND_OFF: f64 = 1e-9;
 
 impl Verdict {
-    /// The verdict on `value` when `printed` may be off by `rounding` and by `slack`, in the same unit.
-    /// A number that is not finite contradicts.
+    /// Verdict on `value` with the given `rounding` and `slack` of `printed`, in the same unit. A number that is not finite contradicts.
     #[must_use]
     pub fn of(printed: f64, value: f64, rounding: f64, slack: f64) -> Self {
         let off = (value - printed).abs();
@@ -46,7 +45,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Half a unit of the last digit of `printed`, written as short as it can be: 0.005 of 2.61.
+/// Half a unit of the last digit of `printed` in its shortest form: 0.005 for 2.61.
 #[must_use]
 pub fn half_unit_of_last_digit(printed: f64) -> f64 {
     let text = printed.to_string();

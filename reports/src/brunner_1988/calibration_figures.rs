@@ -1,7 +1,7 @@
 //! The calibration curves (Brunner 1988, ch. IV.B, C, G): Figures 29 to 36, 38 and 40 to 43.
 //!
-//! Their measured points are lost with the figures; the lines fitted to them are printed, and drawn over the range of the figure's axis. Fig. 37, vessel speed over
-//! command voltage, has no printed line: it cannot be drawn.
+//! The measured points are missing in the copy; the printed fitted lines are drawn over the range of each figure's axis. Fig. 37, vessel speed
+//! over command voltage, has no printed line and is omitted.
 
 use planesman_plant::gyro::{self, Calibration};
 use planesman_plant::plane_signal::{self, PlaneSignal};
@@ -9,7 +9,7 @@ use planesman_plant::pressure_cell::{self, FULL_SCALE, MANOMETER_WATER, TANK_WAT
 use planesman_show::plot::Plot;
 use planesman_units::INCH;
 
-/// Depth at which the bench calibration gives full scale \[in\] (p. 76).
+/// Depth of full scale in the bench calibration \[in\] (p. 76).
 const BENCH_FULL_SCALE: f64 = 39.0;
 
 /// The figures, in the report's order.
@@ -49,16 +49,16 @@ pub fn figures() -> Vec<Plot<'static>> {
             .note("Printed: y = 12.453 x.")
             .line("cell", inches(0.8).map(of_speed)),
         Plot::new("Fig. 36: depth cell calibration, bench test", ["manometer level [in of water]", "output [V]"])
-            .note("No line is printed; the text sets 10 V at 39 in and the zero at 0.")
+            .note("No line is printed; according to the text it passes through 0 and through 10 V at 39 in.")
             .line("as set", inches(BENCH_FULL_SCALE).map(volts(FULL_SCALE / BENCH_FULL_SCALE))),
         Plot::new("Fig. 38: depth cell calibration, in the vehicle", ["depth [in of water]", "output [V]"])
-            .note("Printed: y = 1.627 + 0.257 x. The zero has shifted, the slope is the bench's.")
+            .note("Printed: y = 1.627 + 0.257 x. The zero has shifted; the slope is that of the bench test.")
             .line("cell", inches(40.0).map(of_depth))
             .dashed("bench, Fig. 36", inches(BENCH_FULL_SCALE).map(volts(FULL_SCALE / BENCH_FULL_SCALE))),
         of_planes("Fig. 40: uncompensated roll control signal", &plane_signal::ROLL, 20.0, false)
             .note("Printed: y = 2.483 + 0.004 x."),
         of_planes("Fig. 41: compensated roll control signal", &plane_signal::ROLL, 20.0, true)
-            .note("Printed: y = 0.061 + 0.004 x: one pot served all summers, and was set for the dive planes."),
+            .note("Printed: y = 0.061 + 0.004 x. One potentiometer serves all summing amplifiers; it was set for the dive planes."),
         of_planes("Fig. 42: uncompensated dive plane control signal", &plane_signal::DIVE, 40.0, false)
             .note("Printed: y = 2.44 + 0.010 x."),
         of_planes("Fig. 43: compensated dive plane control signal", &plane_signal::DIVE, 40.0, true)
@@ -67,7 +67,7 @@ pub fn figures() -> Vec<Plot<'static>> {
     figures
 }
 
-/// Both directions of a gyro.
+/// Calibration lines of a gyro in both directions.
 fn of_gyro(title: &'static str, gyro: &Calibration, fastest: f64) -> Plot<'static> {
     let line = |of: gyro::Line| {
         (0..=8).map(move |k| {

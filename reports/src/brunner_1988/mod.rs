@@ -1,10 +1,10 @@
-//! G. M. Brunner, *Experimental Verification of AUV Performance*, Naval Postgraduate School, March 1988:
-//! its programs, numbers, procedure and figures, computed again.
+//! G. M. Brunner, *Experimental Verification of AUV Performance*, Naval Postgraduate School, March 1988: programs, numbers, procedure and figures,
+//! recomputed.
 //!
-//! - [`programs`]: programs T2 to T5, as printed; [`program_figures`]: the lost figures B1 to B10; [`calibration_figures`]: the calibration curves.
+//! - [`programs`]: programs T2 to T5, as printed; [`program_figures`]: Figures B1 to B10; [`calibration_figures`]: calibration curves.
 //! - [`predicted`]: the predicted transfer functions, as printed and corrected.
 //! - [`plane_forces`]: the report's estimate of the planes' size; [`track`]: a recorded manoeuvre.
-//! - [`vehicle`]: the book of the vehicle's numbers, recomputed.
+//! - [`vehicle`]: the vehicle's numbers, recomputed.
 //! - [`controllers`]: ch. II and program T6.
 //! - [`identification`]: the procedure of ch. V, its numbers and figures.
 //! - [`REPORT`]: numbers and figures.

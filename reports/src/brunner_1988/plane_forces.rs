@@ -1,8 +1,7 @@
-//! The size of the dive planes: the report's momentum estimates.
+//! Size of the dive planes: the report's momentum estimates.
 //!
-//! Source: Brunner 1988, ch. III.E (pp. 59-61). The aft planes turn the propellers' jet, the forward
-//! planes turn the free stream, and together they must give the moment that a depth change asks
-//! for:
+//! Source: Brunner 1988, ch. III.E (pp. 59-61). The aft planes deflect the propellers' jet, the forward planes deflect the free stream. Together they
+//! must produce the moment needed for a depth change:
 //!
 //! ```text
 //! 0.63 F1 + 1.36 F2 = M = J_y Z (2 pi)^2 / (U T^3)      (4)
@@ -10,50 +9,47 @@
 //! F1 = rho A Vf^2 sin(theta/2)     (p. 61)
 //! ```
 //!
-//! Units are the report's: feet, pounds-force, seconds. The report evaluates (5) at 30 degrees as
-//! 0.048 lbf where it gives 0.0431, and the forward area for 15 degrees with the half angle of 30:
-//! 18.4 in^2 for 36.4.
+//! Units are the report's: feet, pounds-force, seconds. For 30 degrees the report gets 0.048 lbf from (5), which gives 0.0431. It computes the
+//! forward area for 15 degrees with half of 30 degrees: 18.4 in^2 instead of 36.4.
 
-/// `rho` \[slug/ft^3\].
+/// Water density `rho` \[slug/ft^3\].
 pub const DENSITY: f64 = 1.94;
 /// Moment arms of the forward and the aft planes \[ft\].
 pub const ARMS: [f64; 2] = [0.63, 1.36];
 /// Jet speed `Vp` behind the propellers at 1 ft/s \[ft/s\].
 pub const JET_SPEED: f64 = 3.23;
-/// Cross-section of jet that the planes turn \[in^2\]: half of two one-inch discs.
+/// Cross-section of the deflected jet \[in^2\]: half of two one-inch discs.
 pub const TURNED_AREA: f64 = std::f64::consts::FRAC_PI_4;
-/// Required moment for 1.5 ft of depth within 8 ft at 1 ft/s \[ft lbf\], as printed.
+/// Moment required for 1.5 ft of depth within 8 ft at 1 ft/s \[ft lbf\], as printed.
 pub const REQUIRED_MOMENT: f64 = 0.07;
 
 const SQUARE_INCHES: f64 = 144.0;
 
-/// The effective angle \[rad\] to which a plane at `angle` \[rad\] turns the jet: that of the vector sum of
-/// the jet along the plane and the free stream, both in ft/s.
+/// Effective angle \[rad\] by which a plane at `angle` \[rad\] deflects the jet: that of the vector sum of jet and free stream, both in ft/s.
 #[must_use]
 pub fn effective_angle(angle: f64, jet: f64, stream: f64) -> f64 {
     libm::atan2(jet * libm::sin(angle), stream + jet * libm::cos(angle))
 }
 
-/// The aft planes' force `F2` \[lbf\], eq. (5), for an effective angle \[rad\].
+/// Force `F2` of the aft planes \[lbf\], eq. (5), for an effective angle \[rad\].
 #[must_use]
 pub fn aft_force(alpha: f64) -> f64 {
     DENSITY * TURNED_AREA / SQUARE_INCHES * JET_SPEED * JET_SPEED * libm::sin(alpha)
 }
 
-/// The moment \[ft lbf\] of eq. (4): of an inertia \[ft lbf s^2\], for a depth change \[ft\] within a period \[s\] at
-/// a speed \[ft/s\].
+/// Moment \[ft lbf\] of eq. (4) for an inertia \[ft lbf s^2\] and a depth change \[ft\] within a period \[s\] at a speed \[ft/s\].
 #[must_use]
 pub fn required_moment(inertia: f64, depth: f64, speed: f64, period: f64) -> f64 {
     inertia * depth * std::f64::consts::TAU.powi(2) / (speed * period.powi(3))
 }
 
-/// The forward planes' force `F1` \[lbf\] that eq. (4) leaves beside an aft force \[lbf\].
+/// Force `F1` of the forward planes \[lbf\] required by eq. (4), given the aft force \[lbf\].
 #[must_use]
 pub fn forward_force(aft_force: f64) -> f64 {
     (REQUIRED_MOMENT - ARMS[1] * aft_force) / ARMS[0]
 }
 
-/// The forward planes' area \[in^2\] for a force \[lbf\] at a plane angle \[rad\] in a stream of 1 ft/s.
+/// Area of the forward planes \[in^2\] for a force \[lbf\] at a plane angle \[rad\] in a stream of 1 ft/s.
 #[must_use]
 pub fn forward_area(force: f64, angle: f64) -> f64 {
     force / (DENSITY * libm::sin(0.5 * angle)) * SQUARE_INCHES

@@ -1,4 +1,4 @@
-//! The predicted transfer functions of Brunner 1988: eq. (7a), eq. (7b) and Table 8 (pp. 92-97).
+//! Predicted transfer functions of Brunner 1988: eq. (7a), eq. (7b) and Table 8 (pp. 92-97).
 //!
 //! ```text
 //! q        E s^2 + F s                  z      N1 s^3 + N2 s^2 + N3 s + N4
@@ -6,19 +6,17 @@
 //! delta    A s^3 + B s^2 + C s + D         q      s^2 (D1 s^2 + D2 s + D3)
 //! ```
 //!
-//! Both come from the nondimensional equations of the programs
-//! ([`programs`](crate::brunner_1988::programs)), so `s` counts in `U / L`. As printed they have four defects, each of
-//! which is an argument or a constant here:
+//! Both follow from the nondimensional equations of the programs ([`programs`](crate::brunner_1988::programs)), so `s` is in `U / L`. As printed
+//! they have four errors, each of which is an argument or a constant here:
 //!
-//! - (7b) holds for `z' = w + U theta`; right is `z' = w - U theta`: [`DepthRate`].
-//! - (7b) puts the dimensional `U` in ft/s beside nondimensional numbers; right is 1.
+//! - (7b) uses `z' = w + U theta`; correct is `z' = w - U theta`: [`DepthRate`].
+//! - (7b) combines the dimensional `U` in ft/s with nondimensional numbers; correct is 1.
 //! - The numbers of Table 8 need 1.5 times the `D2` of its own formula: [`D2_ANOMALY`].
-//! - Table 8 samples with `T = 0.05`, which is 0.05 s, in equations whose time counts in `L / U`.
-//!   Right is `T = 0.05 U / L`; and `M'theta` should be `-0.106 / U^2`, for `U` in ft/s.
+//! - Table 8 samples with `T = 0.05`, meaning 0.05 s, but the equations have time in `L / U`. Correct is `T = 0.05 U / L`; and `M'theta` should be
+//!   `-0.106 / U^2`, with `U` in ft/s.
 //!
-//! (7b) is also not minimal: `s = Z'w / (m' - Z'wdot)` is a pole and a zero, [`Equation7::depth_minimal`]
-//! divides it out. The model put right is that of [`linearised`], for any vehicle and
-//! speed; [`Equation7::of`] gives the same from these formulas.
+//! (7b) is not minimal either: `s = Z'w / (m' - Z'wdot)` is both a pole and a zero, which [`Equation7::depth_minimal`] cancels. The corrected model
+//! is that of [`linearised`], for any vehicle and speed; [`Equation7::of`] gives the same from these formulas.
 
 use planesman_linear::{Error, TransferFunction};
 
@@ -33,37 +31,36 @@ use crate::brunner_1988::programs::FEET_PER_LENGTH;
 /// `Cf1`: gyro volts per deg/s, 0.0125, over plane command volts per degree, 0.010 (p. 93).
 pub const CF1: f64 = 0.0125 / 0.010;
 
-/// `Cf2`: depth cell volts per foot, 0.257 V/in, over gyro volts per rad/s (p. 93). It prints 4.306.
+/// `Cf2`: depth cell volts per foot, 0.257 V/in, over gyro volts per rad/s (p. 93). The printed value is 4.306.
 pub const CF2: f64 = 0.257 * 12.0 / (0.0125 * 180.0 / std::f64::consts::PI);
 
-/// `Cf2` in the digits that Table 8 counts with.
+/// `Cf2` with the digits used in Table 8.
 pub const CF2_PRINTED: f64 = 4.306;
 
 /// Depth cell volts per metre over plane command volts per radian: 0.257 V/in, 0.010 V per degree.
 pub const DEPTH_VOLTS_PER_PLANE_VOLT: f64 =
     0.257 * 12.0 / FOOT / (0.010 * 180.0 / std::f64::consts::PI);
 
-/// The `D2` behind the numbers of Table 8 over that of its formula: `-ln 0.8332 / 0.05`
-/// is 3.6497, `D2 / D1` by the formula 2.4327.
+/// The `D2` used in Table 8 over that of its formula: `-ln 0.8332 / 0.05` is 3.6497, `D2 / D1` by the formula 2.4327.
 pub const D2_ANOMALY: f64 = 1.5;
 
-/// The sampling time that Table 8 writes \[s\], and uses as \[L/U\].
+/// Sampling time of Table 8, printed in \[s\] and used in \[L/U\].
 pub const SAMPLING_TIME: f64 = 0.05;
 
-/// How depth follows pitch in (7b).
+/// Relation between depth and pitch in (7b).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthRate {
-    /// `z' = w + U theta`, `U` in ft/s.
+    /// `z' = w + U theta`, with `U` in ft/s.
     AsPrinted {
         /// `U` \[ft/s\].
         feet_per_second: f64,
     },
-    /// `z' = w - theta` in body lengths and `L / U`.
+    /// `z' = w - theta`, in body lengths and `L / U`.
     Corrected,
 }
 
 impl DepthRate {
-    /// The number in place of the `U` of (7b).
+    /// The number used for `U` in (7b).
     fn u(self) -> f64 {
         match self {
             Self::AsPrinted { feet_per_second } => feet_per_second,
@@ -72,7 +69,7 @@ impl DepthRate {
     }
 }
 
-/// The coefficients of eq. (7), all nondimensional (p. 93 f.).
+/// Coefficients of eq. (7), all nondimensional (p. 93 f.).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equation7 {
     /// `a1 = -M'w`.
@@ -95,7 +92,7 @@ pub struct Equation7 {
     pub k2: f64,
 }
 
-/// The thesis' own numbers: Table 1, with `M'theta` in feet and at 1 ft/s.
+/// The thesis's own numbers: Table 1, with `M'theta` in feet and at 1 ft/s.
 pub const PRINTED: Equation7 = Equation7 {
     a1: -0.088,
     a2: 1.295,
@@ -109,7 +106,7 @@ pub const PRINTED: Equation7 = Equation7 {
 };
 
 impl Equation7 {
-    /// Those of a vehicle at a speed \[m/s\]: all but `M'theta` are the same at every speed.
+    /// Coefficients of a vehicle at a speed \[m/s\]; only `M'theta` depends on the speed.
     #[must_use]
     pub fn of(vehicle: &Vehicle, speed: f64) -> Self {
         let c = &vehicle.coefficients;
@@ -128,8 +125,7 @@ impl Equation7 {
         }
     }
 
-    /// `[A, B, C, D]`. A stray "+a1c2" in the copy's line for `B` is not the thesis': the printed
-    /// 0.8181 of Table 8 is `exp(-0.05 B / A)` without it.
+    /// `[A, B, C, D]`. A stray "+a1c2" in the copy's line for `B` is not in the thesis: the printed 0.8181 of Table 8 is `exp(-0.05 B / A)` without it.
     #[must_use]
     pub fn denominator(&self) -> [f64; 4] {
         let Self {
@@ -185,13 +181,13 @@ impl Equation7 {
     /// (7a), `q / delta`, with `s` and `q` in `U / L`.
     ///
     /// # Errors
-    /// [`Error`] when the coefficients are no system's.
+    /// [`Error`] for invalid coefficients.
     pub fn pitch_rate(&self) -> Result<TransferFunction, Error> {
         let [e, f] = self.numerator();
         TransferFunction::new(vec![e, f, 0.0], self.denominator().to_vec())
     }
 
-    /// (7b), `z / q`, with `D2` times a factor: 1 by the formula, [`D2_ANOMALY`] as printed.
+    /// (7b), `z / q`, with `D2` multiplied by a factor: 1 by the formula, [`D2_ANOMALY`] as printed.
     ///
     /// # Errors
     /// As [`Equation7::pitch_rate`].
@@ -203,7 +199,7 @@ impl Equation7 {
         )
     }
 
-    /// (7b) without the pole and zero at `s = -a2 / b2`, by the formulas.
+    /// (7b) with the pole and zero at `s = -a2 / b2` cancelled, by the formulas.
     ///
     /// # Errors
     /// As [`Equation7::pitch_rate`].
@@ -219,7 +215,7 @@ impl Equation7 {
     }
 }
 
-/// A transfer function times a factor.
+/// A transfer function multiplied by a factor.
 #[must_use]
 pub fn scaled(g: TransferFunction, factor: f64) -> TransferFunction {
     TransferFunction {
@@ -228,10 +224,10 @@ pub fn scaled(g: TransferFunction, factor: f64) -> TransferFunction {
     }
 }
 
-/// Pitch alone: `q / delta = K s / (J s^2 + B s + M_e)`, Table 8's second-order form.
+/// Pitch without heave: `q / delta = K s / (J s^2 + B s + M_e)`, Table 8's second-order form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchAlone {
-    /// `J`, moment of inertia with the added one.
+    /// `J`, moment of inertia including added inertia.
     pub inertia: f64,
     /// `B`, damping.
     pub damping: f64,
@@ -242,8 +238,8 @@ pub struct PitchAlone {
 }
 
 impl PitchAlone {
-    /// Table 8 \[ft lbf s\]: J = 0.6, B = 0.72, and `M_e = 19.6 0.1 / 12`. It writes M_e = 0.16,
-    /// but its roots are those of 0.1633; and it drops the sign of Ky = -0.14.
+    /// Table 8 \[ft lbf s\]: J = 0.6, B = 0.72, and `M_e = 19.6 0.1 / 12`. The table gives M_e = 0.16, but its roots are those for 0.1633; and it omits
+    /// the sign of Ky = -0.14.
     pub const TABLE_8: Self = Self {
         inertia: 0.6,
         damping: 0.72,
@@ -251,8 +247,8 @@ impl PitchAlone {
         plane_moment: 0.14,
     };
 
-    /// The same vehicle from the dimensional column of Table 1 \[ft lbf s\], at a speed \[ft/s\]:
-    /// damping grows with it and the planes' moment with its square.
+    /// The same vehicle from the dimensional column of Table 1 \[ft lbf s\], at a speed \[ft/s\]: damping is proportional to the speed, the planes'
+    /// moment to its square.
     #[must_use]
     pub fn at(feet_per_second: f64) -> Self {
         Self {
@@ -266,7 +262,7 @@ impl PitchAlone {
     /// `q / delta`, gyro volts per plane volt.
     ///
     /// # Errors
-    /// [`Error`] when it is no system.
+    /// [`Error`] for invalid coefficients.
     pub fn volts(&self) -> Result<TransferFunction, Error> {
         TransferFunction::new(
             vec![CF1 * self.plane_moment, 0.0],
@@ -274,13 +270,13 @@ impl PitchAlone {
         )
     }
 
-    /// The steady volts per volt if there were no restoring moment, bow up positive per plane up.
+    /// Steady-state gain in volts per volt without restoring moment, positive for bow up per plane up.
     #[must_use]
     pub fn free_gain(&self) -> f64 {
         CF1 * self.plane_moment.abs() / self.damping
     }
 
-    /// The rate at which a turn would decay without a restoring moment, `B / J`.
+    /// Decay rate of the pitch rate without restoring moment, `B / J`.
     #[must_use]
     pub fn free_decay(&self) -> f64 {
         self.damping / self.inertia
@@ -314,21 +310,19 @@ pub mod table_8 {
         PRINTED.pitch_rate()?.zero_order_hold(SAMPLING_TIME)
     }
 
-    /// The factor from [`pitch_rate_third_order`] to volts per volt, per `U` \[ft/s\]: `Cf1 / L`. The copy
-    /// shows "1.54U" for 0.54U.
+    /// Factor from [`pitch_rate_third_order`] to volts per volt, per `U` \[ft/s\]: `Cf1 / L`. The copy shows "1.54U" instead of 0.54U.
     #[must_use]
     pub fn pitch_rate_gain() -> f64 {
         CF1 / FEET_PER_LENGTH
     }
 
-    /// `z / q`, second order: `b U (z + 1) / (z - 1)^2`. This is `b = Cf2 T^2 / 2`.
+    /// `z / q`, second order: `b U (z + 1) / (z - 1)^2`. Returns `b = Cf2 T^2 / 2`.
     #[must_use]
     pub fn depth_second_order() -> f64 {
         CF2_PRINTED * SAMPLING_TIME * SAMPLING_TIME / 2.0
     }
 
-    /// `z / q`, fourth order, at a speed \[ft/s\], without its gain [`depth_gain`]; with the `D2` of
-    /// the formula times a factor.
+    /// `z / q`, fourth order, at a speed \[ft/s\], without its gain [`depth_gain`]; the `D2` of the formula is multiplied by a factor.
     ///
     /// # Errors
     /// None for a finite speed and factor.
@@ -342,7 +336,7 @@ pub mod table_8 {
             .zero_order_hold(SAMPLING_TIME)
     }
 
-    /// [`depth_fourth_order`] as Table 8 prints it, with [`D2_ANOMALY`].
+    /// [`depth_fourth_order`] as printed in Table 8, with [`D2_ANOMALY`].
     ///
     /// # Errors
     /// As [`depth_fourth_order`].
@@ -350,18 +344,17 @@ pub mod table_8 {
         depth_fourth_order(feet_per_second, D2_ANOMALY)
     }
 
-    /// The factor from [`depth_fourth_order`] to volts per volt, times `U` \[ft/s\]: `Cf2 L^2`.
+    /// Factor from [`depth_fourth_order`] to volts per volt, times `U` \[ft/s\]: `Cf2 L^2`.
     #[must_use]
     pub fn depth_gain() -> f64 {
         CF2_PRINTED * FEET_PER_LENGTH * FEET_PER_LENGTH
     }
 }
 
-/// Table 8 corrected: `q / delta` in gyro volts per plane volt, for any vehicle at a speed
-/// \[m/s\], sampled every `dt` \[s\].
+/// Table 8 corrected: `q / delta` in gyro volts per plane volt, for any vehicle at a speed \[m/s\], sampled every `dt` \[s\].
 ///
 /// # Errors
-/// [`Error`] when the vehicle's numbers overflow or `dt` is not above zero.
+/// [`Error`] for numerical overflow or a `dt` that is not positive.
 pub fn pitch_rate_in_volts(
     vehicle: &Vehicle,
     speed: f64,
@@ -392,7 +385,7 @@ fn sampled(
         .transfer_function(0, 0)
 }
 
-/// The built-in vehicle with `M'theta` as Table 1 rounds it: -0.106 at 1 ft/s, for -0.10613.
+/// The built-in vehicle with `M'theta` rounded as in Table 1: -0.106 at 1 ft/s instead of -0.10613.
 #[must_use]
 pub fn with_the_rounded_restoring_moment(vehicle: &Vehicle) -> Vehicle {
     let moment = PRINTED.d1 * vehicle.reference_mass * FOOT * FOOT;

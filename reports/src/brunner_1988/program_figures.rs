@@ -1,40 +1,39 @@
-//! The lost figures B1 to B10: what programs T2 to T5 put out (Brunner 1988, App. B; described on pp. 38-41).
+//! Figures B1 to B10, missing in the copy: output of programs T2 to T5 (Brunner 1988, App. B; described on pp. 38-41).
 //!
-//! Of each program: depth and pitch; where the vehicle heaves, its heave velocity; and the pitch rate
-//! with its acceleration. Axes are those of the report: feet for depth, and units of `L / U` for time,
-//! which the report calls seconds (erratum E2).
+//! For each program: depth and pitch; heave velocity if the vehicle heaves; pitch rate and acceleration. Axes are those of the report: feet for
+//! depth, and units of `L / U` for time, which the report calls seconds (erratum E2).
 
 use planesman_show::plot::Plot;
 
 use crate::brunner_1988::programs::{FEET_PER_LENGTH, Program, STEP, T2, T3, T4, T5};
 
-/// The duration of the programs \[L/U\].
+/// Duration of the programs \[L/U\].
 const DURATION: f64 = 20.0;
-/// Every so many steps a point is drawn.
+/// Number of steps per plotted point.
 const STRIDE: usize = 10;
 
-/// Figures B1 to B10, the first of which are two plots: depth and pitch have no common axis.
+/// Figures B1 to B10. B1, B4 and B8 are two plots each, since depth and pitch have no common axis.
 #[must_use]
 pub fn figures() -> Vec<Plot<'static>> {
     let [t2, t3, t4, t5] = [&T2, &T3, &T4, &T5].map(Run::of);
     vec![
         t2.depth("Fig. B1 (depth), program T2: all derivatives").note("Planes at 30 degrees until 10 L/U. The final depth is 2.60 ft (printed 2.61)."),
-        t2.pitch("Fig. B1 (pitch), program T2").note("Held at -4.2 degrees by a restoring moment twelve times too large (E1)."),
-        t2.heave("Fig. B2, program T2: heave velocity").note("Positive down: it adds to the dive."),
-        t2.rates("Fig. B3, program T2: pitch rate and acceleration").note("The first acceleration is K2 delta / A2."),
-        t3.depth("Fig. B4 (depth), program T3: no heave").note("1.77 ft, 32 % less than with heave."),
+        t2.pitch("Fig. B1 (pitch), program T2").note("The pitch stays at -4.2 degrees because the restoring moment is twelve times too large (E1)."),
+        t2.heave("Fig. B2, program T2: heave velocity").note("Positive down: the heave velocity increases the depth."),
+        t2.rates("Fig. B3, program T2: pitch rate and acceleration").note("The initial acceleration is K2 delta / A2."),
+        t3.depth("Fig. B4 (depth), program T3: no heave").note("The final depth is 1.77 ft, 32 % less than with heave."),
         t3.pitch("Fig. B4 (pitch), program T3").note("Printed as about -4.4 degrees."),
         t3.rates("Fig. B5, program T3: pitch rate and acceleration").note("As in Fig. B3."),
         t4.pitch("Fig. B6, program T4: no restoring moment").note("Planes at 30 degrees for 1 L/U; the vehicle stays at -27.6 degrees (printed -27.5)."),
-        t4.rates("Fig. B7, program T4: pitch rate and acceleration").note("The rate is more than twice that of Fig. B3; the first acceleration is the same (E21)."),
-        t5.depth("Fig. B8 (depth), program T5: a tenth of the pitch damping").note("The same steady depth."),
-        t5.pitch("Fig. B8 (pitch), program T5").note("Oscillates with a damping ratio of 0.03."),
-        t5.heave("Fig. B9, program T5: heave velocity").note("Oscillates with the pitch."),
-        t5.rates("Fig. B10, program T5: pitch rate and acceleration").note("Oscillate likewise."),
+        t4.rates("Fig. B7, program T4: pitch rate and acceleration").note("The rate is more than twice that of Fig. B3; the initial acceleration is the same (E21)."),
+        t5.depth("Fig. B8 (depth), program T5: a tenth of the pitch damping").note("The final depth is unchanged."),
+        t5.pitch("Fig. B8 (pitch), program T5").note("The pitch oscillates with a damping ratio of 0.03."),
+        t5.heave("Fig. B9, program T5: heave velocity").note("The heave velocity oscillates with the pitch."),
+        t5.rates("Fig. B10, program T5: pitch rate and acceleration").note("Both oscillate with the pitch."),
     ]
 }
 
-/// A program's output at every drawn point.
+/// Output of a program at every plotted point.
 struct Run {
     points: Vec<Point>,
 }

@@ -1,6 +1,6 @@
 //! The simulation programs T2 to T5 of Brunner 1988 (App. A, pp. 118-121), as printed.
 //!
-//! Everything is nondimensional: lengths in body lengths `L = 28 in`, time in `L / U`.
+//! All quantities are nondimensional: lengths in body lengths `L = 28 in`, time in `L / U`.
 //!
 //! ```text
 //! w' = (K1 delta - C1 q - B1 w) / A1           UG = U + ZG q     ZG = BG / L
@@ -10,39 +10,36 @@
 //! z' = WG cos(theta) - UG sin(theta)
 //! ```
 //!
-//! The planes stand at 30 degrees until they are released, then at zero; all starts at rest.
+//! The planes are at 30 degrees until they are released, then at zero; the vehicle starts at rest.
 //!
-//! Two errors are kept, because the printed results hang on them:
+//! Two errors are kept, because the printed results depend on them:
 //!
-//! - `C2 = 1.27` puts `BG` in inches where feet belong: the restoring moment is 12 times too
-//!   large (0.106 is right, at 1 ft/s).
-//! - One unit of time is read as one second, where at 1 ft/s it is 28/12 s = 2.333 s; depth, on
-//!   the other hand, is turned into feet rightly.
+//! - `C2 = 1.27` uses `BG` in inches instead of feet: the restoring moment is 12 times too large (0.106 is correct, at 1 ft/s).
+//! - One unit of time is interpreted as one second, but at 1 ft/s it is 28/12 s = 2.333 s; depth is converted to feet correctly.
 //!
-//! So the printed dive of 4.2 degrees and 2.61 ft is no prediction for the vehicle. For that
-//! is [`planesman_vehicle`] with the vehicle `brunner`. The vehicle file
-//! `brunner_as_printed` makes the node fly these programs.
+//! So the printed dive of 4.2 degrees and 2.61 ft is not a prediction for the vehicle; use [`planesman_vehicle`] with the vehicle `brunner` for
+//! that. With the vehicle file `brunner_as_printed` the node flies these programs.
 
 use planesman_linear::runge_kutta_step;
 
 use crate::brunner_1988::track::{Sample, Track};
 
-/// Feet in a body length `L`: 28 in. The only unit the programs convert, at output.
+/// Feet per body length `L` of 28 in: the only unit conversion of the programs, at output.
 pub const FEET_PER_LENGTH: f64 = 28.0 / 12.0;
 
-/// The plane angle while held \[rad\]: 30 degrees to the digits of the listings.
+/// Plane angle before release \[rad\]: 30 degrees with the digits of the listings.
 #[allow(clippy::approx_constant)]
 pub const PLANE_ANGLE: f64 = 0.523_598_7;
 
-/// The integration step \[L/U\]: halving it moves no result by more than 1e-7.
+/// Integration step \[L/U\]; halving it changes no result by more than 1e-7.
 pub const STEP: f64 = 0.005;
 
-/// The constants of one listing, under the listing's names.
+/// Constants of one listing, with the listing's names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Program {
     /// `T2` to `T5`.
     pub name: &'static str,
-    /// Whether the vehicle heaves. T3 and T4 do without: they set A1 = B1 = C1 = W = D2 = 0.
+    /// Whether the vehicle heaves. T3 and T4 set A1 = B1 = C1 = W = D2 = 0 instead.
     pub heaves: bool,
     /// `K1 = Z'delta`.
     pub k1: f64,
@@ -66,7 +63,7 @@ pub struct Program {
     pub xg: f64,
     /// `ZG = BG / L`, centre of gravity below the origin \[L\].
     pub zg: f64,
-    /// When the planes go back to zero \[L/U\].
+    /// Time at which the planes return to zero \[L/U\].
     pub released_at: f64,
 }
 
@@ -98,7 +95,7 @@ pub const T2: Program = Program {
     released_at: 10.0,
 };
 
-/// Program T3 (p. 119): pitch alone.
+/// Program T3 (p. 119): pitch only.
 pub const T3: Program = Program {
     name: "T3",
     heaves: false,
@@ -106,7 +103,7 @@ pub const T3: Program = Program {
     ..T2
 };
 
-/// Program T4 (p. 120): pitch alone without a restoring moment, the planes held for 1 `L / U`.
+/// Program T4 (p. 120): pitch only, without restoring moment, planes released at 1 `L / U`.
 pub const T4: Program = Program {
     name: "T4",
     c2: 0.0,
@@ -121,11 +118,11 @@ pub const T5: Program = Program {
     ..T2
 };
 
-/// All four, in the order of the appendix.
+/// All four programs, in the order of the appendix.
 pub const PROGRAMS: [Program; 4] = [T2, T3, T4, T5];
 
 impl Program {
-    /// The program run from rest until `duration` \[L/U\], in lengths, radians and `L / U`.
+    /// Runs the program from rest until `duration` \[L/U\]; results in lengths, radians and `L / U`.
     #[must_use]
     pub fn run(&self, duration: f64) -> Track {
         let steps = (duration / STEP).round() as usize;
@@ -145,7 +142,7 @@ impl Program {
         Track::new(STEP, samples)
     }
 
-    /// `w', q', theta', z'` of `[w, q, theta, z]`. The track's length `x` acts on nothing.
+    /// `w', q', theta', z'` of `[w, q, theta, z]`. The distance `x` has no influence.
     fn rates(&self, &[w, q, theta, _]: &[f64; 4], delta: f64) -> [f64; 4] {
         let w_dot = if self.heaves {
             (self.k1 * delta - self.c1 * q - self.b1 * w) / self.a1
@@ -162,26 +159,26 @@ impl Program {
         ]
     }
 
-    /// `q'` at the first instant, at rest with the planes over \[(U/L)^2\].
+    /// Initial `q'`, at rest with the planes deflected \[(U/L)^2\].
     #[must_use]
     pub fn first_pitch_acceleration(&self) -> f64 {
         self.k2 * PLANE_ANGLE / self.a2
     }
 
-    /// The undamped frequency of pitch alone, `sqrt(C2 / A2)` \[U/L\].
+    /// Undamped frequency of pitch without heave, `sqrt(C2 / A2)` \[U/L\].
     #[must_use]
     pub fn pitch_frequency(&self) -> f64 {
         (self.c2 / self.a2).sqrt()
     }
 
-    /// The damping ratio of pitch alone, `B2 / (2 sqrt(C2 A2))`; infinite without `C2`.
+    /// Damping ratio of pitch without heave, `B2 / (2 sqrt(C2 A2))`; infinite without `C2`.
     #[must_use]
     pub fn pitch_damping_ratio(&self) -> f64 {
         self.b2 / (2.0 * (self.c2 * self.a2).sqrt())
     }
 }
 
-/// How the thesis comes from its tables to constants of the listings, in feet, pounds and slugs.
+/// Derivation of the listings' constants from the thesis's tables, in feet, pounds and slugs.
 pub mod derivation {
     /// `m` \[slug\] (Fig. 23, p. 37).
     pub const MASS: f64 = 0.609;
@@ -214,7 +211,7 @@ pub mod derivation {
         WEIGHT * (BG_INCHES / 12.0) / REFERENCE
     }
 
-    /// The same with `BG` left in inches, 1.27: as in the listings.
+    /// As [`c2`] with `BG` left in inches, 1.27: as in the listings.
     #[must_use]
     pub fn c2_in_inches() -> f64 {
         WEIGHT * BG_INCHES / REFERENCE

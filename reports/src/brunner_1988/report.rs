@@ -1,4 +1,4 @@
-//! All numbers and figures of the report.
+//! The report with all its numbers and figures.
 
 use crate::book::{Book, BookError, Chapter, Names, Recomputed, Report, ReportError};
 
@@ -6,7 +6,7 @@ use crate::brunner_1988::{
     calibration_figures, controllers, identification, program_figures, vehicle,
 };
 
-/// The report.
+/// Description of the report.
 pub const REPORT: Report = Report {
     name: "Brunner 1988",
     citation: "G. M. Brunner, Experimental Verification of AUV Performance, Naval Postgraduate School, March 1988.",
@@ -39,7 +39,7 @@ fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
             title: "Figures B1 to B10",
-            note: "The copy of the report has lost them. These are what programs T2 to T5 put out, with the errors they had.",
+            note: "These figures are missing in the copy of the report. They are recomputed by programs T2 to T5, including the programs' errors.",
             figures: program_figures::figures(),
         },
         Chapter {
@@ -54,12 +54,12 @@ fn figures() -> Result<Vec<Chapter>, ReportError> {
         },
         Chapter {
             title: "Calibrations: Figures 29 to 36, 38, 40 to 43",
-            note: "The measured points are lost; drawn are the lines that the figures print. Fig. 37, vessel speed over command voltage, prints none and cannot be drawn.",
+            note: "The measured points are missing in the copy; the lines printed in the figures are drawn. Fig. 37, vessel speed over command voltage, has no printed line and is omitted.",
             figures: calibration_figures::figures(),
         },
         Chapter {
             title: "Identification: Figures 45 to 56",
-            note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed; beside its fits, dashed, what Table 8 predicts, as printed too (E2). The text says so of Fig. 45 alone, and on p. 114 that the predictions of higher order were poorer than hoped.",
+            note: "The thesis' records are lost. These records are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as described on pp. 99-101, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed. Dashed curves are the predictions of Table 8, also as printed (E2). The text mentions them only for Fig. 45, and says on p. 114 that the predictions of higher order were poorer than hoped.",
             figures: identification::figures().map_err(ReportError::computed)?,
         },
     ])

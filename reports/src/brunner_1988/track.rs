@@ -1,22 +1,22 @@
-//! A recorded manoeuvre, and what can be read off it: how steep, how deep, how soon.
+//! A recorded manoeuvre, and its metrics: pitch, depth, times.
 //!
-//! Units are those of the run: body lengths and `L / U` for the programs of Brunner 1988 as
-//! printed, metres and seconds for the dimensional vehicle. Angles are in radians, pitch bow up.
+//! Units are those of the run: body lengths and `L / U` for the printed programs of Brunner 1988, metres and seconds for the dimensional vehicle.
+//! Angles are in radians, pitch positive bow up.
 
 use planesman_vehicle::{Diverged, Motion, PlanePath, State};
 
-/// The record of one instant.
+/// State at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// `z` \[length\], positive down.
+    /// Depth `z` \[length\], positive down.
     pub depth: f64,
-    /// `theta` \[rad\], bow up.
+    /// Pitch `theta` \[rad\], positive bow up.
     pub pitch: f64,
-    /// `q` \[rad/time\], bow up.
+    /// Pitch rate `q` \[rad/time\], positive bow up.
     pub pitch_rate: f64,
 }
 
-/// Evenly spaced samples, the first at time 0.
+/// Evenly spaced samples; the first is at time 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     step: f64,
@@ -24,7 +24,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// The track through `samples` taken every `step`; an empty one is at rest at the surface.
+    /// A track of `samples` spaced by `step`; an empty list becomes a vehicle at rest at the surface.
     #[must_use]
     pub fn new(step: f64, mut samples: Vec<Sample>) -> Self {
         if samples.is_empty() {
@@ -33,9 +33,8 @@ impl Track {
         Self { step, samples }
     }
 
-    /// The dimensional vehicle from rest at the surface, the planes at `angle` \[rad\] for
-    /// `held_for` \[s\] and then neutral, until `duration` \[s\]. The motion's step is taken
-    /// a little shorter where that makes the release fall between two steps.
+    /// Simulates the dimensional vehicle from rest at the surface until `duration` \[s\]: planes at `angle` \[rad\] for `held_for` \[s\], then neutral. The
+    /// step is reduced slightly if necessary to make the release coincide with a step.
     ///
     /// # Errors
     /// [`Diverged`].
@@ -61,7 +60,7 @@ impl Track {
         Ok(Self::new(motion.step, samples))
     }
 
-    /// The sample nearest to a time; before the first it is the first, after the last the last.
+    /// The sample nearest to a time, limited to the first and the last one.
     #[must_use]
     pub fn at(&self, time: f64) -> Sample {
         let index = (time / self.step).round().max(0.0) as usize;
@@ -74,7 +73,7 @@ impl Track {
         self.samples[self.samples.len() - 1]
     }
 
-    /// The lowest pitch \[rad\]: how far down the bow went.
+    /// Lowest pitch \[rad\], with the bow furthest down.
     #[must_use]
     pub fn steepest_pitch(&self) -> f64 {
         self.samples
@@ -83,7 +82,7 @@ impl Track {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest `|q|` \[rad/time\].
+    /// Largest `|q|` \[rad/time\].
     #[must_use]
     pub fn fastest_pitch_rate(&self) -> f64 {
         self.samples
@@ -92,7 +91,7 @@ impl Track {
             .fold(0.0, f64::max)
     }
 
-    /// When a depth is first reached, straight between two samples.
+    /// Time at which a depth is first reached, linear between two samples.
     #[must_use]
     pub fn time_to_depth(&self, depth: f64) -> Option<f64> {
         let reached = self.samples.iter().position(|s| s.depth >= depth)?;
@@ -104,8 +103,7 @@ impl Track {
         Some((reached as f64 - 1.0 + part) * self.step)
     }
 
-    /// The last time before `until` at which the pitch is farther than `band` times its value at
-    /// `until` from that value; 0 when it never is.
+    /// Last time before `until` at which the pitch differs from its value at `until` by more than `band` times that value; 0 if it never does.
     #[must_use]
     pub fn pitch_settles_at(&self, band: f64, until: f64) -> f64 {
         let settled = self.at(until).pitch;
@@ -117,7 +115,7 @@ impl Track {
             .map_or(0.0, |(t, _)| t)
     }
 
-    /// The pitch's swing, highest less lowest \[rad\], between two times.
+    /// Range of the pitch, highest less lowest \[rad\], between two times.
     #[must_use]
     pub fn pitch_swing(&self, from: f64, to: f64) -> f64 {
         let within = self

@@ -1,12 +1,11 @@
-//! The Hopsan simulator's recorded validations of its on/off valves and its cylinder, computed again by
-//! [`planesman_circuit`].
+//! Recorded validations of the Hopsan simulator for its on/off valves and its cylinder, recomputed with [`planesman_circuit`].
 //!
-//! Hopsan (Linköping University) keeps, for each component, a test model and the results that it must give:
-//! `Models/Component Test Validations` of its repository. Its components are joined by transmission lines of one time step, 1 ms; so its
-//! cylinder starts a step or two late, and a volume beside it adds some inertia.
+//! For each component, Hopsan (Linköping University) keeps a test model with its expected results: `Models/Component Test Validations` in its
+//! repository. Its components are connected by transmission lines of one time step, 1 ms; so its cylinder starts one or two steps late, and a
+//! volume next to it adds some inertia.
 //!
-//! Hopsan's valves are orifices, `Q = C_q A sqrt(2 dp/rho)`, whose spool follows a critically damped second-order lag of `w` = 100 rad/s. Here a
-//! valve is open or closed after a delay: `2/w` passes the same volume.
+//! Hopsan's valves are orifices, `Q = C_q A sqrt(2 dp/rho)`, whose spool follows a critically damped second-order lag with `w` = 100 rad/s. Here a
+//! valve opens or closes after a delay; a delay of `2/w` gives the same volume.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -17,7 +16,7 @@ use planesman_circuit::{
 };
 use planesman_show::plot::{Plot, Style};
 
-/// The report.
+/// Description of the report.
 pub const REPORT: Report = Report {
     name: "Hopsan",
     citation: "Hopsan, Linköping University, github.com/Hopsan/hopsan, Models/Component Test Validations, 2014 to 2016.",
@@ -28,9 +27,9 @@ pub const REPORT: Report = Report {
     figures,
 };
 
-/// Bar, Pa.
+/// One bar, Pa.
 const BAR: f64 = 1e5;
-/// Of all three valves: C_q, density kg/m^3, spool diameter m times its stroke m, lag rad/s.
+/// All three valves: C_q, density kg/m^3, spool diameter m times stroke m, lag rad/s.
 const ORIFICE: (f64, f64, f64, f64) = (0.67, 890.0, 0.01 * 0.01, 100.0);
 /// Cylinder: area m^2, mass kg, force N, half stroke m, supplies Pa, bulk modulus Pa, chamber m^3.
 const CYLINDER: (f64, f64, f64, f64, [f64; 2], f64, f64) =
@@ -39,12 +38,12 @@ const CYLINDER: (f64, f64, f64, f64, [f64; 2], f64, f64) =
 /// The recorded numbers.
 ///
 /// # Errors
-/// [`BookError`]; a test reads the files that are compiled in.
+/// [`BookError`]; a test reads the compiled-in file.
 pub fn book() -> Result<Book, BookError> {
     Book::parse(include_str!("../../data/hopsan/hopsan.json"), "{}")
 }
 
-/// A circuit of nothing but what is given, with the pressure drop below which flow becomes laminar.
+/// A circuit with only the given parts, and the pressure drop below which flow is laminar.
 fn circuit(
     levels: Vec<(&str, f64)>,
     edges: Vec<Edge>,
@@ -94,8 +93,8 @@ fn circuit(
     })
 }
 
-/// What passes a valve between two constant pressures until `open` s, and in all, m^3. The consumer is a chamber so large that it
-/// keeps its pressure.
+/// Volume through a valve between two constant pressures until `open` s, and in total, m^3. The consumer is a chamber so large that its pressure is
+/// constant.
 fn passed(from: f64, to: f64, open: f64) -> (f64, f64) {
     let (coefficient, density, area, _) = ORIFICE;
     let k = coefficient * PI * area * (2.0 / density).sqrt();
@@ -188,7 +187,7 @@ fn stroke() -> Vec<[f64; 3]> {
     (0..=1000).map(at).collect()
 }
 
-/// The numbers as this crate computes them.
+/// Numbers recomputed by this crate.
 #[must_use]
 pub fn recomputed() -> Recomputed {
     let flow = |from: f64, to: f64| passed(from, to, 0.5).0 / 0.5;
@@ -215,10 +214,10 @@ pub fn recomputed() -> Recomputed {
     .to_vec()
 }
 
-/// The stroke beside the recorded points.
+/// The simulated stroke and the recorded points.
 ///
 /// # Errors
-/// None; the type is a report's.
+/// None; required by the type of a report.
 pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     let recorded = [
         (0.0, 0.2),
@@ -240,7 +239,7 @@ pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     .with(Style::Dots, "Hopsan", recorded);
     Ok(vec![Chapter {
         title: "A cylinder between two pressures",
-        note: "1000 kg between 100 and 90 bar, with 100 N against it, up to its stop.",
+        note: "A mass of 1000 kg moved by 100 and 90 bar against 100 N, up to the stop.",
         figures: vec![plot],
     }])
 }

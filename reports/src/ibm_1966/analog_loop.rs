@@ -1,4 +1,4 @@
-//! The analog flight control of Phase I, which the digital one is compared with (Table 4-3).
+//! Analog flight control of Phase I, the reference for the digital one (Table 4-3).
 //!
 //! ```text
 //! delta_c = K_g [K_a (e + K_i int e dt) - K_r psi'],   e = K_2 N_y - K_b psi
@@ -6,27 +6,25 @@
 //! delta'  = v, held within the rate limit
 //! ```
 //!
-//! The missile and the gains are those of the digital loop. The actuator is of second order: its
-//! valve opens as v says and passes no more than so much oil. The report prints none of its
-//! constants. [`Surrogate`] has omega_a and the rate limit, calibrated on Table 4-3; zeta is taken as
-//! 0.7, and K_i is that of the digital K = 2^-9, with which the report finds "similar performance and
-//! transient characteristics" (Section IV.B.3).
+//! Missile and gains are those of the digital loop. The actuator is of second order: its valve opens in proportion to v, up to a maximum flow. The
+//! report prints none of its constants. [`Surrogate`] has omega_a and the rate limit, calibrated on Table 4-3; zeta is assumed to be 0.7, and K_i
+//! is that of the digital K = 2^-9, for which the report finds "similar performance and transient characteristics" (Section IV.B.3).
 
 use planesman_linear::runge_kutta_step;
 
 use crate::ibm_1966::autopilot::{Gains, PULSE};
 use crate::ibm_1966::missile::{Surrogate, Yaw, YawPlant};
 
-/// zeta of the analog actuator.
+/// Damping ratio zeta of the analog actuator.
 const DAMPING: f64 = 0.7;
 
-/// K_i, 1/s: K = 2^-9 at 82.5 Hz.
+/// Integral gain K_i, 1/s: K = 2^-9 at 82.5 Hz.
 const INTEGRAL_GAIN: f64 = 82.5 / 512.0;
 
-/// Integration step, s: a fortieth of 1/omega_a.
+/// Integration step, s: 1/40 of 1/omega_a.
 const STEP: f64 = 2e-4;
 
-/// The loop.
+/// The analog flight control with its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnalogLoop {
     gains: Gains,
@@ -37,11 +35,11 @@ pub struct AnalogLoop {
     steps: u32,
 }
 
-/// psi, psi', beta as in [`Yaw`], then int e dt (rad s), delta (rad) and v (rad/s).
+/// State: psi, psi', beta as in [`Yaw`], then the integral of e (rad s), delta (rad) and v (rad/s).
 type State = [f64; 6];
 
 impl AnalogLoop {
-    /// A loop at rest, psi_0 = `yaw`, rad, without sideslip. K of `gains` has no part in it.
+    /// A loop at rest with psi_0 = `yaw`, rad, without sideslip. K of `gains` is not used.
     #[must_use]
     pub fn new(surrogate: Surrogate, gains: Gains, yaw: f64) -> Self {
         Self {
@@ -54,13 +52,13 @@ impl AnalogLoop {
         }
     }
 
-    /// s from the start.
+    /// Time from the start, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         f64::from(self.steps) * STEP
     }
 
-    /// The missile.
+    /// State of the missile.
     #[must_use]
     pub fn yaw(&self) -> Yaw {
         let [angle, rate, sideslip, ..] = self.state;
@@ -71,19 +69,19 @@ impl AnalogLoop {
         }
     }
 
-    /// delta, rad.
+    /// Nozzle angle delta, rad.
     #[must_use]
     pub fn nozzle(&self) -> f64 {
         self.state[4]
     }
 
-    /// delta', rad/s.
+    /// Nozzle rate delta', rad/s.
     #[must_use]
     pub fn nozzle_rate(&self) -> f64 {
         self.state[5].clamp(-self.rate_limit, self.rate_limit)
     }
 
-    /// One integration step under `steering` pulses.
+    /// One integration step with `steering` pulses.
     pub fn step(&mut self, steering: f64) {
         let held = [&steering; 3];
         self.state = runge_kutta_step(&self.state, STEP, held, |steering, x| {

@@ -1,43 +1,40 @@
-//! The digital autopilot of Figure 2-5: from steering pulses and attitude to changes of the nozzle
-//! angle.
+//! Digital autopilot of Figure 2-5: computes changes of the nozzle angle from steering pulses and attitude.
 //!
 //! ```text
 //! N_ye,n  = N_y,n - (K_b/K_2) psi_n
 //! Input_n = K_g {K_a K_2 [(N_ye,n - N_ye,n-1) + K N_ye,n] - K_r (psi'_n - psi'_n-1)}
 //! ```
 //!
-//! It is the first difference of delta_c = K_a (1 + K_i/s)(K_2 N_y - K_b psi) - K_r psi', with
-//! K = K_i T: the digital hydraulic actuator is the integrator. The figure itself is lost; this form
-//! is read from the list of symbols and Section V. The report's list gives N_yFB = +(K_B/K_2) psi, but
-//! only negative feedback flies.
+//! This is the first difference of delta_c = K_a (1 + K_i/s)(K_2 N_y - K_b psi) - K_r psi', with K = K_i T: the digital hydraulic actuator is the
+//! integrator. The figure itself is missing in the copy; this form follows from the list of symbols and Section V. The report's list has
+//! N_yFB = +(K_B/K_2) psi, but only negative feedback is stable.
 
 use crate::ibm_1966::missile::Surrogate;
 use planesman_units::DEGREE;
 
-/// K_2, rad per pulse: 0.075 degrees, because 12 pulses against 11 are "0.075 degree larger, a
-/// difference of 8 percent" (Section IV.B.3).
+/// K_2, rad per pulse: 0.075 degrees, because 12 pulses compared with 11 are "0.075 degree larger, a difference of 8 percent" (Section IV.B.3).
 pub const PULSE: f64 = 0.075 * DEGREE;
 
 /// K of Tables 3-1 and 4-1.
 pub(crate) const COMPENSATION: f64 = 1.0 / 128.0;
 
-/// The autopilot's gains.
+/// Gains of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// K_g: multiplies everything, to find the gain margin.
+    /// K_g: overall gain, raised to find the gain margin.
     pub overall: f64,
-    /// K_a.
+    /// Attitude gain K_a.
     pub attitude: f64,
     /// K_b: weight of the yaw angle.
     pub yaw: f64,
-    /// K_r, s.
+    /// Rate gain K_r, s.
     pub rate: f64,
-    /// K = K_i T, of the integral compensation.
+    /// Integral compensation K = K_i T.
     pub compensation: f64,
 }
 
 impl Gains {
-    /// Those that go with a surrogate, K as in the tables.
+    /// Gains of a surrogate, with K as in the tables.
     #[must_use]
     pub fn new(surrogate: Surrogate) -> Self {
         Self {
@@ -50,7 +47,7 @@ impl Gains {
     }
 }
 
-/// The autopilot with what it remembers of the last cycle.
+/// The autopilot, with its values of the last cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DigitalAutopilot {
     gains: Gains,
@@ -59,7 +56,7 @@ pub(crate) struct DigitalAutopilot {
 }
 
 impl DigitalAutopilot {
-    /// Without a past: the first error counts as a change from none.
+    /// An autopilot without history: the first error counts as a change from zero.
     #[must_use]
     pub(crate) fn new(gains: Gains) -> Self {
         Self {
@@ -69,8 +66,7 @@ impl DigitalAutopilot {
         }
     }
 
-    /// Input, rad: by how much the nozzle angle is to change, for `steering` pulses, psi, rad, and
-    /// psi', rad/s.
+    /// Input, rad: the change of the nozzle angle for `steering` pulses, psi, rad, and psi', rad/s.
     pub(crate) fn input(&mut self, steering: f64, yaw: f64, yaw_rate: f64) -> f64 {
         let g = &self.gains;
         let error = steering - g.yaw / PULSE * yaw;

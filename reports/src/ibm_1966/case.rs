@@ -1,10 +1,10 @@
-//! A digital flight control as it is put to the test: missile, actuator, autopilot, pulse logic.
+//! A digital flight control under test: missile, actuator, autopilot, pulse logic.
 
 use crate::ibm_1966::autopilot::Gains;
 use crate::ibm_1966::missile::{Surrogate, YawPlant};
 use planesman_hydraulics::{ActuatorSet, Condition, Options};
 
-/// Where the autopilot has psi' from, which the report does not say.
+/// Source of the autopilot's psi', which the report does not specify.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateSignal {
     /// A rate gyro.
@@ -18,9 +18,9 @@ pub enum RateSignal {
 pub struct Case {
     /// The missile.
     pub surrogate: Surrogate,
-    /// Its yaw dynamics: the surrogate's, unless another point of its valley is tried.
+    /// Yaw dynamics: those of the surrogate, unless other calibrated values are tried.
     pub plant: YawPlant,
-    /// How psi' is had.
+    /// Source of psi'.
     pub rate: RateSignal,
     /// The actuator.
     pub set: ActuatorSet,
@@ -33,7 +33,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// The case with a surrogate's own gains.
+    /// A case with the surrogate's own gains.
     #[must_use]
     pub fn new(surrogate: Surrogate, set: ActuatorSet) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Case {
         }
     }
 
-    /// The same with all gains times K_g.
+    /// The same case with all gains multiplied by K_g.
     #[must_use]
     pub fn with_gain(&self, overall: f64) -> Self {
         Self {

@@ -1,65 +1,64 @@
-//! The digital flight control whole: autopilot, pulse logic, hydraulics and missile (Figure 2-4).
+//! Complete digital flight control: autopilot, pulse logic, hydraulics and missile (Figure 2-4).
 //!
-//! The actuator is in the report's simulation mode: open loop, the position error is found by the
-//! loop around the missile. At the begin of each valve cycle the autopilot samples the missile and
-//! the logic commands at most one volume; in between the missile is integrated under the nozzle
-//! angle of the exactly integrated ram.
+//! The actuator is in the report's simulation mode: open loop; the loop around the missile determines the position error. At the beginning of each
+//! valve cycle the autopilot samples the missile and the logic commands at most one volume. Within the cycle the missile is integrated with the
+//! nozzle angle of the exactly integrated ram.
 
 use crate::ibm_1966::autopilot::DigitalAutopilot;
 use crate::ibm_1966::case::{Case, RateSignal};
 use crate::ibm_1966::missile::{Yaw, YawPlant};
 use planesman_hydraulics::{Hydraulics, PulseLogic};
 
-/// Runge-Kutta steps of the missile in a valve cycle. The missile's poles are two orders of
-/// magnitude below the sampling frequency; it is the ram's motion, at 50 Hz, that has to be resolved.
+/// Runge-Kutta steps of the missile per valve cycle. The missile's poles are two orders of magnitude below the sampling frequency, but the ram's
+/// motion, at 50 Hz, must be resolved.
 const STEPS: u32 = 12;
 
-/// How a run begins.
+/// Initial state of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Start {
-    /// psi_0, rad, without sideslip.
+    /// Yaw angle psi_0, rad, without sideslip.
     pub yaw: f64,
-    /// Where the ram rests, m.
+    /// Initial ram position, m.
     pub ram: f64,
 }
 
-/// An instant of a run.
+/// State at an instant of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
-    /// s from the start.
+    /// Time from the start, s.
     pub time: f64,
-    /// The missile.
+    /// State of the missile.
     pub yaw: Yaw,
-    /// delta_a, rad.
+    /// Nozzle angle delta_a, rad.
     pub nozzle: f64,
-    /// X_1, m.
+    /// Ram position X_1, m.
     pub ram: f64,
-    /// P_d, Pa.
+    /// Differential pressure P_d, Pa.
     pub pressure: f64,
-    /// The large volume commanded at the begin of this cycle: +1, 0 or -1.
+    /// Large volume commanded at the beginning of this cycle: +1, 0 or -1.
     pub quanta: i8,
 }
 
-/// The loop. Copying it copies its whole future.
+/// The loop with its state; copying it copies the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DigitalLoop {
     period: f64,
     moment_arm: f64,
     plant: YawPlant,
     rate: RateSignal,
-    /// psi at the begin of the last cycle, rad.
+    /// psi at the beginning of the last cycle, rad.
     last: f64,
     yaw: Yaw,
     autopilot: DigitalAutopilot,
     logic: PulseLogic,
     hydraulics: Hydraulics,
-    /// Ram position at the begin of the next cycle, m.
+    /// Ram position at the beginning of the next cycle, m.
     ram: f64,
     cycles: u32,
 }
 
 impl Case {
-    /// The loop, ready to fly.
+    /// Starts the loop of this case.
     #[must_use]
     pub fn fly(&self, start: Start) -> DigitalLoop {
         DigitalLoop::new(self, start)
@@ -67,7 +66,7 @@ impl Case {
 }
 
 impl DigitalLoop {
-    /// The loop of a case, everything at rest but what `start` says.
+    /// The loop of a case, at rest except for `start`.
     #[must_use]
     pub fn new(case: &Case, start: Start) -> Self {
         let set = case.surrogate.fitted(case.set.clone());
@@ -91,32 +90,32 @@ impl DigitalLoop {
         }
     }
 
-    /// s from the start to the begin of the next cycle.
+    /// Time from the start to the beginning of the next cycle, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         f64::from(self.cycles) * self.period
     }
 
-    /// The missile at that time.
+    /// Current state of the missile.
     #[must_use]
     pub fn yaw(&self) -> Yaw {
         self.yaw
     }
 
-    /// X_1 at that time, m.
+    /// Current ram position X_1, m.
     #[must_use]
     pub fn ram(&self) -> f64 {
         self.ram
     }
 
-    /// eps, rad, at the last decision of the pulse logic.
+    /// Error eps at the last decision of the pulse logic, rad.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.logic.error()
     }
 
-    /// One valve cycle under `steering` pulses. `watch` sees it from its begin in equal steps, its
-    /// end excluded; returned is the volume commanded: +1, 0 or -1.
+    /// Simulates one valve cycle with `steering` pulses. `watch` receives the states from its beginning in equal steps, without its end. Returns the
+    /// commanded volume: +1, 0 or -1.
     pub fn cycle(&mut self, steering: f64, mut watch: impl FnMut(&Instant)) -> i8 {
         let rate = match self.rate {
             RateSignal::Gyro => self.yaw.rate,
@@ -150,7 +149,7 @@ impl DigitalLoop {
         quanta
     }
 
-    /// delta_a, rad, and P_d, Pa, at `time` s into the cycle; times must not go back.
+    /// delta_a, rad, and P_d, Pa, at `time` s within the cycle; times must not decrease.
     fn seen_at(&mut self, time: f64) -> (f64, f64) {
         let time = time.min(self.period);
         self.hydraulics.advance(time);

@@ -1,8 +1,7 @@
-//! The lost figures of the actuator study (IBM 66-L03-005), Sections III to V, flown again.
+//! Figures of the actuator study (IBM 66-L03-005), Sections III to V, missing in the copy and simulated again.
 //!
-//! Caption and text say what each one showed. The missile is the surrogate PS-2
-//! throughout, and the laboratory hardware is not to be had: where the report laid the hardware's record
-//! beside the mathematical model's, only the model is drawn. Axes are the report's: degrees, inches, psi.
+//! The contents are known from captions and text. The missile is the surrogate PS-2 throughout. The laboratory hardware no longer exists: where the
+//! report compared it with the mathematical model, only the model is drawn. Axes are the report's: degrees, inches, psi.
 
 use std::f64::consts::TAU;
 
@@ -22,82 +21,82 @@ use planesman_units::{DEGREE, INCH};
 use crate::book::{Chapter, ReportError};
 use planesman_show::plot::{Plot, Style};
 
-/// The missile of all figures.
+/// Surrogate missile of all figures.
 const SURROGATE: Surrogate = Surrogate::Ps2;
-/// The duration of a drawn transient, s.
+/// Duration of a plotted transient, s.
 const TRANSIENT: f64 = 10.0;
-/// When what remains is a limit cycle, s, and how long it is drawn.
+/// Time after which only a limit cycle remains, and its plotted duration, s.
 const SETTLED: f64 = 20.0;
 const CYCLES: f64 = 4.0;
-/// The friction that the report's latch made: it lets go of the load above Delta F only.
+/// Friction as made by the report's latch, which releases the load only above Delta F.
 const LATCH: Condition = Condition {
     stepping: 0.05,
     ..Condition::SOUND
 };
-/// A response beyond this is a missile that is lost.
+/// Yaw angle beyond which the missile counts as lost, degrees.
 const LOST: f64 = 10.0;
 /// Amplitudes of the sinusoids, pulses of steering.
 const AMPLITUDES: [(f64, &str); 2] = [(2.0, "N_y = 2 sin wt"), (4.0, "N_y = 4 sin wt")];
 /// Frequencies of the sinusoids, Hz.
 const FREQUENCIES: [f64; 10] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2, 1.5, 2.0];
 
-/// The input of a flight control.
+/// Input of a flight control.
 #[derive(Clone, Copy)]
 enum Input {
-    /// Steering pulses from the start on.
+    /// Steering pulses, from the start.
     Step(f64),
-    /// psi_0, degrees.
+    /// Initial yaw angle psi_0, degrees.
     Yaw(f64),
 }
 
-/// The inputs that most figures have.
+/// Input of most figures.
 const STEP: Input = Input::Step(10.0);
 const HALF_A_DEGREE: Input = Input::Yaw(-0.5);
 
-/// The axes of most figures.
+/// Axes of most figures.
 const YAW: [&str; 2] = ["time [s]", "psi [deg]"];
 const RAM: [&str; 2] = ["time [s]", "X_1 [in]"];
 
-/// Every figure, by the report's sections.
+/// All figures, by the report's sections.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read.
+/// A built-in actuator cannot be read.
 pub fn figures() -> Result<Vec<Chapter>, ReportError> {
     Ok(vec![
         Chapter {
             title: "Sections I and II: arrangement and logic",
-            note: "Fig. 1-1 is a block diagram of the arrangement: the flight control's equations on an IBM 709 and an analog computer, closed on the actuator's model or on the hardware. Figs. 2-8 (the converter's timing) and 2-12 (coulomb friction by a bang-bang amplifier) are of that computer; neither its times nor its amplifiers are printed, so they cannot be drawn. Fig. 2-2 has lost its curve; the text names its discontinuous point alone, where accurate positioning works.",
+            note: "Fig. 1-1 is a block diagram. An IBM 709 and an analog computer solve the equations of the flight control, with the actuator's model or the hardware in the loop. Figs. 2-8 (timing of the converter) and 2-12 (Coulomb friction from a bang-bang amplifier) cannot be drawn: the report omits the necessary details of the analog computer. The curve of Fig. 2-2 is missing too; the text mentions only its discontinuity, which accurate positioning uses.",
             figures: section_2()?,
         },
         Chapter {
             title: "Section III: mathematical model and hardware",
-            note: "The copy of the report has lost its records. These are flights of the surrogate missile PS-2 with the actuator of Table 3-1; the report's own missile is lost, and so is the hardware's behaviour. Figures 3-3 and 3-4 are block diagrams: the loop closed on the hardware or on the model, with the other flown along under the same commands; and the equations of the ram with its load.",
+            note: "The recorded curves are missing in the copy of the report. These are simulations of the surrogate missile PS-2 with the actuator of Table 3-1; the data of the report's own missile and of the hardware are lost. Figures 3-3 and 3-4 are block diagrams. In the first, either the hardware or the model closes the loop, and the other receives the same commands; the second shows the equations of the ram with its load.",
             figures: section_3()?,
         },
         Chapter {
             title: "Section IV: digital and analog flight control",
-            note: "Flights of the surrogate missile PS-2 with the actuator of Table 4-1.",
+            note: "Simulations of the surrogate missile PS-2 with the actuator of Table 4-1.",
             figures: section_4()?,
         },
         Chapter {
             title: "Section V: linear model",
-            note: "Of the surrogate missile PS-2. Figs. 5-1 to 5-5 are block diagrams, one made from the other; the last is the linear model behind Figs. 5-6 and 5-7.",
+            note: "Results for the surrogate missile PS-2. Figs. 5-1 to 5-5 are block diagrams, each derived from the previous one; the last is the linear model of Figs. 5-6 and 5-7.",
             figures: section_5()?,
         },
     ])
 }
 
-/// The mean flow over the error that stays, for one volume and for two.
+/// Mean flow as a function of a constant error, for actuators with one volume and with two.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read.
+/// A built-in actuator cannot be read.
 fn section_2() -> Result<Vec<Plot<'static>>, ReportError> {
     let actuator =
         planesman_hydraulics::actuator_file::load("table_4_1").map_err(ReportError::computed)?;
     Ok(vec![flow_curve(&actuator)])
 }
 
-/// A volume a cycle with the error's sign, none within the threshold, where leakage and constant error alone flow.
+/// Flow curve: one volume per cycle with the error's sign beyond the threshold; within it only leakage.
 fn flow_curve(actuator: &ActuatorSet) -> Plot<'static> {
     let cubic_inches = |volume: f64| volume / (INCH * INCH * INCH);
     let widest = 4.0 * actuator.threshold;
@@ -116,14 +115,14 @@ fn flow_curve(actuator: &ActuatorSet) -> Plot<'static> {
     };
     let points = (-200..=200).map(|k| widest * (f64::from(k) + 0.5) / 200.0);
     Plot::new("Fig. 2-2: flow curve for digital unit", ["error [deg]", "flow [in^3/s]"])
-        .note("The lost curve as the logic makes it, Table 4-1: a volume in each cycle beyond the threshold, of an actuator with two the small one before. Between them only the drift flows, with the sign pulse: accurate positioning works where its sign changes.")
-        .line("one volume a cycle, drift with the error's sign", points.map(|error| (error / DEGREE, flow(error))))
+        .note("The missing curve is computed here from the logic in Table 4-1. Beyond the threshold, one volume flows per cycle; an actuator with two volumes begins with the small one. Within the threshold only the drift flows, in the direction of the sign pulse. Accurate positioning works where the sign changes.")
+        .line("one volume per cycle, drift with the error's sign", points.map(|error| (error / DEGREE, flow(error))))
 }
 
-/// The figures of Section III: the hardware's parameters.
+/// Figures of Section III: parameters of the hardware.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read.
+/// A built-in actuator cannot be read.
 fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
     let base = Case::table_3_1(SURROGATE).map_err(ReportError::computed)?;
     let row = |id: &str| changed(&TABLE_3_2, id, &base);
@@ -135,18 +134,18 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
         transients("3-6", "step of 10 pulses, mathematical model", &base, STEP);
     let mut figures = vec![
         Plot::new("Fig. 3-1: motion of the ram for steps of either sign", RAM)
-            .note("A positive step is stopped by negative ram motion, for which the pressure has more force. For the negative step the ram is held to a lower speed.")
+            .note("A positive step is stopped by negative ram motion, for which the pressure force is larger. For the negative step the ram's speed is limited more.")
             .line("N_y = +8", ram(flown(&base, Input::Step(8.0), 0.0, 3.0)))
             .line("N_y = -8", ram(flown(&base, Input::Step(-8.0), 0.0, 3.0))),
         Plot::new("Fig. 3-2: motion of the ram for a step of 10 pulses", RAM)
-            .note("The report laid the hardware's record beside this one of the model: they ran parallel, so that q_LC was about right.")
+            .note("The report compared this curve of the model with the hardware's record: they were parallel, so q_LC was about right.")
             .line("model", ram(flown(&base, STEP, 0.0, 3.0))),
         Plot::new("Fig. 3-5: limit cycle of the ram", RAM)
-            .note("Table 3-1. The report laid the hardware's record beside the model's.")
+            .note("Actuator of Table 3-1. The report compared the hardware's record with the model's.")
             .line("model", cycle(&base, 1.5)),
         Plot::new("Fig. 3-5, detail: the ram on its drift", RAM)
-            .note("The report's model crept in steps, by the way its latch made friction. The hardware, and exact friction, creep smoothly.")
-            .line("as with the report's latch", drifting(&base, LATCH))
+            .note("The report's model crept in steps because of the latch that made its friction. The hardware creeps smoothly, and so does the model with exact friction.")
+            .line("with the report's latch", drifting(&base, LATCH))
             .line("exact friction", drifting(&base, Condition::SOUND)),
         step_yaw.note("Table 3-1."),
         step_ram,
@@ -154,9 +153,9 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
             .note("Twenty seconds after half a degree of yaw.")
             .line("model", cycle(&base, CYCLES)),
         Plot::new("Fig. 3-8: step of 10 pulses, the loop closed on the hardware", YAW)
-            .note("The hardware is not to be had. Drawn is the model with the delay and friction that would explain Table 3-2 (D1), beside the model as it is.")
+            .note("The hardware no longer exists; shown is the model with D1's delay and friction, which would explain Table 3-2, and the unchanged model.")
             .line("with T_D = 10 ms and 8 % more friction", yaw(after_step(&of_hardware)))
-            .line("as it is", yaw(after_step(&base))),
+            .line("unchanged model", yaw(after_step(&base))),
     ];
     for (title, case) in [
         ("Fig. 3-9: step of 10 pulses, C = 6 lb s/in", &supple),
@@ -164,18 +163,18 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
     ] {
         figures.push(
             Plot::new(title, YAW)
-                .note("No significant change of the response.")
+                .note("The response does not change significantly.")
                 .line("C changed", yaw(after_step(case)))
                 .line("C = 12 lb s/in", yaw(after_step(&base))),
         );
     }
     figures.extend([
         Plot::new("Fig. 3-11: limit cycle, C = 6 and 18 lb s/in", RAM)
-            .note("Less damping lets the ram overshoot further.")
+            .note("With less damping the ram overshoots more.")
             .line("(a) C = 6", cycle(&supple, CYCLES))
             .line("(b) C = 18", cycle(&damped, CYCLES)),
         Plot::new("Fig. 3-12: step of 10 pulses, beta/V = 13 300 and 100 000 lb/in^5", YAW)
-            .note("The first swing is the same. How it settles differs, as in the report, which lays that to changed conditions in the loop.")
+            .note("The first swing is the same, but the settling differs, as in the report, which attributes this to changed conditions in the loop.")
             .line("(a) 13 300", yaw(after_step(&soft)))
             .line("(b) 100 000", yaw(after_step(&stiff))),
         Plot::new("Fig. 3-13: limit cycle, beta/V = 13 300 and 100 000 lb/in^5", RAM)
@@ -183,29 +182,29 @@ fn section_3() -> Result<Vec<Plot<'static>>, ReportError> {
             .line("(a) 13 300", cycle(&soft, 1.5))
             .line("(b) 100 000", cycle(&stiff, 1.5)),
         Plot::new("Fig. 3-13, detail: the ram on its drift", RAM)
-            .note("With the report's latch: the stiffer the oil column, the faster the steps.")
+            .note("With the report's latch: the stiffer the oil, the faster the steps.")
             .line("(a) 13 300", drifting(&soft, LATCH))
             .line("(b) 100 000", drifting(&stiff, LATCH)),
     ]);
     figures.extend(bode(
         "3-14",
         "the loop closed on the hardware",
-        "The hardware is not to be had: the model with the delay and friction of D1. Above 1.2 Hz four pulses lose this missile.",
+        "The hardware no longer exists; shown is the model with D1's delay and friction. Above 1.2 Hz this missile diverges at an amplitude of four pulses.",
         &frequency_curves(&of_hardware),
     ));
     figures.extend(bode(
         "3-15",
         "mathematical model",
-        "Small amplitudes, so that the ram's rate limit does not show. Table 3-1.",
+        "Actuator of Table 3-1, with amplitudes too small to reach the ram's rate limit.",
         &frequency_curves(&base),
     ));
     Ok(figures)
 }
 
-/// The figures of Section IV: the Polaris flight control, digital and analog.
+/// Figures of Section IV: the Polaris flight control, digital and analog.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read.
+/// A built-in actuator cannot be read.
 fn section_4() -> Result<Vec<Plot<'static>>, ReportError> {
     let base = Case::table_4_1(SURROGATE).map_err(ReportError::computed)?;
     let row = |id: &str| changed(&TABLE_4_2, id, &base);
@@ -220,35 +219,35 @@ fn section_4() -> Result<Vec<Plot<'static>>, ReportError> {
         of(
             "4-1",
             "step of 10 pulses",
-            "Table 4-1. The largest stable step.",
+            "Actuator of Table 4-1. This is the largest stable step.",
             &base,
             step,
         ),
         of(
             "4-2",
             "half a degree of yaw",
-            "Table 4-1. It settles in a cycle of 0.013 degrees (the report: about 0.03).",
+            "Actuator of Table 4-1. The limit cycle has 0.013 degrees (report: about 0.03).",
             &base,
             yaw,
         ),
         of(
             "4-3",
             "half a degree of yaw, no leakage",
-            "The cycle is five times larger and slower: 0.067 degrees (I5).",
+            "The limit cycle is five times larger and slower: 0.067 degrees (I5).",
             &tight,
             yaw,
         ),
         of(
             "4-4",
             "half a degree of yaw, worst leakage",
-            "Not noticeably different from Fig. 4-2.",
+            "The response is not noticeably different from Fig. 4-2.",
             &worst,
             yaw,
         ),
         of(
             "4-5",
             "step of 10 pulses, K = 2^-16",
-            "Without integral compensation the leakage leaves a steady error of psi.",
+            "Without integral compensation the leakage causes a steady-state error of psi.",
             &slow,
             step,
         ),
@@ -269,14 +268,14 @@ fn section_4() -> Result<Vec<Plot<'static>>, ReportError> {
             of(
                 "4-9",
                 "step of 10 pulses, K = 2^-9",
-                "Much like the analog flight control's, Fig. 4-7.",
+                "The response is similar to that of the analog flight control, Fig. 4-7.",
                 &middle,
                 step,
             ),
             of(
                 "4-10",
                 "half a degree of yaw, K = 2^-9",
-                "Much like the analog flight control's, Fig. 4-8, but for the remaining cycle.",
+                "The response is similar to that of the analog flight control, Fig. 4-8, except for the remaining limit cycle.",
                 &middle,
                 yaw,
             ),
@@ -287,16 +286,16 @@ fn section_4() -> Result<Vec<Plot<'static>>, ReportError> {
     figures.extend(bode(
         "4-11",
         "Polaris flight control",
-        "Table 4-1, small amplitudes. At 2 Hz four pulses are beyond the ram's rate limit.",
+        "Actuator of Table 4-1, small amplitudes. At 2 Hz four pulses exceed the ram's rate limit.",
         &frequency_curves(&base),
     ));
     Ok(figures)
 }
 
-/// The figures of Section V: the linear model.
+/// Figures of Section V: the linear model.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read or the model cannot be made.
+/// A built-in actuator cannot be read, or the model cannot be computed.
 fn section_5() -> Result<Vec<Plot<'static>>, ReportError> {
     let base = Case::table_4_1(SURROGATE).map_err(ReportError::computed)?;
     let linear = FlightControl::new(&SURROGATE.plant(), &base.gains, &base.set, Ram::Rigid)
@@ -313,7 +312,7 @@ fn section_5() -> Result<Vec<Plot<'static>>, ReportError> {
         points: response,
     }];
     curves.extend(frequency_curves(&base));
-    let note = "Beside it what the full model does (Fig. 4-11).";
+    let note = "The response of the full model (Fig. 4-11) is shown for comparison.";
     let mut figures = bode("5-6", "linear model", note, &curves)
         .into_iter()
         .collect::<Vec<_>>();
@@ -325,23 +324,23 @@ fn section_5() -> Result<Vec<Plot<'static>>, ReportError> {
         .map(|(i, y)| (i as f64 * dt, y * 10.0 * PULSE / DEGREE));
     figures.push(
         Plot::new("Fig. 5-7: step of 10 pulses, linear model", YAW)
-            .note("Beside it the full model (Fig. 4-1), which is at its rate limit here: the larger overshoot is the ram's.")
+            .note("The full model (Fig. 4-1) is shown for comparison; its larger overshoot is caused by the ram's rate limit.")
             .line("linear model", line)
             .dashed("full model", yaw(after_step(&base))),
     );
     Ok(figures)
 }
 
-/// A point of a flight: s, degrees, inches.
+/// A point of a simulation: s, degrees, inches.
 struct Point {
     time: f64,
     yaw: f64,
     ram: f64,
 }
 
-/// A flight from `from` on, `length` s of it.
+/// Simulated points from the time `from`, for `length` s.
 fn flown(case: &Case, input: Input, from: f64, length: f64) -> Vec<Point> {
-    /// Of the instants that a flight shows, every so many are drawn.
+    /// Number of simulated instants per plotted point.
     const STRIDE: usize = 6;
     let (steering, yaw) = match input {
         Input::Step(pulses) => (pulses, 0.0),
@@ -364,12 +363,12 @@ fn flown(case: &Case, input: Input, from: f64, length: f64) -> Vec<Point> {
     points
 }
 
-/// A flight after [`STEP`], for as long as a transient is drawn.
+/// A simulation after [`STEP`], for the duration of a transient.
 fn after_step(case: &Case) -> Vec<Point> {
     flown(case, STEP, 0.0, TRANSIENT)
 }
 
-/// The ram alone, on its negative drift from rest: inches over s.
+/// The ram alone, drifting in negative direction from rest: inches over s.
 fn drifting(case: &Case, condition: Condition) -> Vec<(f64, f64)> {
     let mut train = PulseTrain::worn(&case.set, condition, -1, &[]);
     let times = (0..=1000).map(|i| 5e-4 * f64::from(i));
@@ -378,14 +377,14 @@ fn drifting(case: &Case, condition: Condition) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The row of that name, applied; the case itself when there is none.
+/// The case changed by the row with this id; unchanged if there is none.
 fn changed(rows: &[Row], id: &str, base: &Case) -> Case {
     rows.iter()
         .find(|row| row.id == id)
         .map_or_else(|| base.clone(), |row| row.of(base))
 }
 
-/// Yaw and ram of one flight: Fig. `number`, twice.
+/// Yaw and ram of one simulation: two plots of Fig. `number`.
 fn transients(number: &str, what: &str, case: &Case, input: Input) -> [Plot<'static>; 2] {
     let points = flown(case, input, 0.0, TRANSIENT);
     [
@@ -404,7 +403,7 @@ fn ram(points: impl AsRef<[Point]>) -> Vec<(f64, f64)> {
     points.map(|p| (p.time, p.ram)).collect()
 }
 
-/// The analog flight control: a step, and half a degree to either side.
+/// The analog flight control: a step, and half a degree of yaw in either direction.
 fn analog() -> [Plot<'static>; 3] {
     let fly = |steering: f64, degrees: f64| {
         let mut flight = AnalogLoop::new(SURROGATE, Gains::new(SURROGATE), degrees * DEGREE);
@@ -424,7 +423,7 @@ fn analog() -> [Plot<'static>; 3] {
             "Fig. 4-7: analog flight control, step of 10 pulses (yaw)",
             YAW,
         )
-        .note("Actuator of second order, calibrated on Table 4-3.")
+        .note("The actuator is of second order, calibrated on Table 4-3.")
         .line("psi", step),
         Plot::new("Fig. 4-7: the same (nozzle)", ["time [s]", "nozzle [deg]"])
             .line("nozzle", step_nozzle),
@@ -442,7 +441,7 @@ struct Curve {
     points: Vec<(f64, planesman_linear::Complex<f64>)>,
 }
 
-/// The full model's response to sinusoids of two amplitudes, where they do not lose the missile.
+/// Response of the full model to sinusoids of two amplitudes, where the missile does not diverge.
 fn frequency_curves(case: &Case) -> Vec<Curve> {
     AMPLITUDES
         .into_iter()
@@ -467,7 +466,7 @@ fn frequency_curves(case: &Case) -> Vec<Curve> {
         .collect()
 }
 
-/// Amplitude and phase: Fig. `number`, twice.
+/// Amplitude and phase: two plots of Fig. `number`.
 fn bode(number: &str, what: &str, note: &'static str, curves: &[Curve]) -> [Plot<'static>; 2] {
     let drawn = |title: String, axis, value: fn(planesman_linear::Complex<f64>) -> f64| {
         let plot = Plot::new(title, ["frequency [Hz]", axis]);

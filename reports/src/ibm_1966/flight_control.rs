@@ -1,5 +1,4 @@
-//! The flight control of Figure 5-5 around the linear actuator (IBM 66-L03-005, Section V), and the full,
-//! quantized one under sinusoids to hold it against.
+//! Flight control of Figure 5-5 with the linear actuator (IBM 66-L03-005, Section V), and the full, quantised one under sinusoids for comparison.
 //!
 //! With K_i = K f_c and P = psi/delta:
 //!
@@ -8,8 +7,7 @@
 //! P = [mu_delta (s + Y_beta) + mu_beta Y_delta]/{s [s^2 + Y_beta s - mu_beta]}
 //! ```
 //!
-//! **Gain margins are not to be read off the linear model**: friction and the force limit make them half as
-//! large.
+//! **Do not read gain margins from the linear model**: friction and the force limit halve them.
 
 use std::f64::consts::TAU;
 
@@ -28,14 +26,14 @@ use crate::ibm_1966::missile::YawPlant;
 /// The flight control of Figure 5-5.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightControl {
-    /// L, broken at the actuator.
+    /// Open loop L, broken at the actuator.
     pub open_loop: DelayedLoop,
-    /// K_g K_a (1 + K_i/s) A P, from the angle steered for to the yaw angle with nothing fed back.
+    /// Forward path K_g K_a (1 + K_i/s) A P, from steering angle to yaw angle without feedback.
     pub forward: DelayedLoop,
 }
 
 impl FlightControl {
-    /// Of a missile, an autopilot and an actuator.
+    /// Flight control of a missile, an autopilot and an actuator.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -72,7 +70,7 @@ impl FlightControl {
         self.forward.at(frequency) / (self.open_loop.at(frequency) + 1.0)
     }
 
-    /// psi/(K_2 N_y) with the dead time by Pade.
+    /// psi/(K_2 N_y) with a Padé approximation of the dead time.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -82,8 +80,7 @@ impl FlightControl {
         TransferFunction::new(forward.num, polynomial::sum(&open.den, &open.num))
     }
 
-    /// The resonance, `(rad/s, magnitude)`: the largest response between two frequencies, on a
-    /// logarithmic grid of 2000 points.
+    /// Resonance, `(rad/s, magnitude)`: the largest response between two frequencies, on a logarithmic grid of 2000 points.
     #[must_use]
     pub fn peak(&self, lowest: f64, highest: f64) -> (f64, f64) {
         logarithmic(lowest, highest)
@@ -91,8 +88,7 @@ impl FlightControl {
             .fold((lowest, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// The bandwidth, rad/s: where, between two frequencies, the response last falls below
-    /// 1/sqrt(2), on the same grid.
+    /// Bandwidth, rad/s: the last frequency in the range at which the response falls below 1/sqrt(2), on the same grid.
     #[must_use]
     pub fn bandwidth(&self, lowest: f64, highest: f64) -> Option<f64> {
         logarithmic(lowest, highest)
@@ -100,8 +96,7 @@ impl FlightControl {
             .last()
     }
 
-    /// psi/(K_2 N_y) after a step of steering, at times 0, `dt`, ... up to `end`, s; the dead time by
-    /// Pade.
+    /// Step response psi/(K_2 N_y) at times 0, `dt`, ... up to `end`, s, with a Padé approximation of the dead time.
     ///
     /// # Errors
     /// Those of [`planesman_linear::StateSpace::zero_order_hold`].
@@ -118,14 +113,14 @@ impl FlightControl {
     }
 }
 
-/// 2000 frequencies from one to another, in equal ratios.
+/// 2000 logarithmically spaced frequencies.
 fn logarithmic(lowest: f64, highest: f64) -> impl Iterator<Item = f64> {
     const POINTS: i32 = 2000;
     let ratio = libm::pow(highest / lowest, 1.0 / f64::from(POINTS - 1));
     (0..POINTS).map(move |i| lowest * ratio.powi(i))
 }
 
-/// psi/(K_2 N_y) of the whole flight control under `pulses` sin wt of steering, w in rad/s.
+/// psi/(K_2 N_y) of the full flight control for steering `pulses` sin wt, w in rad/s.
 #[must_use]
 pub fn full_response(case: &Case, pulses: f64, frequency: f64, periods: Periods) -> Complex<f64> {
     let mut control = case.fly(Start::default());

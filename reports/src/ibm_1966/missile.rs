@@ -1,16 +1,14 @@
-//! The yaw dynamics of the missile that the actuator steers: a surrogate.
+//! Yaw dynamics of the missile that the actuator steers: a surrogate.
 //!
 //! ```text
 //! psi'' = mu_beta beta + mu_delta delta
 //! beta' = psi' - Y_beta beta + Y_delta delta
 //! ```
 //!
-//! The structure is what the report assumes (IBM 66-L03-005, Section II): a rigid body, short
-//! period, small perturbations, no sideslip at rest. Aerodynamically it is unstable. **The report's
-//! own constants are lost.** What stands here was calibrated on a few of its printed results, and
-//! [`Surrogate::calibrated_on`] says on which; every other result of the bench is a prediction. Only
-//! combinations are well determined (K_r mu_delta, K_a times the rate limit): another surrogate
-//! along that valley would do as well.
+//! The structure is that assumed in the report (IBM 66-L03-005, Section II): a rigid body, short period, small perturbations, no sideslip at rest. It
+//! is aerodynamically unstable. **The report's own constants are lost.** The constants here are calibrated on a few printed results, listed by
+//! [`Surrogate::calibrated_on`]; all other results of the bench are predictions. Only combinations are well determined (K_r mu_delta, K_a times
+//! the rate limit), so other surrogates with the same combinations fit equally well.
 
 use std::fmt;
 
@@ -19,32 +17,32 @@ use planesman_linear::{Error, TransferFunction, runge_kutta_step};
 use planesman_hydraulics::ActuatorSet;
 use planesman_units::{DEGREE, INCH};
 
-/// The constants of a yaw plant.
+/// Constants of the yaw dynamics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YawPlant {
-    /// mu_beta, 1/s^2: turning acceleration for sideslip. Above zero the missile is unstable.
+    /// mu_beta, 1/s^2: angular acceleration per sideslip. If positive, the missile is unstable.
     pub sideslip_moment: f64,
-    /// mu_delta, 1/s^2: turning acceleration for nozzle angle.
+    /// mu_delta, 1/s^2: angular acceleration per nozzle angle.
     pub nozzle_moment: f64,
-    /// Y_beta, 1/s: how fast sideslip decays by its side force.
+    /// Y_beta, 1/s: decay rate of sideslip by its side force.
     pub sideslip_force: f64,
-    /// Y_delta, 1/s: sideslip rate for nozzle angle.
+    /// Y_delta, 1/s: sideslip rate per nozzle angle.
     pub nozzle_force: f64,
 }
 
-/// Where a missile points, and how fast it turns.
+/// Yaw state of a missile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Yaw {
-    /// psi, rad.
+    /// Yaw angle psi, rad.
     pub angle: f64,
-    /// psi', rad/s.
+    /// Yaw rate psi', rad/s.
     pub rate: f64,
-    /// beta, rad: from the velocity to the axis.
+    /// Sideslip beta, rad: from the velocity to the axis.
     pub sideslip: f64,
 }
 
 impl Yaw {
-    /// psi, psi' and beta, as they are integrated.
+    /// psi, psi' and beta as a state vector.
     pub(crate) fn state(self) -> [f64; 3] {
         [self.angle, self.rate, self.sideslip]
     }
@@ -59,7 +57,7 @@ impl Yaw {
 }
 
 impl YawPlant {
-    /// The rates of change of psi, psi' and beta under a `nozzle` angle, rad.
+    /// Derivatives of psi, psi' and beta for a `nozzle` angle, rad.
     #[must_use]
     pub fn rates(&self, [_, rate, sideslip]: [f64; 3], nozzle: f64) -> [f64; 3] {
         [
@@ -69,7 +67,7 @@ impl YawPlant {
         ]
     }
 
-    /// The yaw `h` s later, with the nozzle's angles, rad, at begin, middle and end of the step.
+    /// State `h` s later, with the nozzle angles, rad, at the beginning, middle and end of the step.
     #[must_use]
     pub fn step(&self, yaw: Yaw, [begin, middle, end]: [f64; 3], h: f64) -> Yaw {
         let nozzles = [&begin, &middle, &end];
@@ -78,7 +76,7 @@ impl YawPlant {
         }))
     }
 
-    /// P = psi/delta.
+    /// Transfer function P = psi/delta.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -92,7 +90,7 @@ impl YawPlant {
     }
 }
 
-/// A missile with its autopilot's gains: one point of the valley the printed results allow.
+/// A missile with the gains of its autopilot: one of the sets that fit the printed results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Surrogate {
     /// PS-2, the default: no nozzle stop.
@@ -102,7 +100,7 @@ pub enum Surrogate {
 }
 
 impl Surrogate {
-    /// The yaw plant.
+    /// Yaw dynamics.
     #[must_use]
     pub fn plant(self) -> YawPlant {
         let nozzle_moment = match self {
@@ -117,7 +115,7 @@ impl Surrogate {
         }
     }
 
-    /// K_a: nozzle angle for attitude error.
+    /// K_a: nozzle angle per attitude error.
     #[must_use]
     pub fn attitude_gain(self) -> f64 {
         match self {
@@ -126,7 +124,7 @@ impl Surrogate {
         }
     }
 
-    /// K_r, s: nozzle angle for turning rate.
+    /// K_r, s: nozzle angle per yaw rate.
     #[must_use]
     pub fn rate_gain(self) -> f64 {
         match self {
@@ -135,7 +133,7 @@ impl Surrogate {
         }
     }
 
-    /// The actuator with this missile's nozzle stop, as a limit on the ram's oil.
+    /// The actuator with this missile's nozzle stop, as a limit of the ram's oil volume.
     #[must_use]
     pub fn fitted(self, mut set: ActuatorSet) -> ActuatorSet {
         if self == Self::Ps1 {
@@ -144,7 +142,7 @@ impl Surrogate {
         set
     }
 
-    /// omega_a, rad/s: the natural frequency of the actuator of the analog flight control.
+    /// omega_a, rad/s: natural frequency of the analog flight control's actuator.
     #[must_use]
     pub fn analog_frequency(self) -> f64 {
         match self {
@@ -153,7 +151,7 @@ impl Surrogate {
         }
     }
 
-    /// How fast the analog actuator can turn the nozzle, rad/s.
+    /// Largest nozzle rate of the analog actuator, rad/s.
     #[must_use]
     pub fn analog_rate_limit(self) -> f64 {
         match self {
@@ -162,7 +160,7 @@ impl Surrogate {
         }
     }
 
-    /// Which printed results it was made to give. The others it predicts.
+    /// The printed results used for calibration; the others are predictions.
     #[must_use]
     pub fn calibrated_on(self) -> &'static str {
         match self {

@@ -1,9 +1,9 @@
-//! G. W. Scott, *Digital Hydraulic Actuator Study, Phase III Final Report*, IBM 66-L03-005, November 1966,
-//! computed again: its bench, numbers and figures. The actuator itself is [`planesman_hydraulics`]'s.
+//! G. W. Scott, *Digital Hydraulic Actuator Study, Phase III Final Report*, IBM 66-L03-005, November 1966: bench, numbers and figures, recomputed.
+//! The actuator itself is in [`planesman_hydraulics`].
 //!
 //! - [`Surrogate`], [`Case`], [`DigitalLoop`], [`AnalogLoop`], [`Gains`]: missile, autopilots and loops.
 //! - [`procedure`], [`tables`]: the tests of Sections III and IV, and the rows of their tables.
-//! - [`flight_control`]: the linear model of Section V, and the full one under sinusoids.
+//! - [`flight_control`]: the linear model of Section V, and the full model under sinusoids.
 //! - [`REPORT`]: numbers and figures.
 
 mod analog_loop;
@@ -25,7 +25,7 @@ pub use digital_loop::{DigitalLoop, Start};
 pub use figures::figures;
 pub use missile::{Surrogate, Yaw, YawPlant};
 
-/// The report.
+/// Description of the report.
 pub const REPORT: crate::book::Report = crate::book::Report {
     name: "IBM 1966",
     citation: "G. W. Scott, Digital Hydraulic Actuator Study, Phase III Final Report, IBM 66-L03-005, November 1966.",

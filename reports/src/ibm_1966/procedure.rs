@@ -1,15 +1,13 @@
-//! The report's test procedures on a simulated flight control (Sections III and IV).
+//! Test procedures of the report on a simulated flight control (Sections III and IV).
 //!
-//! - **Maximum stable step**: from rest, N_y steering pulses; the largest step of either sign that
-//!   the missile survives, in whole pulses.
-//! - **Gain margin**: N_y = psi_0 = 0, the ram within a quantum of the middle; everything is
-//!   multiplied by K_g, raised by halves until the missile is lost.
-//! - **Limit cycle**: psi_0 = -1/2 degree, and what remains of it after twenty seconds.
+//! - **Maximum stable step**: N_y steering pulses from rest; the largest whole number of pulses in either direction without loss of the missile.
+//! - **Gain margin**: N_y = psi_0 = 0, the ram within a quantum of the middle; all gains are multiplied by K_g, raised in steps of 0.5 until the
+//!   missile is lost.
+//! - **Limit cycle**: psi_0 = -1/2 degree; the motion that remains after twenty seconds.
 //!
-//! The report does not say how it judged a run. Here the missile is lost when it has turned by 20
-//! degrees (a step of ten pulses is 0.75 degrees, and this missile has diverged for good beyond about
-//! 4), and stable when it has not in half a minute. Near its threshold the loop is chaotic: a row is
-//! to be held against the report to one test step, never closer.
+//! The report does not say how it judged a run. Here a missile is lost when it has turned by 20 degrees (a step of ten pulses is 0.75 degrees, and
+//! this missile diverges beyond about 4 degrees). It is stable if that does not happen within half a minute. Near its stability limit the loop is
+//! chaotic: compare a row with the report only to within one test step.
 
 use crate::ibm_1966::analog_loop::AnalogLoop;
 use crate::ibm_1966::autopilot::Gains;
@@ -19,32 +17,32 @@ use crate::ibm_1966::missile::Surrogate;
 use crate::ibm_1966::tables::Outcome;
 use planesman_units::{DEGREE, INCH};
 
-/// The time on course after which a missile counts as stable, s.
+/// Time without loss after which a missile counts as stable, s.
 const TRIAL: f64 = 30.0;
 
-/// Beyond this it is lost, rad.
+/// Yaw angle beyond which a missile counts as lost, rad.
 const LOST: f64 = 20.0 * DEGREE;
 
-/// The largest step tried, pulses.
+/// Largest step tried, pulses.
 const LARGEST_STEP: i32 = 16;
 
-/// The step of K_g on the digital flight control.
+/// Increment of K_g for the digital flight control.
 pub const GAIN_STEP: f64 = 0.5;
 
-/// The largest K_g tried on the digital flight control.
+/// Largest K_g tried for the digital flight control.
 const LARGEST_GAIN: f64 = 10.0;
 
-/// The largest K_g tried on the analog flight control.
+/// Largest K_g tried for the analog flight control.
 const LARGEST_ANALOG_GAIN: f64 = 25.0;
 
 /// A search for the gain margin of the analog flight control (Table 4-3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnalogGainTest {
-    /// The runs' number, without A (stable) and B (not).
+    /// Number of the runs, without A (stable) and B (unstable).
     pub run: &'static str,
-    /// N_y, pulses.
+    /// Steering N_y, pulses.
     pub steering: f64,
-    /// The step of K_g.
+    /// Increment of K_g.
     pub gain_step: f64,
 }
 
@@ -67,24 +65,24 @@ pub const ANALOG_GAIN_TESTS: [AnalogGainTest; 3] = [
     },
 ];
 
-/// Where a tight ram rests for the gain margin, m: half of what a leaking one drifts in a cycle.
+/// Initial ram position for the gain margin without leakage, m: half of the drift of a leaking actuator per cycle.
 const NUDGE: f64 = -0.0003 * INCH;
 
-/// The motion that remains long after a disturbance.
+/// Motion that remains long after a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCycle {
-    /// psi from peak to peak, rad.
+    /// Peak-to-peak psi, rad.
     pub yaw: f64,
-    /// The mean of psi, rad.
+    /// Mean of psi, rad.
     pub mean_yaw: f64,
-    /// delta_a from peak to peak, rad.
+    /// Peak-to-peak delta_a, rad.
     pub nozzle: f64,
-    /// Volume pulses a second.
+    /// Volume pulses per second.
     pub pulses: f64,
 }
 
 impl Case {
-    /// Whether the missile stays on course under `steering` pulses.
+    /// Whether the missile is not lost with `steering` pulses.
     #[must_use]
     pub fn is_stable(&self, steering: f64, start: Start) -> bool {
         let mut flight = self.fly(start);
@@ -97,8 +95,7 @@ impl Case {
         true
     }
 
-    /// Whether the row's numbers can lie within one test step of `printed`, by the tests on either side of each: the quickest to
-    /// fail first.
+    /// Whether the row's numbers can be within one test step of `printed`. Each number is tested on both sides; the tests most likely to fail run first.
     #[must_use]
     pub fn is_near(&self, printed: &Outcome, start: Start) -> bool {
         let stable = |step: i32| self.is_stable(f64::from(step), start);
@@ -113,13 +110,13 @@ impl Case {
             && held(printed.gain - GAIN_STEP)
     }
 
-    /// The largest stable step on the side of `sign`, +1 or -1, in pulses, signed.
+    /// Largest stable step in the direction `sign`, +1 or -1, in pulses, signed.
     #[must_use]
     pub fn step_limit(&self, sign: i32) -> i32 {
         self.step_limit_from(sign, Start::default())
     }
 
-    /// As [`Case::step_limit`], from a start.
+    /// As [`Case::step_limit`], from an initial state.
     pub(crate) fn step_limit_from(&self, sign: i32, start: Start) -> i32 {
         let largest = (1..=LARGEST_STEP)
             .rev()
@@ -127,7 +124,7 @@ impl Case {
         sign * largest.unwrap_or(0)
     }
 
-    /// Steps below the largest stable one that are not stable all the same.
+    /// Unstable steps below the largest stable one.
     #[must_use]
     pub fn gaps_below(&self, largest: i32) -> Vec<i32> {
         (1..largest.abs())
@@ -136,8 +133,7 @@ impl Case {
             .collect()
     }
 
-    /// The largest K_g, from 1 on in halves, up to which the loop is stable with the ram at `ram`,
-    /// m, and nothing else disturbing it.
+    /// Largest K_g, from 1 on in steps of 0.5, up to which the loop is stable with the ram at `ram`, m, and no other disturbance.
     #[must_use]
     pub fn gain_limit_from(&self, ram: f64) -> f64 {
         let start = Start { yaw: 0.0, ram };
@@ -146,16 +142,15 @@ impl Case {
         })
     }
 
-    /// The gain margin as a table has it: the run starts as the drifting ram passes the middle.
-    /// Without leakage nothing would ever disturb a loop at rest there; then it starts a hair beside.
+    /// Gain margin as in the tables: the run starts as the drifting ram passes the middle. Without leakage a loop at rest in the middle is never
+    /// disturbed; it then starts slightly off the middle.
     #[must_use]
     pub fn gain_limit(&self) -> f64 {
         let tight = self.set.rate_gain == 0.0 && self.set.error_rate == 0.0;
         self.gain_limit_from(if tight { NUDGE } else { 0.0 })
     }
 
-    /// The lowest and the highest gain margin from seven places of the ram within half a quantum
-    /// of the middle: how far the initial condition alone scatters it.
+    /// Lowest and highest gain margin for seven ram positions within half a quantum of the middle: its scatter due to the initial condition alone.
     #[must_use]
     pub fn gain_limit_scatter(&self) -> (f64, f64) {
         let mut gains = Span::NONE;
@@ -170,7 +165,7 @@ impl Case {
         (gains.0, gains.1)
     }
 
-    /// The limit cycle after psi_0 = -1/2 degree: from 20 to 80 s.
+    /// Limit cycle after psi_0 = -1/2 degree, from 20 to 80 s.
     #[must_use]
     pub fn limit_cycle(&self) -> LimitCycle {
         let mut flight = self.fly(Start {
@@ -201,8 +196,7 @@ impl Case {
     }
 }
 
-/// Whether the analog flight control stays on course, and its actuator does not end up going to
-/// and fro at its rate limit.
+/// Whether the analog flight control does not lose the missile, and its actuator does not end in an oscillation at its rate limit.
 #[must_use]
 pub fn analog_is_stable(surrogate: Surrogate, overall: f64, steering: f64, yaw: f64) -> bool {
     let gains = Gains {
@@ -223,7 +217,7 @@ pub fn analog_is_stable(surrogate: Surrogate, overall: f64, steering: f64, yaw: 
     fastest < 0.5 * surrogate.analog_rate_limit()
 }
 
-/// The largest step that the analog flight control survives, pulses.
+/// Largest stable step of the analog flight control, pulses.
 #[must_use]
 pub fn analog_step_limit(surrogate: Surrogate) -> i32 {
     (1..=LARGEST_STEP)
@@ -232,8 +226,7 @@ pub fn analog_step_limit(surrogate: Surrogate) -> i32 {
         .unwrap_or(0)
 }
 
-/// The largest K_g, in multiples of `step` from 1 on, up to which the analog flight control is stable under
-/// `steering` pulses.
+/// Largest K_g, in multiples of `step` from 1 on, up to which the analog flight control is stable with `steering` pulses.
 #[must_use]
 pub fn analog_gain_limit(surrogate: Surrogate, step: f64, steering: f64) -> f64 {
     // Nothing else disturbs an analog loop at rest.
@@ -243,8 +236,8 @@ pub fn analog_gain_limit(surrogate: Surrogate, step: f64, steering: f64) -> f64 
     })
 }
 
-/// The last multiple of `step` from 1 on before the first at which `stable` is false; `largest`
-/// when there is none up to there. Below 1 an unstable missile asks for more gain, not for less.
+/// Last multiple of `step`, from 1 on, before the first at which `stable` is false; `largest` if there is none. Gains below 1 are not tried, since an
+/// unstable missile needs a minimum gain.
 fn last_stable(step: f64, largest: f64, stable: impl Fn(f64) -> bool) -> f64 {
     (1..)
         .map(|i| f64::from(i) * step)
@@ -254,7 +247,7 @@ fn last_stable(step: f64, largest: f64, stable: impl Fn(f64) -> bool) -> f64 {
         .map_or(largest, |unstable| unstable - step)
 }
 
-/// The span of the values seen.
+/// Range of values: smallest and largest.
 struct Span(f64, f64);
 
 impl Span {

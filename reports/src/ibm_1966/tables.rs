@@ -1,13 +1,12 @@
-//! The rows of the report's Tables 2-1, 3-2 and 4-2: what each one changes.
+//! Rows of the report's Tables 2-1, 3-2 and 4-2, each with its change of parameters.
 //!
-//! Table 2-1 shows that Phase III's way of simulating agrees with Phase I's. Table 4-2 is the flight simulation of Table 4-1's actuator. Table 3-2 compares the laboratory
-//! hardware with its mathematical model, on Table 3-1's actuator.
+//! Table 2-1 shows that the simulation of Phase III agrees with that of Phase I. Table 4-2 is the flight simulation with the actuator of Table 4-1.
+//! Table 3-2 compares the laboratory hardware with its mathematical model, with the actuator of Table 3-1.
 //!
-//! **Table 3-2 does not follow from the same loop**: its gain margins lie 1.5 to 3 below the simulated
-//! ones, its negative steps 2 to 5. [`Case::adjusted`] holds what explains most of it with the same missile: 10 ms of
-//! transport delay more (about one cycle; the hardware's interface had a "delay generation logic", and
-//! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture; docs/dha.md has the missile and the
-//! delay with which all of it comes out.
+//! **Table 3-2 does not follow from the same loop**: its gain margins are 1.5 to 3 below the simulated ones, its negative steps 2 to 5.
+//! [`Case::adjusted`] has the changes that explain most of it with the same missile: 10 ms more transport delay (about one cycle; the hardware's
+//! interface had a "delay generation logic", and the list of symbols has a T_D without a value) and 8 % more friction. This is a conjecture;
+//! docs/dha.md has a missile and a delay that explain all of it.
 
 use crate::ibm_1966::case::Case;
 use crate::ibm_1966::digital_loop::Start;
@@ -18,28 +17,28 @@ use planesman_units::{INCH, POUND_FORCE as POUND, PSI};
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// Its name among the book's entries.
+    /// Id in the book's entries.
     pub id: &'static str,
-    /// The change, as text.
+    /// Description of the change.
     pub label: &'static str,
     change: fn(&mut Case),
 }
 
-/// The results of the tests of a row.
+/// Test results of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// The largest stable positive step, pulses.
+    /// Largest stable positive step, pulses.
     pub plus: i32,
-    /// The largest stable negative step, pulses, below zero.
+    /// Largest stable negative step, pulses, negative.
     pub minus: i32,
-    /// The gain margin: the largest stable K_g.
+    /// Gain margin: largest stable K_g.
     pub gain: f64,
 }
 
 /// One in^3/s, m^3/s.
 const FLOW: f64 = INCH * INCH * INCH;
 
-/// Phase III's runs of Table 2-1 without leakage and compensation.
+/// Phase III's runs in Table 2-1, without leakage and compensation.
 pub const TABLE_2_1: [Row; 1] = [Row {
     id: "phase_3",
     label: "K = 0, no leakage",
@@ -93,7 +92,7 @@ pub const TABLE_4_2: [Row; 8] = [
     },
 ];
 
-/// Table 3-2, without the row of the hardware, which printed the same as its model.
+/// Table 3-2, without the row of the hardware, whose printed values equal those of its model.
 pub const TABLE_3_2: [Row; 6] = [
     Row {
         id: "model",
@@ -138,18 +137,18 @@ impl Row {
 }
 
 impl Case {
-    /// Table 3-1's actuator, the hardware's.
+    /// The actuator of Table 3-1, that of the hardware.
     ///
     /// # Errors
-    /// [`ActuatorFileError`]; the file is built in, and a test reads it.
+    /// [`ActuatorFileError`]; the file is compiled in, and a test reads it.
     pub fn table_3_1(surrogate: Surrogate) -> Result<Self, ActuatorFileError> {
         Ok(Self::new(surrogate, actuator_file::load("table_3_1")?))
     }
 
-    /// Table 4-1's actuator, the flight simulation's.
+    /// The actuator of Table 4-1, that of the flight simulation.
     ///
     /// # Errors
-    /// [`ActuatorFileError`]; the file is built in, and a test reads it.
+    /// [`ActuatorFileError`]; the file is compiled in, and a test reads it.
     pub fn table_4_1(surrogate: Surrogate) -> Result<Self, ActuatorFileError> {
         Ok(Self::new(surrogate, actuator_file::load("table_4_1")?))
     }
@@ -162,13 +161,13 @@ impl Case {
         self
     }
 
-    /// Step tests and gain margin.
+    /// Results of step tests and gain margin.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.outcome_from(Start::default())
     }
 
-    /// The same from a start, its ram the gain test's too where it is not in the middle.
+    /// As `outcome`, from an initial state; its ram position, if not in the middle, is also used for the gain test.
     #[must_use]
     pub fn outcome_from(&self, start: Start) -> Outcome {
         Outcome {

@@ -1,5 +1,5 @@
-//! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of IBM 66-L03-005, flown again with a surrogate of the lost missile, each
-//! result beside the printed one.
+//! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of IBM 66-L03-005, simulated with a surrogate of the lost missile and compared with the
+//! printed values.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use planesman_units::DEGREE;
 use planesman_text::number;
 
 planesman_text::choices! {
-    /// A table of the report that is flown again.
+    /// A table of the report that is simulated.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Table {
         T21 = "2-1": "Phase III against Phase I",
@@ -26,7 +26,7 @@ planesman_text::choices! {
     }
 }
 
-/// The columns of [`BenchRun::numbers`].
+/// Columns of [`BenchRun::numbers`].
 pub const COLUMNS: [&str; 6] = [
     "table",
     "case",
@@ -36,16 +36,16 @@ pub const COLUMNS: [&str; 6] = [
     "simulated",
 ];
 
-/// A table as text, and its numbers one by one.
+/// A table as text, and its numbers.
 pub struct BenchRun {
-    /// As the report prints it, each cell beside what is simulated.
+    /// The table as in the report, each cell with the simulated value.
     pub text: String,
-    /// A row a number, under [`COLUMNS`].
+    /// One row per number, with the columns [`COLUMNS`].
     pub numbers: Vec<[String; 6]>,
 }
 
 impl BenchRun {
-    /// This table and another below it.
+    /// This table followed by another.
     fn and(mut self, further: Self) -> Self {
         self.text = format!("{}\n{}", self.text, further.text);
         self.numbers.extend(further.numbers);
@@ -53,21 +53,21 @@ impl BenchRun {
     }
 }
 
-/// What the tables are of, and how a cell is read.
+/// Description of the tables, and how to read a cell.
 #[must_use]
 pub fn heading(surrogate: Surrogate) -> String {
     format!(
-        "Missile: surrogate {surrogate}. The report's own missile is lost; everything here is of the surrogate,\n\
+        "Missile: surrogate {surrogate}. The report's own missile is lost; all results are those of the surrogate,\n\
          calibrated on {}.\n\
-         A cell is 'printed mark simulated': = the same, ~ within one test step, x further off.\n",
+         A cell is 'printed mark simulated': = equal, ~ within one test step, x more.\n",
         surrogate.calibrated_on()
     )
 }
 
-/// Flies a table.
+/// Simulates a table.
 ///
 /// # Errors
-/// When a built-in actuator cannot be read.
+/// A built-in actuator cannot be read.
 pub fn flown(
     table: Table,
     surrogate: Surrogate,
@@ -88,7 +88,7 @@ pub fn flown(
                 book,
                 (
                     "3-2",
-                    "3-2  the hardware's parameters (Table 3-1), as they are",
+                    "3-2  the hardware's parameters (Table 3-1), unchanged",
                 ),
                 "T3-2",
                 &TABLE_3_2,
@@ -121,7 +121,7 @@ pub fn flown(
     })
 }
 
-/// The numbers of a table, and how many of them agree.
+/// Numbers of a table, and how many of them agree.
 #[derive(Default)]
 struct Score {
     table: &'static str,
@@ -139,13 +139,13 @@ impl Score {
         }
     }
 
-    /// Keeps a number.
+    /// Stores a number.
     fn keep(&mut self, case: &str, quantity: &str, printed: &str, verdict: &str, found: &str) {
         let row = [self.table, case, quantity, printed, verdict, found];
         self.numbers.push(row.map(str::to_owned));
     }
 
-    /// 'printed mark simulated' for the entry `id`, kept and counted.
+    /// Table cell 'printed, mark, simulated' of entry `id`; also records and counts it.
     fn cell(&mut self, book: &Book, id: &str, [case, quantity]: [&str; 2], value: f64) -> String {
         let entry = book.entry(id);
         let Some((printed, verdict)) = entry.and_then(|e| Some((e.printed?, e.judge(value)?)))
@@ -178,7 +178,7 @@ impl Score {
 
     fn line(&self) -> String {
         format!(
-            "{} of {} the same, {} within one test step\n",
+            "{} of {} equal, {} within one test step\n",
             self.exact, self.all, self.near
         )
     }
@@ -281,7 +281,7 @@ fn limit_cycles(book: &Book, base: &Case) -> BenchRun {
                 printed("T4.nozzle_osc")
             ),
             "qL=qLC=0" => format!(
-                "psi pp {} deg (I5: 0.067); the lowest frequency",
+                "psi pp {} deg (I5: 0.067); lowest frequency",
                 printed("T4.psi_pp_noleak")
             ),
             "worst" => "no noticeable difference".to_owned(),
@@ -309,7 +309,7 @@ fn limit_cycles(book: &Book, base: &Case) -> BenchRun {
     }
     let _ = writeln!(
         text,
-        "The report's frequency averaged {} to {} Hz. {}",
+        "The frequency in the report is {} to {} Hz on average. {}",
         printed("T4.f0_low"),
         printed("T4.f0_high"),
         book.errata().get("D2").map_or("", String::as_str)
@@ -328,7 +328,7 @@ mod tests {
         let BenchRun { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(
-            text.contains("3 of 4 the same, 4 within one test step"),
+            text.contains("3 of 4 equal, 4 within one test step"),
             "{text}"
         );
         assert_eq!(numbers.len(), 7);

@@ -1,12 +1,9 @@
-//! The AUV's depth loop through a digital hydraulic actuator: the limit cycle that its quantum, friction and
-//! leakage leave after a dive.
+//! The AUV's depth loop with a digital hydraulic actuator: the limit cycle caused by quantum, friction and leakage after a dive.
 //!
-//! The vehicle is program T6's (Brunner, NPS thesis, 1988, App. C), with the thesis's righting moment where a case
-//! has one (`M_theta`); the control computer is the depth controller with its default gains, which are the
-//! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands the harmonic
-//! balance of [`DepthLoop`].
-//! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
-//! the same loop.
+//! The vehicle is that of program T6 (Brunner, NPS thesis, 1988, App. C), optionally with the thesis's righting moment (`M_theta`). The controller is
+//! the depth controller with its default gains, which are the program's, and the program's sampling time of 0.05 s. The valves have their own
+//! clock. The simulation is compared with the harmonic balance of [`DepthLoop`]. `limit_cycles.json` lists the configurations, each with the
+//! results of an independent simulation of the same loop.
 
 use planesman_control::LimitError;
 use planesman_control::gains::PitchModel;
@@ -21,39 +18,39 @@ use crate::studies::dive::{Flight, TICK};
 use crate::studies::orbit::{Actuation, Lags, Orbit, range};
 use crate::studies::watched::{Motion, Watched};
 
-/// Figures are the same within this share, and depths beyond this many in.
+/// Relative difference, and depth difference in inches, within which results count as equal.
 const SAME: (f64, f64) = (0.15, 0.002);
-/// When a dive is over, and when the observation ends, in ticks: that of the independent simulation.
+/// First and last tick of the observation after a dive: those of the independent simulation.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
-/// When everything has settled, in ticks.
+/// Tick at which all transients have settled.
 const SETTLED: i64 = 2 * OBSERVED.1;
-/// Where the ram rests at first, in quanta: in the middle, and elsewhere.
+/// Initial ram positions, quanta.
 pub const STARTS: [f64; 3] = [0.0, -0.375, 0.25];
 
-/// Why a dive is not flown.
+/// Why a dive cannot be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum DiveError {
-    /// The actuator's file.
+    /// Error of the actuator file.
     #[error(transparent)]
     Actuator(#[from] ActuatorFileError),
-    /// The controller.
+    /// Error of the controller's limits.
     #[error(transparent)]
     Controller(#[from] LimitError),
 }
 
-/// The leakage of the actuator.
+/// Leakage of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Leakage {
-    /// Not at all.
+    /// No leakage.
     None,
-    /// About a thirtieth of its file: q_L = 0.01 deg/s, q_LC = -0.001 deg/s at the planes.
+    /// About a thirtieth of the file's leakage: q_L = 0.01 deg/s, q_LC = -0.001 deg/s at the planes.
     Tight,
-    /// As its file says.
+    /// Leakage of the file.
     Scaled,
 }
 
-/// The pulse logic of a case.
+/// Pulse logic of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Logic {
@@ -61,19 +58,19 @@ pub enum Logic {
     SingleSpeed,
     /// A large and a small volume.
     TwoSpeed,
-    /// One volume, the drift following the error.
+    /// One volume; the drift is steered by the error.
     Precision,
-    /// Both.
+    /// Two volumes, and drift steered by the error.
     TwoSpeedPrecision,
 }
 
-/// One row of the comparison.
+/// A configuration of the comparison.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Its name.
+    /// Name of the configuration.
     pub name: String,
-    /// The actuator's file or built-in name.
+    /// Actuator file or built-in actuator.
     pub actuator: String,
     /// The pulse logic.
     pub logic: Logic,
@@ -83,46 +80,45 @@ pub struct Case {
     pub leakage: Leakage,
     /// Whether there is Coulomb friction.
     pub friction: bool,
-    /// K_i, 1/s.
+    /// Integral gain K_i, 1/s.
     pub integral: f64,
-    /// M_theta, ft lb.
+    /// Righting moment M_theta, ft lb.
     pub restoring: f64,
-    /// The results of the independent simulation.
+    /// Results of the independent simulation.
     pub expected: Option<Expected>,
 }
 
-/// The results of the independent simulation, in the units of the file; `None` where it has none.
+/// Results of the independent simulation, in the units of the file; `None` if it has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Expected {
-    /// Depth, peak to peak, in.
+    /// Peak-to-peak depth, in.
     pub depth: Option<f64>,
-    /// Mean depth less the depth asked for, in.
+    /// Mean depth less the setpoint, in.
     pub error: Option<f64>,
-    /// Planes, peak to peak, deg.
+    /// Peak-to-peak plane angle, deg.
     pub planes: Option<f64>,
-    /// Volumes a second.
+    /// Volumes per second.
     pub pulses: Option<f64>,
-    /// Until the depth first comes within 5 % of the step, s.
+    /// Time until the depth is first within 5 % of the step, s.
     pub reached: Option<f64>,
 }
 
-/// A figure found beside what was expected, in the file's units.
+/// A result with its expected value, in the file's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// Its name and unit.
+    /// Name and unit.
     pub name: &'static str,
-    /// By this simulation; none where the run does not show it.
+    /// Result of this simulation; `None` if the run does not show it.
     pub found: Option<f64>,
-    /// By the independent one.
+    /// Result of the independent simulation.
     pub expected: Option<f64>,
-    /// Smaller differences do not matter.
+    /// Difference that always counts as agreement.
     floor: f64,
 }
 
 impl Figure {
-    /// Whether the two are within 15 % of one another, or both are below the resolution. What is not expected
-    /// cannot deviate.
+    /// Whether the two differ by less than 15 %, or both are below the resolution. A result without an expected value agrees.
     #[must_use]
     pub fn agrees(&self) -> bool {
         match (self.found, self.expected) {
@@ -135,19 +131,18 @@ impl Figure {
     }
 }
 
-/// A dive, over.
+/// Result of a dive.
 #[derive(Clone, Debug)]
 pub struct Dive {
-    /// What was observed at its end.
+    /// Limit cycle observed at its end.
     pub cycle: LimitCycle,
-    /// That time, sample by sample.
+    /// The observed motion, sample by sample.
     pub watched: Watched<Diving>,
     flight: Flight,
 }
 
 impl Dive {
-    /// Whether the depth still settles from 250 to 500 s: in the time watched last it swings by less, beyond what
-    /// [`Figure::agrees`] allows.
+    /// Whether the depth is still settling between 250 and 500 s: its amplitude later is smaller by more than [`Figure::agrees`] allows.
     #[must_use]
     pub fn settles(&self) -> bool {
         let last = LimitCycle::of(&self.watched).depth;
@@ -155,25 +150,25 @@ impl Dive {
     }
 }
 
-/// The limit cycle after a dive.
+/// Limit cycle after a dive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCycle {
-    /// Depth, peak to peak, m.
+    /// Peak-to-peak depth, m.
     pub depth: f64,
-    /// Mean depth less the depth asked for, m.
+    /// Mean depth less the setpoint, m.
     pub error: f64,
-    /// Plane angle, peak to peak, rad.
+    /// Peak-to-peak plane angle, rad.
     pub planes: f64,
-    /// Volumes commanded in a second.
+    /// Commanded volumes per second.
     pub pulses: f64,
-    /// Of the depth about its mean, Hz; 0 without two crossings.
+    /// Frequency of the depth about its mean, Hz; 0 if it crosses the mean less than twice.
     pub frequency: f64,
-    /// When the depth first comes within 5 % of the step, s.
+    /// Time until the depth is first within 5 % of the step, s.
     pub reached: Option<f64>,
 }
 
 impl LimitCycle {
-    /// Of what was watched; what needs more than that is left 0.
+    /// Limit cycle of an observed motion; quantities that need more data are 0.
     fn of(watched: &Watched<Diving>) -> Self {
         let depths = &watched.outputs;
         let mean = depths.iter().sum::<f64>() / depths.len() as f64;
@@ -201,7 +196,7 @@ impl LimitCycle {
         }
     }
 
-    /// The table's columns beside what was expected.
+    /// Columns of the table with expected values.
     #[must_use]
     pub fn figures(&self, expected: &Expected) -> [Figure; 5] {
         let figure = |name, found, expected, floor| Figure {
@@ -221,10 +216,10 @@ impl LimitCycle {
     }
 }
 
-/// The cases of `limit_cycles.json`.
+/// Cases of `limit_cycles.json`.
 ///
 /// # Errors
-/// Where the file does not read, which a test excludes.
+/// The file cannot be read, which a test excludes.
 pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
     #[derive(Deserialize)]
     struct File {
@@ -237,10 +232,10 @@ pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
 }
 
 impl Case {
-    /// The actuator, leaking and rubbing as the case says.
+    /// The actuator with the leakage and friction of the case.
     ///
     /// # Errors
-    /// Those of its file.
+    /// Errors of its file.
     pub fn set(&self) -> Result<ActuatorSet, ActuatorFileError> {
         let mut set = load(&self.actuator)?;
         let per_radian = set.area * set.load.moment_arm;
@@ -278,28 +273,28 @@ impl Case {
         }
     }
 
-    /// Dives by 3 ft and observes from 250 to 500 s.
+    /// Simulates a dive by 3 ft and observes it from 250 to 500 s.
     ///
     /// # Errors
-    /// Those of the actuator's file and of [`Loop::dive`].
+    /// Errors of the actuator file and of [`Loop::dive`].
     pub fn run(&self) -> Result<Dive, DiveError> {
         self.run_from(0.0)
     }
 
-    /// As [`Case::run`], the ram resting at `ram`, m, at first.
+    /// As [`Case::run`], with the ram initially at `ram`, m.
     ///
     /// # Errors
-    /// As of [`Case::run`].
+    /// As for [`Case::run`].
     pub fn run_from(&self, ram: f64) -> Result<Dive, DiveError> {
         Ok(self
             .around()
             .dive(&self.set()?, |_| self.demand(0.0), ram)?)
     }
 
-    /// The loop's actuator and logic, as an orbit is sought with them.
+    /// The loop's actuator and logic, in the form needed to find orbits.
     ///
     /// # Errors
-    /// Those of the actuator's file.
+    /// Errors of the actuator file.
     pub fn actuation(&self) -> Result<Actuation, ActuatorFileError> {
         let set = self.set()?;
         Ok(Actuation {
@@ -310,10 +305,10 @@ impl Case {
         })
     }
 
-    /// What the motion is. The dive goes on to 1000 s for that, and what was watched becomes its second half.
+    /// Classifies the motion. For that the dive continues to 1000 s; its second half becomes the observed motion.
     ///
     /// # Errors
-    /// Those of the actuator's file.
+    /// Errors of the actuator file.
     pub fn motion(&self, dive: &mut Dive) -> Result<Motion, ActuatorFileError> {
         self.settle(dive);
         Ok(dive.watched.motion(&self.actuation()?))
@@ -325,10 +320,10 @@ impl Case {
         }
     }
 
-    /// The dives from places of the ram, in quanta, and what their motions are. An orbit that is found from one of them is known to all.
+    /// Dives from several ram positions, in quanta, with their motions. An orbit found from one of them is tried for all.
     ///
     /// # Errors
-    /// As of [`Case::run`].
+    /// As for [`Case::run`].
     pub fn motions(&self, places: &[f64]) -> Result<Vec<(Dive, Motion)>, DiveError> {
         let quantum = self.set()?.ram_quantum();
         let mut known: Vec<Orbit> = Vec::new();
@@ -362,17 +357,17 @@ impl Case {
         Ok(all)
     }
 
-    /// Whether another configuration is of the same actuator and logic, in another vehicle or control law.
+    /// Whether another configuration has the same actuator and logic, with another vehicle or control law.
     #[must_use]
     pub fn same_actuator(&self, other: &Self) -> bool {
         let actuator = |case: &Self| (case.logic, case.position_loop, case.leakage, case.friction);
         self.actuator == other.actuator && actuator(self) == actuator(other)
     }
 
-    /// The cycle that [`Loop::predict`] finds for the case; `known` is what was measured of the same actuator before.
+    /// The limit cycle predicted by [`Loop::predict`]; `known`: earlier measurements of the same actuator.
     ///
     /// # Errors
-    /// Those of the actuator's file.
+    /// Errors of the actuator file.
     pub fn predict(&self, known: &Describing) -> Result<Prediction, ActuatorFileError> {
         let set = self.set()?;
         let finest = set.small.map_or(set.threshold, |small| small.threshold);
@@ -389,11 +384,11 @@ impl Case {
 }
 
 impl Loop {
-    /// Dives by 3 ft with an actuator whose ram rests at `ram`, m, at first, and observes from 250 to 500 s; `demand` is the
-    /// demand on the actuator but for the angle, by the time in s.
+    /// Simulates a dive by 3 ft with the ram initially at `ram`, m, and observes it from 250 to 500 s; `demand`: the demand on the actuator as a
+    /// function of time in s, without the angle.
     ///
     /// # Errors
-    /// A limit that is none, which the controller's defaults exclude.
+    /// An invalid limit, which the controller's defaults exclude.
     pub fn dive(
         &self,
         set: &ActuatorSet,
@@ -417,7 +412,7 @@ impl Loop {
         })
     }
 
-    /// The cycle that harmonic balance predicts, as of [`DepthLoop::predict`].
+    /// The limit cycle predicted by harmonic balance, as in [`DepthLoop::predict`].
     #[must_use]
     pub fn predict(
         &self,

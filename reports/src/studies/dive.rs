@@ -1,5 +1,5 @@
-//! The dive of program T6's vehicle through a digital hydraulic actuator, tick by tick: what is observed of the
-//! depth loop, and the decisions from which [`crate::studies::orbit`] starts.
+//! Dive of program T6's vehicle with a digital hydraulic actuator, tick by tick: the observed motion of the depth loop, and the decisions from which
+//! [`crate::studies::orbit`] starts.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,27 +15,27 @@ use planesman_units::FOOT;
 use crate::studies::orbit::{Body, SCALE, State};
 use crate::studies::watched::{Done, Watched};
 
-/// The control computer's sampling time, s.
+/// Sampling time of the controller, s.
 pub(crate) const TICK: f64 = 0.05;
-/// The vehicle's steps in a tick: four in a valve cycle of 80 Hz.
+/// Integration steps of the vehicle per tick: four per valve cycle at 80 Hz.
 const STEPS: i64 = 16;
-/// Half a step, ns.
+/// Half an integration step, ns.
 const HALF_NANOS: i64 = 1_562_500;
-/// The vehicle's step, ns.
+/// Integration step of the vehicle, ns.
 const STEP_NANOS: i64 = 2 * HALF_NANOS;
-/// The vehicle's step, s.
+/// Integration step of the vehicle, s.
 const H: f64 = TICK / STEPS as f64;
-/// z_c, m.
+/// Depth setpoint z_c, m.
 pub(crate) const SETPOINT: f64 = 3.0 * FOOT;
-/// Within 5 % of the step: the error, m.
+/// Error at 5 % of the step, m.
 const NEAR: f64 = -0.05 * SETPOINT;
 
-/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
+/// Integral gain of the loop and righting moment of the vehicle; both are 0 in program T6.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loop {
-    /// K_i, 1/s.
+    /// Integral gain K_i, 1/s.
     pub integral: f64,
-    /// M_theta, ft lb.
+    /// Righting moment M_theta, ft lb.
     pub restoring: f64,
 }
 
@@ -51,7 +51,7 @@ impl Loop {
         }
     }
 
-    /// The law of the depth controller at its defaults, with an integral that may take all of the planes' travel.
+    /// The depth controller's law with default gains; its integral may use all of the planes' travel.
     pub(crate) fn law(&self) -> Result<Law, LimitError> {
         let parameters = ControllerParameters::default();
         let gains = default_gains();
@@ -73,21 +73,21 @@ impl Loop {
     }
 }
 
-/// The depth controller's law at its default gains: its `depth_loop`, `pitch_loop` and `integral` with the limits of the planes.
+/// The depth controller's law with default gains: depth loop, pitch loop and integral, with the planes' limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law {
     pub(crate) depth: DepthLoop,
     pub(crate) pitch: PitchLoop,
-    /// Of the planes' angle by pitch error and second.
+    /// Integral gain: plane angle per pitch error and second.
     pub(crate) integral: f64,
-    /// The integral's share.
+    /// Limit of the integral term.
     pub(crate) share: Limit,
     pub(crate) planes: Limit,
     pub(crate) anti_windup: AntiWindup,
 }
 
 impl Law {
-    /// The planes' angle wanted, rad, and what drives the integral, rad/s.
+    /// Commanded plane angle, rad, and rate of the integral term, rad/s.
     fn evaluate(&self, plant: &Plant, motion: &Motion, share: f64) -> (f64, f64) {
         let rate = plant.depth_rate(motion);
         let depth = self.depth.evaluate(SETPOINT, motion.depth, rate, 0.0);
@@ -98,7 +98,7 @@ impl Law {
     }
 }
 
-/// A dive under way.
+/// A running dive.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight {
     plant: Plant,
@@ -106,21 +106,21 @@ pub(crate) struct Flight {
     pub(crate) dha: Dha,
     motion: Motion,
     integral: Integral,
-    /// At the last step, rad.
+    /// Plane angle at the last step, rad.
     planes: f64,
-    /// Asked of the actuator in the last tick, rad.
+    /// Angle commanded in the last tick, rad.
     asked: f64,
     pub(crate) tick: i64,
-    /// When the depth first came within 5 % of the step, s.
+    /// Time at which the depth was first within 5 % of the step, s.
     pub(crate) reached: Option<f64>,
-    /// While the dive is watched.
+    /// Observed motion, while the dive is observed.
     watched: Option<Watched<Diving>>,
-    /// At the begin of this tick and the two before.
+    /// States at the beginning of this tick and of the two before.
     recent: [State<Diving>; 3],
 }
 
 impl Flight {
-    /// At rest at the surface.
+    /// A dive from rest at the surface.
     pub(crate) fn begin(around: &Loop, dha: Dha) -> Result<Self, LimitError> {
         let (plant, law) = (around.plant(), around.law()?);
         let body = Diving {
@@ -150,14 +150,14 @@ impl Flight {
         })
     }
 
-    /// Flies on to the begin of a tick; `demand` is the demand on the actuator but for the angle, by the time in s.
+    /// Simulates up to the beginning of a tick; `demand`: the demand on the actuator as a function of time in s, without the angle.
     pub(crate) fn until(&mut self, tick: i64, demand: &impl Fn(f64) -> Demand) {
         while self.tick < tick {
             self.fly(demand(self.tick as f64 * TICK));
         }
     }
 
-    /// Flies on to the begin of a tick and watches.
+    /// Simulates up to the beginning of a tick and observes the motion.
     pub(crate) fn watch(&mut self, until: i64, demand: &impl Fn(f64) -> Demand) -> Watched<Diving> {
         let unseen = Watched::new(0.5 * H, self.tick as f64 * TICK);
         self.watched = Some(unseen.clone());
@@ -165,7 +165,7 @@ impl Flight {
         self.watched.take().unwrap_or(unseen)
     }
 
-    /// One tick.
+    /// Simulates one tick.
     fn fly(&mut self, demand: Demand) {
         let elapsed = if self.tick == 0 { 0.0 } else { TICK };
         let share = self.integral.after(elapsed, self.law.share);
@@ -185,7 +185,7 @@ impl Flight {
         self.tick += 1;
     }
 
-    /// A quarter of a tick, after so many steps.
+    /// Simulates a quarter of a tick, after `steps` steps.
     fn quarter(&mut self, steps: i64, demand: Demand) {
         const QUARTER: usize = STEPS as usize / 4;
         // Within a tick the actuator does not see the vehicle.
@@ -239,18 +239,18 @@ impl Flight {
     }
 }
 
-/// The mean of an angle at begin, middle and end.
+/// Mean of an angle from its values at beginning, middle and end (Simpson's rule).
 fn simpson([begin, middle, end]: [f64; 3]) -> f64 {
     (begin + 4.0 * middle + end) / 6.0
 }
 
-/// The vehicle with its control computer, as [`Body`]: continuous between the computer's samples.
+/// The vehicle with its controller as a [`Body`]: continuous between the controller's samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Diving {
     plant: Plant,
     law: Law,
     motion: Motion,
-    /// The integral's, rad.
+    /// Integral term, rad.
     share: f64,
 }
 

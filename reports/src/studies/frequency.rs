@@ -1,4 +1,4 @@
-//! The flight control of Section V: its linear model beside the full one under sinusoids.
+//! Flight control of Section V: the linear model compared with the full model under sinusoids.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use planesman_units::DEGREE;
 use crate::ibm_1966::flight_control::{self, FlightControl};
 use crate::ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 
-/// The missile's closed loop with the actuator, as text.
+/// Text on the missile's closed loop with the actuator.
 ///
 /// # Errors
 /// An actuator without a linear model.
@@ -40,7 +40,7 @@ pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     }
     let _ = writeln!(
         text,
-        "limit cycle foreseen by describing functions, leaking: {}",
+        "limit cycle predicted by describing functions, with leakage: {}",
         yaw_cycle(set, &control, surrogate)?
     );
     for (k, gains) in [5, 7, 9, 16].map(|k| {
@@ -102,12 +102,12 @@ pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     Ok(text)
 }
 
-/// The highest of values at times, and when.
+/// Largest value and its time.
 fn peak(values: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     values.fold((0.0, f64::MIN), |a, b| if b.1 > a.1 { b } else { a })
 }
 
-/// The limit cycle of the yaw loop with leakage.
+/// Limit cycle of the yaw loop with leakage.
 fn yaw_cycle(
     set: &ActuatorSet,
     control: &FlightControl,
@@ -122,7 +122,7 @@ fn yaw_cycle(
     let nozzle = 2.0 / PI * set.quantum;
     let yaw = 2.0 * nozzle * plant.value_at(Complex::new(0.0, cycle.frequency)).modulus();
     Ok(format!(
-        "{:.2} volumes a second, yaw {:.4} deg peak to peak (dead time alone; friction slows it)",
+        "{:.2} volumes per second, yaw {:.4} deg peak to peak (dead time only; friction makes it slower)",
         cycle.frequency / PI,
         yaw / DEGREE
     ))
@@ -136,6 +136,6 @@ mod tests {
     #[test]
     fn polaris_is_shown_with_the_limit_cycle_of_the_yaw_loop() {
         let text = steered(&actuator_file::load("table_4_1").unwrap()).unwrap();
-        assert!(text.contains("10.45 volumes a second"), "{text}");
+        assert!(text.contains("10.45 volumes per second"), "{text}");
     }
 }

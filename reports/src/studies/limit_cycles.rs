@@ -1,5 +1,5 @@
-//! Limit cycles of the depth loop with the digital hydraulic actuator in one table: simulated, the orbit found by shooting, and
-//! the cycle foreseen by harmonic balance.
+//! Table of limit cycles of the depth loop with the digital hydraulic actuator: simulated, orbits found by shooting, and predicted by harmonic
+//! balance.
 
 use std::ops::Range;
 
@@ -15,14 +15,14 @@ use crate::studies::depth_loop::{Case, Dive, DiveError, Figure, LimitCycle, STAR
 use crate::studies::orbit::{Growth, Orbit};
 use crate::studies::watched::{Irregular, Motion};
 
-/// Beyond so many standard errors a growth is not 0.
+/// Number of standard errors beyond which a growth rate differs from 0.
 const CERTAIN: f64 = 3.0;
-/// The most points of a curve on the page.
+/// Maximum number of points of a plotted curve.
 const POINTS: usize = 400;
 /// Depth error, in, and plane angle, deg.
 type Curve = Vec<(f64, f64)>;
 
-/// The page: the table, each orbit, and predicted beside simulated.
+/// HTML page: the table, each orbit, and predicted against simulated frequencies.
 #[must_use]
 pub fn page(rows: &[Row]) -> String {
     let cells = Cells::of(rows);
@@ -92,7 +92,7 @@ pub fn page(rows: &[Row]) -> String {
         h2 { "Simulated" }
         (compared.html())
         h2 { "Orbits" }
-        p { "One period of each orbit over the simulated motion (pale). Its decisions fall on the samples of controller and valves, up to one of them late, so it does not repeat exactly." }
+        p { "One period of each orbit, drawn over the simulated motion (pale). The simulated motion does not repeat exactly, because its decisions are delayed to the next sample of controller and valves." }
         (figures(&orbits))
     };
     document(title, "", &body, "")
@@ -103,26 +103,26 @@ pub fn page(rows: &[Row]) -> String {
 pub struct Row {
     /// The configuration.
     pub case: Case,
-    /// Simulated.
+    /// Simulated limit cycle.
     pub cycle: LimitCycle,
-    /// What that motion is.
+    /// Kind of the simulated motion.
     pub motion: Motion,
-    /// What it is from the other places of the ram, [`STARTS`].
+    /// Kinds of motion from the other initial ram positions, [`STARTS`].
     pub elsewhere: Vec<Motion>,
-    /// Predicted, if asked for.
+    /// Predicted limit cycle, if requested.
     pub prediction: Option<Prediction>,
-    /// Whether the depth swings less later on, where it follows an orbit.
+    /// Whether the depth amplitude decreases later, for a loop that follows an orbit.
     settling: bool,
-    /// Of the loop, from 500 to 1000 s: turns a second; depth, m, and planes, rad, in a period of its orbit on average.
+    /// Loop from 500 to 1000 s: cycles per second; mean amplitude of depth, m, and planes, rad, per period of its orbit.
     followed: Option<[f64; 3]>,
     simulated: Curve,
 }
 
 impl Row {
-    /// Simulates configurations of one actuator and finds their orbits, and predicts their cycles if that is asked for.
+    /// Simulates configurations of one actuator, finds their orbits, and predicts their limit cycles if requested.
     ///
     /// # Errors
-    /// Those of the actuator's file and of [`Loop::dive`](crate::studies::depth_loop::Loop::dive).
+    /// Errors of the actuator file and of [`Loop::dive`](crate::studies::depth_loop::Loop::dive).
     pub fn of(cases: &[Case], predicted: bool) -> Result<Vec<Self>, DiveError> {
         let known = Describing::default();
         let row = |case: &Case| {
@@ -152,7 +152,7 @@ impl Row {
         cases.iter().map(row).collect()
     }
 
-    /// How many starts come to the motion from the middle.
+    /// Number of initial positions that lead to the same motion as the middle.
     fn alike(&self) -> usize {
         1 + self
             .elsewhere
@@ -161,7 +161,7 @@ impl Row {
             .count()
     }
 
-    /// That, and what the others come to.
+    /// That number, and the motions from the other positions.
     fn starts(&self) -> String {
         let mut others: Vec<(&Motion, usize)> = Vec::new();
         for motion in self.elsewhere.iter().filter(|it| !self.motion.alike(it)) {
@@ -183,7 +183,7 @@ impl Row {
         text
     }
 
-    /// The cells of the irregular motions, of all starts that come to one.
+    /// Cells for irregular motions, over all starts that lead to one.
     fn irregular(&self) -> [String; 6] {
         let all = std::iter::once(&self.motion).chain(&self.elsewhere);
         let of = |motion: &Motion| match motion {
@@ -208,7 +208,7 @@ impl Row {
         ]
     }
 
-    /// The orbit that is followed.
+    /// The orbit that the loop follows.
     fn orbit(&self) -> Option<&Orbit> {
         match &self.motion {
             Motion::Orbit(orbit) => Some(orbit),
@@ -216,7 +216,7 @@ impl Row {
         }
     }
 
-    /// Turns a second.
+    /// Cycles per second.
     fn frequency(&self) -> Option<f64> {
         self.followed.map(|[turns, ..]| turns)
     }
@@ -243,7 +243,7 @@ impl Row {
     }
 }
 
-/// Three periods of the simulated motion at its end.
+/// The last three periods of the simulated motion.
 fn simulated(dive: &Dive, motion: &Motion) -> Curve {
     let Motion::Orbit(orbit) = motion else {
         return Vec::new();
@@ -259,23 +259,24 @@ fn simulated(dive: &Dive, motion: &Motion) -> Curve {
         .collect()
 }
 
-/// What the columns mean.
-const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (until the depth first comes within 5 % of the step): from 250 to 500 s, the ram in the middle at first; in brackets by an independent simulation. \
-     Motion: an orbit found by shooting, which the loop follows, with its largest multiplier (below 1 a deviation decays); \
-     rest; the same decisions again and again (repeats); or irregular. Starts: how many dives, from the middle and from -3/8 and 1/4 quantum, come to this motion, and what the others come to. \
-     Orbit: in brackets this program's simulation from 500 to 1000 s, of a whole period, on average. First harmonic: its share in the variance of the angle asked of the actuator, which harmonic balance \
-     takes for all of it. Predicted where 1 + N H comes within 0.1 of 0; otherwise harmonic balance foresees no cycle, and the brackets have the least |1 + N H|.";
+/// Explanation of the columns.
+const LEGEND: &str = "Depth, mean error, planes, volumes and t95 (time until the depth is first within 5 % of the step): from 250 to 500 s, with the ram initially in the middle; in brackets the results of an independent simulation. \
+     Motion: an orbit found by shooting that the loop follows, with its largest multiplier (below 1, deviations decay); \
+     rest; an exact repetition of decisions (repeats); or irregular. Starts: the number of dives, with the ram at 0, -3/8 and 1/4 quantum, that end in this motion, and the motions of the others. \
+     Orbit: in brackets the mean over periods of this program's simulation from 500 to 1000 s. First harmonic: its share in the variance of the actuator's command; harmonic balance \
+     assumes 100 %. Predicted: only if |1 + N H| is below 0.1; otherwise harmonic balance predicts no limit cycle, and the brackets contain the smallest |1 + N H|. \
+     pp: peak to peak.";
 
-/// What the columns of irregular motions mean.
-const IRREGULAR: &str = "Irregular motions: the least and the largest among so many windows of 50 s, of all starts that come to one; no bounds. Growth: how fast small deviations grow (the largest Lyapunov exponent, decisions \
-     moving with their thresholds), with the standard error over the windows. Where it is above 0 by more than three of them the motion is chaotic. Where it is below by as many, deviations decay: an orbit would attract, but decisions fall on samples, \
-     which keep the loop from it. Nearest orbit: the one of the nearest frequency that was found, its period and its largest multiplier.";
+/// Explanation of the columns for irregular motions.
+const IRREGULAR: &str = "Irregular motions: the smallest and largest values in windows of 50 s (the number of windows is given), over all starts with such a motion; these are not bounds. Growth: growth rate of small deviations (largest Lyapunov exponent, which includes \
+     the effect of deviations on the times of decisions), with its standard error over the windows. The motion is chaotic if the rate is above 0 by more than three standard errors. If it is below 0 by as many, deviations decay towards an orbit, but decisions happen only at samples, \
+     which keeps the loop away from the orbit. Nearest orbit: the orbit found with the nearest frequency, its period and its largest multiplier.";
 
-/// The columns of the table: the simulation beside the independent one, ...
+/// Number of columns for the comparison with the independent simulation.
 const SIMULATED: usize = 7;
-/// ... what the motion is, ...
+/// Number of columns up to and including the kind of motion.
 const FOUND: usize = 15;
-/// ... and where it is irregular.
+/// Column headers; the last ones are for irregular motions.
 const COLUMNS: [&str; 21] = [
     "configuration",
     "M_theta",
@@ -300,12 +301,12 @@ const COLUMNS: [&str; 21] = [
     "nearest orbit",
 ];
 
-/// How many of the motions are which.
+/// Number of motions of each kind.
 fn tally(rows: &[Row]) -> String {
     let count = |is: fn(&Motion) -> bool| rows.iter().filter(|row| is(&row.motion)).count();
     let several = rows.iter().filter(|row| row.alike() < STARTS.len());
     format!(
-        "From the middle: {} orbits, {} exact repetitions, {} at rest, {} irregular. In {} configurations other starts come to another motion.",
+        "Motions with the ram initially in the middle: {} orbits, {} exact repetitions, {} at rest, {} irregular. In {} configurations the motion depends on the start.",
         count(|m| matches!(m, Motion::Orbit(_))),
         count(|m| matches!(m, Motion::Repeats(_))),
         count(|m| matches!(m, Motion::Rest)),
@@ -314,7 +315,7 @@ fn tally(rows: &[Row]) -> String {
     )
 }
 
-/// The table, a deviation marked with an asterisk; for people in three, also what the marks mean.
+/// The table, with deviations marked by an asterisk; for readers in three parts with explanations.
 #[must_use]
 pub fn text(rows: &[Row], format: Format) -> String {
     let cells = Cells::of(rows);
@@ -333,10 +334,10 @@ pub fn text(rows: &[Row], format: Format) -> String {
     text
 }
 
-/// The cells of all columns.
+/// Cells of all columns.
 struct Cells {
     rows: Vec<Vec<String>>,
-    /// How many figures are compared, how many of them deviate, and in how many rows the depth has not settled.
+    /// Number of compared results, number of deviations, and number of rows in which the depth has not settled.
     compared: usize,
     deviating: usize,
     settling: usize,
@@ -390,7 +391,7 @@ impl Cells {
         table
     }
 
-    /// Simulated, found, irregular.
+    /// Tables of the simulation, of the orbits, and of irregular motions.
     fn tables(&self) -> [Table; 3] {
         [
             self.table(0..SIMULATED, |_| true),
@@ -403,7 +404,7 @@ impl Cells {
         let settling = match self.settling {
             0 => String::new(),
             some => format!(
-                " In {some} the depth still settles (~): from 500 to 1000 s it swings by more than 15 % less."
+                " In {some} the depth is still settling (~): from 500 to 1000 s its amplitude is smaller by more than 15 %."
             ),
         };
         format!(
@@ -413,10 +414,10 @@ impl Cells {
     }
 }
 
-/// Of the depth.
+/// Unit of depth in the tables.
 pub(crate) const INCHES: (f64, &str) = (INCH, "in");
 
-/// A motion in a few words, its swings in a unit.
+/// A motion in a few words, with its amplitudes in a unit.
 pub(crate) fn described(motion: &Motion, (unit, name): (f64, &str)) -> String {
     match motion {
         Motion::Orbit(orbit) => format!("orbit, {}", multipliers(orbit)),
@@ -436,13 +437,13 @@ pub(crate) fn described(motion: &Motion, (unit, name): (f64, &str)) -> String {
     }
 }
 
-/// From the least to the largest, to two digits.
+/// A range with two digits.
 fn between((low, high): (f64, f64), unit: f64) -> String {
     let two = |value: f64| significant(value / unit, 2);
     format!("{} to {}", two(low), two(high))
 }
 
-/// The growth of deviations with its standard error, and what that says.
+/// Growth rate of deviations with its standard error, and the conclusion.
 fn grows(irregular: &Irregular) -> Option<String> {
     let growth = Growth::of(&irregular.growth)?;
     let says = match growth.rate / (CERTAIN * growth.error) {
@@ -460,7 +461,7 @@ fn multipliers(orbit: &Orbit) -> String {
     format!("multiplier {:.3}", orbit.growth())
 }
 
-/// Frequency, depth and planes of the orbit, each beside the simulated one.
+/// Frequency, depth and planes of the orbit, each with the simulated value.
 fn beside(row: &Row) -> [String; 3] {
     let (Some(orbit), Some([turns, swing, stroke])) = (row.orbit(), row.followed) else {
         return ["-", "-", "-"].map(str::to_owned);

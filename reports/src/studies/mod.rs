@@ -1,8 +1,8 @@
-//! The digital hydraulic actuator in the loops of both reports: what `planesman-reports bench`, `frequency` and `limit-cycles` print.
+//! The digital hydraulic actuator in the loops of both reports: output of `planesman-reports bench`, `frequency` and `limit-cycles`.
 //!
-//! - [`mod@bench`], [`frequency`]: tables of the 1966 study and its flight control under sinusoids, as text.
-//! - [`depth_loop`], [`limit_cycles`]: the thesis' depth loop through the actuator, and its limit cycles.
-//! - [`orbit`]: periodic orbits by shooting; [`watched`]: what a loop's motion is; [`position_loop`]: the actuator alone.
+//! - [`mod@bench`], [`frequency`]: tables of the 1966 study, and its flight control under sinusoids, as text.
+//! - [`depth_loop`], [`limit_cycles`]: the thesis's depth loop with the actuator, and its limit cycles.
+//! - [`orbit`]: periodic orbits by shooting; [`watched`]: kinds of motion of a loop; [`position_loop`]: the actuator alone.
 
 pub mod bench;
 pub mod depth_loop;

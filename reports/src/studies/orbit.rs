@@ -1,27 +1,27 @@
-//! Periodic orbits of a loop through a digital hydraulic actuator, by shooting.
+//! Periodic orbits of a loop with a digital hydraulic actuator, by shooting.
 //!
-//! Between two decisions of the pulse logic nothing is fed back: the body moves under an actuator that carries out what was
-//! commanded. So over one cycle of m decisions, at t_1 to t_m, the state x at the end is a function F of the state at the
-//! beginning and of these instants alone, and each decision stands where the error e reaches its threshold:
+//! Between two decisions of the pulse logic there is no feedback: the body moves while the actuator executes its commands. So for one cycle of m
+//! decisions, at t_1 to t_m, the final state x is a function F only of the initial state and of these instants, and each decision happens where the
+//! error e reaches its threshold:
 //!
 //! ```text
 //! x = F(x; t_2 ... t_m, T)        a period T later everything is as it was (t_1 is held: the phase)
 //! e(t_i; x, t) = +-threshold_i    i = 1 ... m
 //! ```
-//! Newton's method solves both at once; the derivatives are differences of exact motions with the commands held. The
-//! multipliers are the eigenvalues of the change of x(T) with x(0) when the instants follow the thresholds,
+//! Newton's method solves both equations together; derivatives are differences of exact motions with fixed commands. The multipliers are the
+//! eigenvalues of the derivative of x(T) with respect to x(0), with the instants following the thresholds,
 //!
 //! ```text
 //! Phi = F_x - F_t E_t^-1 E_x
 //! ```
-//! (di Bernardo et al., *Piecewise-smooth Dynamical Systems*, 2008, ch. 2.5: saltation; Astrom, *Oscillations in systems with
-//! relay feedback*, 1995.) One of them is 1, a shift along the orbit, and is left out. Below 1 in magnitude a deviation decays
-//! from cycle to cycle, above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
+//! (di Bernardo et al., *Piecewise-smooth Dynamical Systems*, 2008, ch. 2.5: saltation; Astrom, *Oscillations in systems with relay feedback*,
+//! 1995.) One of them is 1, a shift along the orbit, and is left out. If a multiplier is below 1 in magnitude, a deviation decays from cycle to
+//! cycle; above 1 it grows; at 1 it stays, and the orbit is one of a continuum.
 //!
-//! **Sampling.** The loop's own decisions wait for its next sample; here the instants are real numbers, as late as the samples
-//! make them on average ([`Lags`]). Each decision of the sampled loop is so up to half a sample early or late, and its motion
-//! scatters about this orbit. It seldom repeats exactly: with the decisions held on samples the body is left to itself, whose
-//! own multipliers (1 for the depth, above 1 for an unstable missile) let no deviation decay.
+//! **Sampling.** The loop's own decisions wait for its next sample; here the instants are real numbers with the mean delay of the samples
+//! ([`Lags`]). So each decision of the sampled loop is up to half a sample early or late, and its motion scatters about this orbit. It seldom
+//! repeats exactly: between samples the body moves freely, and its own multipliers (1 for the depth, above 1 for an unstable missile) let no
+//! deviation decay.
 
 use std::f64::consts::TAU;
 
@@ -31,56 +31,56 @@ use planesman_hydraulics::{ActuatorSet, Command, Hydraulics, Options, Volume};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::{Complex, ComplexFunctions as _};
 
-/// The body's steps in a valve cycle in which the ram moves.
+/// Integration steps of the body per valve cycle in which the ram moves.
 const STEPS: u32 = 4;
-/// Valve cycles from an orbit's begin to its first decision: more than the lags.
+/// Valve cycles from the beginning of an orbit to its first decision: more than the lags.
 const AHEAD: i64 = 6;
 /// Scale of the coordinates: a thousandth of a radian, or of a metre.
 pub const SCALE: f64 = 1e-3;
-/// By how much a coordinate is displaced for a derivative, in that scale.
+/// Displacement of a coordinate for a numerical derivative, in that scale.
 const DISPLACED: f64 = 1e-3;
-/// The most steps of Newton's method.
+/// Maximum number of Newton steps.
 const MOST_STEPS: usize = 12;
-/// After so many steps, the largest that leads to an orbit, in the coordinates' scale.
+/// Number of steps after which the step size must be below a limit, in the coordinates' scale.
 const NEARING: (usize, f64) = (6, 1.0);
-/// The largest remaining step, in the coordinates' scale.
+/// Largest remaining step of a closed orbit, in the coordinates' scale.
 const CLOSED: f64 = 1e-5;
-/// Places this near to one another, in the coordinates' scale, are the same.
+/// Distance below which places count as equal, in the coordinates' scale.
 const EXACTLY: f64 = 1e-3;
-/// The most decisions in a cycle.
+/// Maximum number of decisions per cycle.
 const MOST_DECISIONS: usize = 16;
-/// The most valve cycles that one step of Newton's method may fly.
+/// Maximum number of valve cycles simulated for one Newton step.
 const MOST_FLOWN: f64 = 45_000.0;
-/// Frequencies of a cycle and of the motion this near to one another are alike: their decisions fall on samples.
+/// Relative difference below which frequencies of a cycle and of the motion count as equal, since decisions happen at samples.
 const ALIKE: f64 = 0.05;
-/// The cycles that are tried before there is none.
+/// Maximum number of cycles tried.
 const MOST_TRIED: usize = 6;
 
-/// What the actuator moves, and what measures it: all of the loop but actuator and logic.
+/// The part of the loop outside actuator and logic: the moved body and its measurement.
 pub trait Body: Copy {
-    /// After `h` seconds under the actuator's angles, rad, at begin, middle and end.
+    /// Moves the body by `h` seconds, with the actuator's angles, rad, at the beginning, middle and end.
     fn advance(&mut self, angles: [f64; 3], h: f64);
-    /// The angle asked of the actuator, rad.
+    /// Angle commanded to the actuator, rad.
     fn asked(&self) -> f64;
-    /// What oscillates, SI: the depth's error, the yaw angle.
+    /// Oscillating output, SI: the depth error or the yaw angle.
     fn output(&self) -> f64;
-    /// The state, each in [`SCALE`].
+    /// State vector, each element in [`SCALE`].
     fn coordinates(&self) -> Vec<f64>;
-    /// The state with coordinates so much further.
+    /// Changes the state vector by this amount.
     fn displace(&mut self, by: &[f64]);
 }
 
-/// How late a decision is on average, in valve cycles.
+/// Mean delay of a decision, in valve cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lags {
-    /// After the angle asked for, which is held between two samples of the control computer.
+    /// Delay after the commanded angle, which is held between two samples of the controller.
     pub asked: f64,
-    /// After the ram, which is read at the begin of each valve cycle.
+    /// Delay after the ram position, which is read at the beginning of each valve cycle.
     pub measured: f64,
 }
 
 impl Lags {
-    /// Of a control computer that samples every `tick` s, in step with the valves or not.
+    /// For a controller with a sampling time of `tick` s, synchronous with the valves or not.
     #[must_use]
     pub fn of(tick: f64, cycle: f64) -> Self {
         let cycles = tick / cycle;
@@ -92,84 +92,84 @@ impl Lags {
     }
 }
 
-/// A decision of the logic, as observed.
+/// An observed decision of the logic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// s
+    /// Time, s.
     pub time: f64,
-    /// To the valves.
+    /// Command to the valves.
     pub command: Command,
-    /// Open loop: the angle asked for less eps, rad, which is what the logic had booked.
+    /// Open loop: commanded angle less eps, rad, as accounted by the logic.
     pub booked: f64,
 }
 
-/// Body and actuator at the begin of a valve cycle.
+/// State of body and actuator at the beginning of a valve cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct State<B> {
     /// The body.
     pub body: B,
     /// Valves, metering and ram.
     pub hydraulics: Hydraulics,
-    /// The last sign pulse.
+    /// Last sign pulse.
     pub sign: i8,
-    /// s
+    /// Time, s.
     pub time: f64,
 }
 
-/// A loop, but for its body.
+/// A loop without its body.
 #[derive(Clone, Debug)]
 pub struct Actuation {
     /// The actuator.
     pub set: ActuatorSet,
-    /// The logic's options.
+    /// Options of the logic.
     pub logic: Options,
     /// Whether the position loop is closed.
     pub position_loop: bool,
-    /// How late a decision is.
+    /// Mean delay of a decision.
     pub lags: Lags,
 }
 
 /// A sample of an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// s
+    /// Time, s.
     pub time: f64,
-    /// [`Body::output`].
+    /// Output, as [`Body::output`].
     pub output: f64,
-    /// The actuator's angle, rad.
+    /// Angle of the actuator, rad.
     pub angle: f64,
-    /// The angle asked of it, rad.
+    /// Angle commanded to the actuator, rad.
     pub asked: f64,
 }
 
 /// A periodic orbit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orbit {
-    /// s
+    /// Period, s.
     pub period: f64,
-    /// Its decisions: s from the first, and the command.
+    /// Decisions: time from the first, s, and command.
     pub decisions: Vec<(f64, Command)>,
-    /// The multipliers, the largest first; without that of a shift along the orbit.
+    /// Multipliers, largest first, without that of a shift along the orbit.
     pub multipliers: Vec<Complex<f64>>,
-    /// One period, four samples a valve cycle.
+    /// Samples of one period, four per valve cycle.
     pub samples: Vec<Sample>,
-    /// Of the output: least, largest, mean.
+    /// Minimum, maximum and mean of the output.
     pub output: (f64, f64, f64),
-    /// Of the angle: least and largest, rad.
+    /// Minimum and maximum of the angle, rad.
     pub angle: (f64, f64),
 }
 
-/// How fast small deviations from a motion grow: its largest Lyapunov exponent.
+/// Growth rate of small deviations from a motion: its largest Lyapunov exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
-    /// 1/s; above 0 the motion is chaotic, below 0 deviations decay.
+    /// Mean rate, 1/s; positive for a chaotic motion, negative if deviations decay.
     pub rate: f64,
     /// Standard error of that mean over the windows, 1/s.
     pub error: f64,
 }
 
 impl Growth {
-    /// Of the growth in windows, 1/s; none of fewer than two.
+    /// From the growth in windows, 1/s; `None` for fewer than two.
     #[must_use]
     pub fn of(windows: &[f64]) -> Option<Self> {
         let count = windows.len() as f64;
@@ -183,38 +183,38 @@ impl Growth {
 }
 
 impl Orbit {
-    /// Hz.
+    /// Frequency, Hz.
     #[must_use]
     pub fn frequency(&self) -> f64 {
         1.0 / self.period
     }
 
-    /// The angle from peak to peak, rad.
+    /// Peak-to-peak angle, rad.
     #[must_use]
     pub fn stroke(&self) -> f64 {
         self.angle.1 - self.angle.0
     }
 
-    /// As of [`turns`].
+    /// Cycles per second, as in [`turns`].
     #[must_use]
     pub fn turns(&self) -> f64 {
         turned(self.decisions.iter().copied()) as f64 / self.period
     }
 
-    /// The output from peak to peak.
+    /// Peak-to-peak output.
     #[must_use]
     pub fn swing(&self) -> f64 {
         self.output.1 - self.output.0
     }
 
-    /// The largest multiplier's magnitude.
+    /// Largest magnitude of the multipliers.
     #[must_use]
     pub fn growth(&self) -> f64 {
         self.multipliers.first().map_or(0.0, |m| m.modulus())
     }
 
-    /// The share of the first harmonic in the variance of the angle asked for: near 1 where harmonic balance may hold, which takes
-    /// that angle for a sinusoid. Of an angle that stands still 0.
+    /// Share of the first harmonic in the variance of the commanded angle; near 1 if harmonic balance, which assumes a sinusoid, may be valid. 0 for a
+    /// constant angle.
     #[must_use]
     pub fn first_harmonic(&self) -> f64 {
         let count = self.samples.len() as f64;
@@ -232,49 +232,49 @@ impl Orbit {
         }
     }
 
-    /// Whether a deviation decays or stays.
+    /// Whether deviations decay or stay.
     #[must_use]
     pub fn stable(&self) -> bool {
         self.growth() < 1.0 + 1e-3
     }
 }
 
-/// A motion with the commands held.
+/// A motion with fixed commands.
 struct Flight<B> {
-    /// At the begin of each valve cycle, rad.
+    /// Commanded angle at the beginning of each valve cycle, rad.
     asked: Vec<f64>,
     measured: Vec<f64>,
-    /// After the period and one valve cycle later.
+    /// State after the period, and one valve cycle later.
     end: Vec<f64>,
     later: Vec<f64>,
     state: State<B>,
     samples: Vec<Sample>,
 }
 
-/// A cycle of decisions, and the state a few valve cycles before the first: where [`Actuation::orbit`] begins.
+/// A cycle of decisions, and the state a few valve cycles before the first: the start of [`Actuation::orbit`].
 #[derive(Clone, Debug)]
 struct Cycle<B> {
     start: State<B>,
-    /// Valve cycles from the start.
+    /// Instants, in valve cycles from the start.
     times: Vec<i64>,
     commands: Vec<Command>,
     booked: Vec<f64>,
-    /// Valve cycles.
+    /// Period, in valve cycles.
     period: i64,
 }
 
-/// What Newton's step found.
+/// Result of one Newton step.
 struct Step {
-    /// The change of the coordinates.
+    /// Change of the coordinates.
     by: Vec<f64>,
-    /// The change of the instants, the first held, and of the period, in valve cycles.
+    /// Change of the instants (the first is fixed) and of the period, in valve cycles.
     later: Vec<f64>,
     period: f64,
     multipliers: Vec<Complex<f64>>,
 }
 
-/// The orbit that a loop follows, by `follows`, or else the nearest in frequency.
-/// Given are the loop's decisions and the state a little before each. None where no cycle of up to 16 decisions closes.
+/// The orbit that a loop follows, according to `follows`, or else the one nearest in frequency. Arguments are the loop's decisions and the state
+/// shortly before each. `None` if no cycle of up to 16 decisions closes.
 #[must_use]
 pub fn find<B: Body>(
     actuation: &Actuation,
@@ -300,8 +300,8 @@ pub fn find<B: Body>(
     nearest
 }
 
-/// Turns of the motion to "+" in a second, which is the frequency of most cycles: those of the volumes' sign, or of the sign
-/// alone where no volumes move. None of fewer than two turns.
+/// Number of changes of direction to "+" per second, the frequency of most cycles: changes of the volumes' sign, or of the sign alone if no volumes
+/// move. `None` for fewer than two.
 #[must_use]
 pub fn turns(decisions: &[Decision]) -> Option<f64> {
     let signs = turning(decisions.iter().map(|d| (d.time, d.command)));
@@ -316,14 +316,14 @@ pub fn turns(decisions: &[Decision]) -> Option<f64> {
     Some((times.len() - 1) as f64 / (last - first))
 }
 
-/// Turns to "+" in a cycle of decisions.
+/// Number of changes to "+" in a cycle of decisions.
 fn turned(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> usize {
     let signs = turning(decisions);
     let next = signs.iter().cycle().skip(1);
     signs.iter().zip(next).filter(|(a, b)| b.1 > a.1).count()
 }
 
-/// Time and sign of the volumes, or of all decisions where no volume moves.
+/// Time and sign of the volumes, or of all decisions if no volume moves.
 fn turning(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> Vec<(f64, i8)> {
     let moves = |command: &Command| command.volume != Volume::None;
     let any = decisions.clone().any(|(_, command)| moves(&command));
@@ -333,8 +333,8 @@ fn turning(decisions: impl Iterator<Item = (f64, Command)> + Clone) -> Vec<(f64,
         .collect()
 }
 
-/// The period, s, with which the sampled loop repeats itself exactly: its last decisions come twice over at the same intervals,
-/// and the body is where it was. None where it does not within the decisions at hand.
+/// Period, s, with which the sampled loop repeats exactly: its last decisions occur twice at the same intervals, and the body is at the same place.
+/// `None` if it does not repeat within the given decisions.
 #[must_use]
 pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f64> {
     let n = decisions.len();
@@ -356,8 +356,7 @@ pub fn repeats<B: Body>(decisions: &[Decision], before: &[State<B>]) -> Option<f
     })
 }
 
-/// Cycles of decisions that nearly repeat and turn as often as the motion, the best first: the index of the first decision and
-/// how many there are.
+/// Cycles of decisions that nearly repeat, with the frequency of the motion, best first: index of the first decision and number of decisions.
 fn candidates(actuation: &Actuation, decisions: &[Decision], turns: f64) -> Vec<(usize, usize)> {
     let room = (AHEAD + actuation.tick()) as f64 * actuation.set.cycle();
     let mut found: Vec<(f64, usize, usize)> = Vec::new();
@@ -402,7 +401,7 @@ fn candidates(actuation: &Actuation, decisions: &[Decision], turns: f64) -> Vec<
 }
 
 impl Actuation {
-    /// |e| at which a command comes.
+    /// Threshold of |e| for a command.
     fn threshold(&self, command: Command) -> f64 {
         match command.volume {
             Volume::None => 0.0,
@@ -411,13 +410,13 @@ impl Actuation {
         }
     }
 
-    /// The least error that moves a volume.
+    /// Smallest error that moves a volume.
     fn least(&self) -> f64 {
         let small = self.set.small.filter(|_| self.logic.two_speed);
         small.map_or(self.set.threshold, |small| small.threshold)
     }
 
-    /// The cycle from a decision to the one before the last given, which is the first of the next.
+    /// The cycle from a decision up to the one before the last given, which begins the next cycle.
     fn cycle<B: Body>(&self, decisions: &[Decision], before: &State<B>) -> Cycle<B> {
         let cycle = self.set.cycle();
         let first = decisions[0].time;
@@ -435,7 +434,7 @@ impl Actuation {
         }
     }
 
-    /// The orbit nearest to a cycle, by Newton's method; none where it does not end, or where the logic would decide otherwise.
+    /// The orbit nearest to a cycle, by Newton's method; `None` if it does not converge, or if the logic would decide differently.
     fn orbit<B: Body>(&self, mut cycle: Cycle<B>) -> Option<Orbit> {
         for taken in 0..MOST_STEPS {
             let step = self.step(&cycle)?;
@@ -473,7 +472,7 @@ impl Actuation {
         None
     }
 
-    /// Whether nothing leaks: then the oil in the ram is that of the start and whole volumes, in every motion.
+    /// Whether there is no leakage: then every motion keeps the ram's initial oil plus whole volumes.
     fn tight(&self) -> bool {
         self.set.rate_gain == 0.0 && self.set.error_rate == 0.0
     }
@@ -502,7 +501,7 @@ impl Actuation {
         all
     }
 
-    /// The motion over a period and a valve cycle with the commands held.
+    /// The motion over a period and one valve cycle, with fixed commands.
     fn fly<B: Body>(&self, cycle: &Cycle<B>, times: &[i64], sampled: bool) -> Flight<B> {
         let h = self.set.cycle() / f64::from(STEPS);
         let mut state = cycle.start;
@@ -566,7 +565,7 @@ impl Actuation {
         flight
     }
 
-    /// e at a real number of valve cycles from the start.
+    /// Error e at a real number of valve cycles from the start.
     fn error<B>(&self, flight: &Flight<B>, at: f64, booked: f64) -> f64 {
         let value = |values: &[f64], at: f64| {
             let whole = at.floor().max(0.0);
@@ -581,18 +580,17 @@ impl Actuation {
         }
     }
 
-    /// How fast a small deviation grows along a loop's decisions, 1/s, in each time of `window` s; the state a little before each
-    /// is given.
+    /// Growth rate of a small deviation along a loop's decisions, 1/s, for each window of `window` s; given the state shortly before each decision.
     ///
-    /// From one decision to the next the deviation v becomes w, by two exact motions with the commands held; then the decision
-    /// moves with its threshold, and the deviation is taken where the decision is:
+    /// From one decision to the next the deviation v becomes w, computed from two exact motions with fixed commands. Then the decision moves with its
+    /// threshold, and the deviation is evaluated at the decision:
     ///
     /// ```text
     /// w' = w - x_t (e_x w)/e_t        x_t, e_t: speed of state and error, e_x w: change of the error
     /// ```
-    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest one). The mean is the largest
-    /// Lyapunov exponent of the loop whose instants are real numbers (Benettin et al., *Meccanica* 15, 1980). None where most
-    /// decisions come right after another, at the next sample.
+    /// (saltation, as in [`Orbit::multipliers`]: along an orbit the growth is that of the largest multiplier). The mean is the largest Lyapunov exponent
+    /// of the loop with real-valued instants (Benettin et al., *Meccanica* 15, 1980). `None` if most decisions directly follow another one, at the
+    /// next sample.
     #[must_use]
     pub fn growth<B: Body>(
         &self,
@@ -666,7 +664,7 @@ impl Actuation {
         windows
     }
 
-    /// What is left of each threshold's equation; a decision right after another follows it, whatever the error.
+    /// Residuals of the threshold equations; a decision directly after another one follows it whatever the error.
     fn residuals<B>(&self, cycle: &Cycle<B>, flight: &Flight<B>, times: &[i64]) -> Vec<f64> {
         (0..times.len())
             .map(|i| {
@@ -680,7 +678,7 @@ impl Actuation {
             .collect()
     }
 
-    /// A sample of the control computer, in valve cycles, not less than one.
+    /// Sampling interval of the controller, in valve cycles, at least one.
     fn tick(&self) -> i64 {
         (2.0 * self.lags.asked).floor().max(1.0) as i64
     }
@@ -778,7 +776,7 @@ impl Actuation {
         })
     }
 
-    /// The orbit of a cycle that closes, if the logic would take these decisions and no others.
+    /// The orbit of a cycle that closes, if the logic would make exactly these decisions.
     fn described<B: Body>(&self, cycle: &Cycle<B>, step: &Step) -> Option<Orbit> {
         let flight = self.fly(cycle, &cycle.times, true);
         self.decided_so(cycle, &flight).then_some(())?;
@@ -801,8 +799,8 @@ impl Actuation {
         })
     }
 
-    /// The samples, their output with each decision so much later than its valve cycle: its share of the way to that of the next
-    /// one. The actuator's angle has its turns there, which such a mean would cut off.
+    /// The samples, with the output interpolated for the delay of each decision after its valve cycle. The actuator's angle is not interpolated, which
+    /// would cut off its turning points.
     fn between_cycles<B: Body>(
         &self,
         cycle: &Cycle<B>,
@@ -825,7 +823,7 @@ impl Actuation {
         samples
     }
 
-    /// Whether no threshold is passed but at the decisions, give or take a valve cycle.
+    /// Whether thresholds are passed only at the decisions, within one valve cycle.
     fn decided_so<B>(&self, cycle: &Cycle<B>, flight: &Flight<B>) -> bool {
         let after = self.tick() + 2;
         let mut next = 0;
@@ -848,18 +846,18 @@ impl Actuation {
     }
 }
 
-/// Whether a decision comes within a sample of the one before: the error was beyond the threshold then already.
+/// Whether a decision comes within a sample of the previous one, because the error was already beyond the threshold.
 fn follows(times: &[i64], i: usize, tick: i64) -> bool {
     i > 0 && times[i] - times[i - 1] <= tick
 }
 
-/// The least and the largest.
+/// Minimum and maximum.
 pub(crate) fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let both = |(low, high): (f64, f64), x: f64| (low.min(x), high.max(x));
     values.into_iter().fold((f64::MAX, f64::MIN), both)
 }
 
-/// The least solution of equations that may determine some combinations of the unknown not at all.
+/// Least-norm solution of equations that may not determine some combinations of the unknowns.
 fn least_norm(equations: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let finite = equations.iter().chain(right.iter()).all(|x| x.is_finite());
     let parts = finite.then(|| equations.svd(true, true))?;
@@ -867,11 +865,11 @@ fn least_norm(equations: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f
     parts.solve(right, cut).ok()
 }
 
-/// The eigenvalues, the largest first, of the map from one first decision to the next: the changes of the end and of the errors
-/// with the beginning (F_x, E_x) and with the instants (F_t, E_t), and the end's speed.
+/// Eigenvalues, largest first, of the map from one first decision to the next: derivatives of the end and of the errors with respect to the beginning
+/// (F_x, E_x) and to the instants (F_t, E_t), and the speed at the end.
 ///
-/// The first instant is held, so a deviation keeps its error there, e_1 = 0, now and a period later. That is one dimension
-/// less, whose eigenvalue of 0 is left out.
+/// The first instant is fixed, so a deviation keeps its error there, e_1 = 0, now and a period later. That removes one dimension, whose eigenvalue of 0
+/// is left out.
 fn multipliers(
     (f_x, f_t): (&DMatrix<f64>, &DMatrix<f64>),
     (e_x, e_t): (&DMatrix<f64>, &DMatrix<f64>),

@@ -1,4 +1,4 @@
-//! The position loop alone, its command constant: the limit cycle of drift and quantum, which no body takes part in.
+//! The position loop alone with a constant command: the limit cycle of drift and quantum, without a moved body.
 
 use planesman_console::{Format, Table};
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
@@ -9,14 +9,14 @@ use crate::studies::limit_cycles::described;
 use crate::studies::orbit::{Actuation, Body, Lags, State};
 use crate::studies::watched::{Done, Motion, Watched};
 
-/// From and to, in milliseconds.
+/// Beginning and end of the observation, ms.
 const WATCHED: (i64, i64) = (20_000, 270_000);
-/// Nanoseconds in one.
+/// Nanoseconds per millisecond.
 const STEP_NANOS: i64 = 1_000_000;
-/// The angle held, in quanta: not the middle of a step.
+/// Commanded angle, in quanta: not in the middle of a step.
 const HELD: f64 = 3.3;
 
-/// The actuators, with the logic of their options.
+/// Actuators with their logic options.
 const ROWS: [(&str, &str, Options); 7] = [
     ("auv", "single speed", Options::SINGLE_SPEED),
     ("auv", "precision", Options::PRECISION),
@@ -27,12 +27,12 @@ const ROWS: [(&str, &str, Options); 7] = [
     ("table_4_1", "precision", Options::PRECISION),
 ];
 
-/// Nothing to move: an angle is asked for.
+/// Constant command without a body.
 #[derive(Clone, Copy, Debug)]
 pub struct Held {
-    /// rad
+    /// Commanded angle, rad.
     angle: f64,
-    /// The actuator's at last, rad.
+    /// Last angle of the actuator, rad.
     seen: f64,
 }
 
@@ -61,18 +61,18 @@ impl Body for Held {
 pub struct Row {
     /// The actuator's name.
     pub actuator: &'static str,
-    /// The logic.
+    /// Name of the logic.
     pub logic: &'static str,
-    /// What it comes to.
+    /// Kind of motion.
     pub motion: Motion,
-    /// Turns a second and the stroke, rad, as simulated, where it follows an orbit.
+    /// Simulated cycles per second and stroke, rad, if it follows an orbit.
     pub simulated: Option<(f64, f64)>,
 }
 
-/// The position loops of the built-in actuators, each at a constant angle.
+/// Position loops of the built-in actuators, each at a constant angle.
 ///
 /// # Errors
-/// Those of the actuators' files, which are built in.
+/// Errors of the actuators' files, which are compiled in.
 pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
     ROWS.iter()
         .map(|(actuator, name, logic)| {
@@ -133,7 +133,7 @@ pub fn rows() -> Result<Vec<Row>, ActuatorFileError> {
         .collect()
 }
 
-/// The table.
+/// The table as text.
 #[must_use]
 pub fn text(rows: &[Row], format: Format) -> String {
     let mut table = Table::new([

@@ -1,42 +1,42 @@
-//! A loop watched while it oscillates, and what that motion is: a periodic orbit that it follows, an exact repetition, rest, or
-//! an irregular motion.
+//! Observation of an oscillating loop, and the kind of its motion: a periodic orbit that it follows, an exact repetition, rest, or an irregular
+//! motion.
 
 use planesman_hydraulics::{Command, Dha, Volume};
 
 use crate::studies::orbit::{self, Actuation, Body, Decision, Orbit, State, range};
 
-/// How near a loop comes to an orbit that it follows, in frequency and in the stroke of the actuator. In precision mode a
-/// stroke is no more than three valve cycles of drift, and samples take their share of it.
+/// Relative differences in frequency and in the actuator's stroke within which a loop follows an orbit. In precision mode a stroke is at most three
+/// valve cycles of drift, of which sampling takes a part.
 const FOLLOWED: (f64, f64) = (0.02, 0.05);
-/// By how much more than the orbit the output may swing in a period: SI, as far as the samples alone move it, and a share.
+/// Largest excess of the output's amplitude per period over the orbit's: SI, due to sampling alone, and relative.
 const WALK: (f64, f64) = (5e-5, 0.2);
-/// The time over which an irregular motion's swings and rates are taken, s.
+/// Window for amplitudes and rates of an irregular motion, s.
 const WINDOW: f64 = 50.0;
-/// The most decisions that are kept.
+/// Maximum number of decisions stored.
 const MOST_DECISIONS: usize = 40_000;
-/// The time along which the growth of deviations is measured, s.
+/// Time over which the growth of deviations is measured, s.
 const GROWN: f64 = 250.0;
-/// Below this nothing moves, SI.
+/// Amplitude below which nothing moves, SI.
 const STILL: f64 = 1e-6;
 
-/// What was seen of a loop, in equal steps.
+/// Observed motion of a loop, in equal steps.
 #[derive(Clone, Debug)]
 pub struct Watched<B> {
-    /// The begin, s.
+    /// Beginning, s.
     pub from: f64,
-    /// Between two samples, s.
+    /// Time between two samples, s.
     pub interval: f64,
-    /// [`Body::output`].
+    /// Outputs, as [`Body::output`].
     pub outputs: Vec<f64>,
-    /// The actuator's angle, rad.
+    /// Angles of the actuator, rad.
     pub angles: Vec<f64>,
-    /// The decisions in that time.
+    /// Decisions during that time.
     pub decisions: Vec<Decision>,
-    /// The state a little before each.
+    /// State shortly before each decision.
     pub before: Vec<State<B>>,
 }
 
-/// What an actuator has done: volumes, small volumes, changes of sign.
+/// Counters of an actuator: volumes, small volumes, changes of sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Done(u64, u64, u64);
 
@@ -46,36 +46,36 @@ impl Done {
     }
 }
 
-/// What a loop's motion is.
+/// Kind of a loop's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// A stable orbit, which the loop follows: its frequency within 2 %, the actuator's stroke within 5 %, the output within 20 %.
+    /// A stable orbit that the loop follows: frequency within 2 %, stroke of the actuator within 5 %, output within 20 %.
     Orbit(Orbit),
-    /// It rests within the thresholds: every place there is one of rest.
+    /// Rest within the thresholds, at any place there.
     Rest,
-    /// It repeats itself exactly, on its own samples, with no orbit nearby: the period, s.
+    /// An exact repetition at its own samples, with no orbit nearby: the period, s.
     Repeats(f64),
-    /// Neither.
+    /// None of these.
     Irregular(Irregular),
 }
 
-/// An irregular motion, in times of 50 s.
+/// An irregular motion, in windows of 50 s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregular {
-    /// How many times of 50 s were seen.
+    /// Number of windows.
     pub windows: usize,
-    /// The least and the largest swing of the output among them, SI.
+    /// Smallest and largest amplitude of the output in a window, SI.
     pub swing: (f64, f64),
-    /// The fewest and the most decisions a second.
+    /// Smallest and largest number of decisions per second.
     pub rate: (f64, f64),
-    /// By how much small deviations grow in each of the first 250 s, 1/s, as of [`Actuation::growth`].
+    /// Growth rate of small deviations in each of the first windows, up to 250 s, 1/s, as in [`Actuation::growth`].
     pub growth: Vec<f64>,
-    /// The orbit nearest to it in frequency: unstable, or not followed.
+    /// The orbit nearest in frequency: unstable, or not followed.
     pub orbit: Option<Orbit>,
 }
 
 impl Irregular {
-    /// This one and another of the same loop as one.
+    /// This motion combined with another one of the same loop.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         let wider = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
@@ -89,7 +89,7 @@ impl Irregular {
 }
 
 impl Motion {
-    /// Its orbit, or of an irregular motion the nearest.
+    /// The orbit; for an irregular motion the nearest one.
     #[must_use]
     pub fn orbit(&self) -> Option<&Orbit> {
         match self {
@@ -99,7 +99,7 @@ impl Motion {
         }
     }
 
-    /// Whether two motions are of one kind, and if they are orbits, one within what the samples make of it.
+    /// Whether two motions are of the same kind; two orbits must be equal within the effect of sampling.
     #[must_use]
     pub fn alike(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64, share: f64| (a - b).abs() < share * a;
@@ -116,7 +116,7 @@ impl Motion {
 }
 
 impl<B: Body> Watched<B> {
-    /// Of samples so far apart, s, from a time on, s.
+    /// An empty observation with samples spaced by `interval`, s, beginning at `from`, s.
     #[must_use]
     pub fn new(interval: f64, from: f64) -> Self {
         Self {
@@ -129,8 +129,8 @@ impl<B: Body> Watched<B> {
         }
     }
 
-    /// Keeps the decision, if there is one, that the actuator has taken since `before`, at last at `nanos` with the angle `asked`
-    /// of it, rad; a little earlier the loop was in `state`.
+    /// Stores the decision, if any, made by the actuator since `before`; it is now at `nanos` with the command `asked`, rad, and shortly before the loop was
+    /// in `state`.
     pub(crate) fn take_decision(
         &mut self,
         dha: &Dha,
@@ -161,7 +161,7 @@ impl<B: Body> Watched<B> {
         self.before.push(*state);
     }
 
-    /// What values swing in a time of `period` s, for each such time.
+    /// Peak-to-peak values in each interval of `period` s.
     fn swings<'a>(&self, values: &'a [f64], period: f64) -> impl Iterator<Item = f64> + 'a {
         let length = (period / self.interval) as usize;
         values
@@ -172,19 +172,19 @@ impl<B: Body> Watched<B> {
             })
     }
 
-    /// What the output swings in `period` s on average, SI.
+    /// Mean peak-to-peak output per `period` s, SI.
     #[must_use]
     pub fn swing(&self, period: f64) -> f64 {
         mean(self.swings(&self.outputs, period))
     }
 
-    /// What the actuator's angle swings in `period` s on average, rad.
+    /// Mean peak-to-peak angle of the actuator per `period` s, rad.
     #[must_use]
     pub fn stroke(&self, period: f64) -> f64 {
         mean(self.swings(&self.angles, period))
     }
 
-    /// The share by which the loop's frequency differs from an orbit's, and that of the stroke.
+    /// Relative differences of the loop's frequency and stroke from an orbit's.
     #[must_use]
     pub fn apart(&self, orbit: &Orbit) -> (f64, f64) {
         let turns = orbit::turns(&self.decisions).unwrap_or_default();
@@ -206,7 +206,7 @@ impl<B: Body> Watched<B> {
             && swing < walk + share * orbit.swing()
     }
 
-    /// What the motion is.
+    /// Classifies the motion.
     #[must_use]
     pub fn motion(&self, actuation: &Actuation) -> Motion {
         let follows = |orbit: &Orbit| self.follows(orbit);

@@ -1,11 +1,11 @@
-//! What a program prints: tables, progress, lines that a closed pipe or a full disk does not break.
+//! Terminal output of the programs: tables, progress, and printing that survives a closed pipe or a full disk.
 //!
-//! - [`out!`], [`err!`], [`print()`]: a line on standard output, on standard error, text on standard output.
-//! - [`Outcome`], [`file_line`]: the order of every command's output: answer, numbers, files, what next.
-//! - [`Table`], [`Format`]: rows under the names of their columns, aligned, as Markdown, CSV or JSON.
-//! - [`print_wrapped`], [`wrapped`]: sentences within the terminal's width.
-//! - [`progress`]: bars and spinners; work on all cores under a bar.
-//! - [`sparkline()`]: a curve in one line.
+//! - [`out!`], [`err!`], [`print()`]: print a line on standard output, a line on standard error, text on standard output.
+//! - [`Outcome`], [`file_line`]: the structure of every command's output: answer, numbers, files, next commands.
+//! - [`Table`], [`Format`]: rows with named columns, printed aligned, as Markdown, CSV or JSON.
+//! - [`print_wrapped`], [`wrapped`]: sentences wrapped to the terminal's width.
+//! - [`progress`]: bars and spinners; parallel work with a bar.
+//! - [`sparkline()`]: a curve in one line of text.
 
 mod outcome;
 pub mod progress;
@@ -25,8 +25,7 @@ macro_rules! out {
     };
 }
 
-/// Writes a line to standard error, as `eprintln!` does; where that cannot be written, as on a full
-/// disk, nobody is left to tell, and the program goes on.
+/// Writes a line to standard error, as `eprintln!` does. If that fails, for example on a full disk, the program continues.
 #[macro_export]
 macro_rules! err {
     ($($argument:tt)*) => {
@@ -34,17 +33,17 @@ macro_rules! err {
     };
 }
 
-/// Writes to standard error what [`err!`] formats.
+/// Writes the text formatted by [`err!`] to standard error.
 pub fn write_error(text: std::fmt::Arguments<'_>) {
     use std::io::Write as _;
     let _ = std::io::stderr().write_fmt(text);
 }
 
-/// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has read
-/// enough (`| head`) is no error, nor is a terminal that was closed.
+/// Prints the output of a command; foreign names and texts are escaped ([`shown`]). A reader that stops early (`| head`) or a closed terminal is
+/// not an error.
 ///
 /// # Errors
-/// When standard output cannot be written, as on a full disk.
+/// Standard output cannot be written, for example on a full disk.
 pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
     use std::io::Write as _;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
@@ -54,7 +53,7 @@ pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
     }
 }
 
-/// Whether standard output is a terminal that was closed. Of a file the same error is the disk's.
+/// Whether standard output is a terminal that was closed. For a file the same error comes from the disk.
 fn is_gone(error: &std::io::Error) -> bool {
     use rustix::{fs, io::Errno};
     let kind = |it: fs::Stat| fs::FileType::from_raw_mode(it.st_mode);

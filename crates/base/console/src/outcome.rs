@@ -1,4 +1,4 @@
-//! What a command prints, in the order that all commands keep.
+//! Output of a command, in the order common to all commands.
 
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -7,7 +7,7 @@ use planesman_text::shell_word;
 
 use crate::wrapped;
 
-/// A command's output: the answer, the numbers that support it, the files written, what to do next.
+/// Output of a command: the answer, the numbers that support it, the files written, the next commands.
 ///
 /// ```
 /// use planesman_console::Outcome;
@@ -19,41 +19,41 @@ use crate::wrapped;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Sentences and tables, an empty line between two of them.
+    /// Sentences and tables, separated by empty lines.
     parts: Vec<String>,
     files: String,
     next: Vec<(String, &'static str)>,
 }
 
 impl Outcome {
-    /// An output that begins with this answer, one sentence or more.
+    /// An output that begins with this answer of one or more sentences.
     #[must_use]
     pub fn new(answer: impl Display) -> Self {
         Self::default().numbers(answer)
     }
 
-    /// Adds lines or a table that support the answer.
+    /// Adds lines or a table with the numbers that support the answer.
     #[must_use]
     pub fn numbers(mut self, text: impl Display) -> Self {
         self.parts.push(text.to_string());
         self
     }
 
-    /// Adds a file that was written: its kind, as `Page`, and its path.
+    /// Adds a written file: its kind, such as `Page`, and its path.
     #[must_use]
     pub fn file(mut self, kind: &str, path: &Path) -> Self {
         self.files += &(file_line(kind, path) + "\n");
         self
     }
 
-    /// Adds a command to continue with, and what it is for.
+    /// Adds a next command with its purpose.
     #[must_use]
     pub fn next(mut self, command: impl Into<String>, purpose: &'static str) -> Self {
         self.next.push((command.into(), purpose));
         self
     }
 
-    /// Prints it. Sentences are wrapped to the terminal, commands are not.
+    /// Prints the output. Sentences are wrapped to the terminal, commands are not.
     ///
     /// # Errors
     /// When standard output cannot be written.
@@ -79,13 +79,13 @@ impl Display for Outcome {
     }
 }
 
-/// The line of a file that was written.
+/// Output line for a written file.
 #[must_use]
 pub fn file_line(kind: &str, path: &Path) -> String {
     format!("{kind}: {}", path.display())
 }
 
-/// The command line that is running, to copy.
+/// The running command line, for copying.
 #[must_use]
 pub fn called() -> String {
     let arguments = std::env::args().skip(1).map(|it| shell_word(&it));

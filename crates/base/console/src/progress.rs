@@ -1,6 +1,6 @@
-//! Long work: on all cores, with its progress on standard error, and no longer than somebody reads its output.
+//! Long work: on all cores, with progress on standard error, and ended when nobody reads its output any more.
 //!
-//! On a terminal progress is a bar with the time left; elsewhere, as in a log, it is a line every ten seconds.
+//! On a terminal, progress is a bar with the remaining time; elsewhere, such as in a log file, a line every ten seconds.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -12,16 +12,16 @@ pub use indicatif::{ProgressBar, ProgressStyle};
 use planesman_parallel::Progress;
 use rustix::event::{PollFd, PollFlags, poll};
 
-/// Time between two lines of progress where there is no terminal.
+/// Interval of progress lines without a terminal.
 const LINES: Duration = Duration::from_secs(10);
 
-/// A bar on standard error with the time left.
+/// A bar on standard error with the remaining time.
 #[must_use]
 pub fn bar(what: &'static str, steps: usize) -> ProgressBar {
     bar_with(what, steps as u64, 0)
 }
 
-/// As [`bar`], of work of which so many steps were done before.
+/// As [`bar`], with `done` steps done before.
 #[must_use]
 pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     let bar = ProgressBar::new(steps).with_position(done);
@@ -34,7 +34,7 @@ pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     styled(bar, what, style.map(with_time_left))
 }
 
-/// A bar of bytes that are read.
+/// A bar for bytes read.
 fn bar_of_bytes(bytes: u64) -> ProgressBar {
     let bar = ProgressBar::new(bytes);
     let style = ProgressStyle::with_template(match bar.is_hidden() {
@@ -44,7 +44,7 @@ fn bar_of_bytes(bytes: u64) -> ProgressBar {
     styled(bar, "read", style.map(with_time_left))
 }
 
-/// Work drawn as a bar while it goes on, or as the time it takes where nobody knows how long it is.
+/// Shows the progress of work as a bar, or as elapsed time if its length is unknown.
 #[derive(Debug, Default)]
 pub struct Bars(Mutex<Option<ProgressBar>>);
 
@@ -81,7 +81,7 @@ impl Bars {
     }
 }
 
-/// The time that work of unknown length has taken, on standard error.
+/// Shows the elapsed time of work of unknown length on standard error.
 #[must_use]
 pub fn spinner(what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
@@ -92,7 +92,7 @@ pub fn spinner(what: &'static str) -> ProgressBar {
     styled(bar, what, style)
 }
 
-/// The time left, once a step is done: nothing is known of it before.
+/// Adds the remaining time, which is known only after the first step.
 fn with_time_left(style: ProgressStyle) -> ProgressStyle {
     style.with_key(
         "left",
@@ -125,7 +125,7 @@ fn styled(
     bar
 }
 
-/// Draws the bar so often. (The library's own way to do so panics where the system gives no thread.)
+/// Redraws the bar at this interval. (The library's own function panics if the system provides no thread.)
 fn tick_every(bar: &ProgressBar, interval: Duration) {
     let bar = bar.downgrade();
     // Without a thread it is drawn as it grows.
@@ -138,7 +138,7 @@ fn tick_every(bar: &ProgressBar, interval: Duration) {
     });
 }
 
-/// Where there is no terminal: of the bars drawn one becomes a line now and then.
+/// Without a terminal: writes the present bar as a line from time to time.
 #[derive(Debug)]
 struct Lines(Mutex<(Instant, String)>);
 
@@ -149,7 +149,7 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// What was drawn last, if it is time for a line.
+    /// The text drawn last, if a line is due.
     fn due(&self, now: Instant) -> Option<String> {
         let mut held = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let drawn = std::mem::take(&mut held.1).trim().to_owned();
@@ -204,7 +204,7 @@ impl TermLike for Lines {
     }
 }
 
-/// The results of `work` on each of the items, in their order, computed on all cores, under a progress bar.
+/// Results of `work` for each item, in order, computed on all cores with a progress bar.
 pub fn on_all_cores<T: Sync, R: Send>(
     what: &'static str,
     items: &[T],
@@ -220,8 +220,7 @@ pub fn on_all_cores<T: Sync, R: Send>(
     results
 }
 
-/// Ends the program once nobody can read its standard output any more, as behind `| head`. For commands that
-/// leave nothing but that output.
+/// Ends the program once its standard output has no reader any more, as with `| head`. Only for commands without other effects.
 pub fn end_with_reader() {
     // Without a thread the program goes on to its end.
     let _ = std::thread::Builder::new().spawn(|| {

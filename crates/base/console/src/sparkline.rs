@@ -1,8 +1,8 @@
-//! A time history as a row of small bars.
+//! A time history as a row of small bars (sparkline).
 
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// A bar for each number, the least the lowest; low ones where they are all the same.
+/// One bar per number, the smallest number lowest; equal numbers give low bars.
 #[must_use]
 pub fn sparkline(course: &[f64]) -> String {
     let least = course.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Tables on standard output: within the terminal's width, or as Markdown, CSV or JSON.
+//! Tables on standard output: aligned to the terminal, or as Markdown, CSV or JSON.
 
 use std::fmt::Display;
 use std::io::IsTerminal as _;
@@ -8,22 +8,22 @@ use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Wid
 use maud::{Markup, html};
 use serde_json::{Map, Value};
 
-/// The columns where there is no terminal to ask.
+/// Width without a terminal, columns.
 const WIDTH: u16 = 80;
 
 planesman_text::choices! {
-    /// How a table is printed.
+    /// Output format of a table.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Format {
         Table = "table": "Aligned columns within the terminal's width, 80 columns elsewhere",
         Md = "md": "Markdown",
         Csv = "csv": "Comma-separated values with a header row",
-        Json = "json": "A list of objects, the columns' names as keys",
+        Json = "json": "A list of objects with the column names as keys",
     }
 }
 
 impl Format {
-    /// The one asked for, or a table on a terminal and Markdown elsewhere.
+    /// The requested format; by default an aligned table on a terminal and Markdown elsewhere.
     #[must_use]
     pub fn or_by_output(asked: Option<Self>) -> Self {
         let elsewhere = if std::io::stdout().is_terminal() {
@@ -35,7 +35,7 @@ impl Format {
     }
 }
 
-/// Rows under the names of their columns.
+/// Rows with named columns.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     columns: Vec<String>,
@@ -49,7 +49,7 @@ impl Table {
         Self::of(columns)
     }
 
-    /// The same, of any number of columns.
+    /// As [`Table::new`], for any number of columns.
     #[must_use]
     pub fn of<'a>(columns: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
@@ -64,7 +64,7 @@ impl Table {
         self.html_with(|cell| html! { (cell) })
     }
 
-    /// The same, each cell as that makes it of its text.
+    /// The table as HTML; `made` converts the text of each cell.
     #[must_use]
     pub fn html_with(&self, made: impl Fn(&str) -> Markup) -> Markup {
         let of_words: Vec<bool> = (0..self.columns.len())
@@ -83,7 +83,7 @@ impl Table {
         }
     }
 
-    /// Whether most of a column's cells begin with no number.
+    /// Whether most cells of a column do not begin with a number.
     fn is_of_words(&self, column: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(column));
         let numbers = cells.filter(|cell| {
@@ -93,7 +93,7 @@ impl Table {
         2 * numbers.count() < self.rows.len()
     }
 
-    /// Whether it has no row.
+    /// Whether the table has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
@@ -104,12 +104,12 @@ impl Table {
         self.rows.iter().flatten().map(String::as_str)
     }
 
-    /// Adds a row, a cell for each column.
+    /// Adds a row with one cell per column.
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table's text, with the end of its last line.
+    /// The table as text, with a line end after the last line.
     #[must_use]
     pub fn text(&self, format: Format) -> String {
         match format {
@@ -120,7 +120,7 @@ impl Table {
         }
     }
 
-    /// The text in columns, within the terminal; as wide as it is where standard output is none.
+    /// Aligned columns within the terminal's width, or unlimited without a terminal.
     #[must_use]
     pub fn aligned(&self) -> String {
         self.within(terminal().unwrap_or(u16::MAX))
@@ -148,7 +148,7 @@ impl Table {
         table.trim_fmt() + "\n"
     }
 
-    /// Gives each column the width of its longest word, where there is room for all of them.
+    /// Makes each column as wide as its longest word, if the terminal is wide enough.
     fn keep_words_whole(&self, table: &mut comfy_table::Table, width: u16) {
         let longest = |column: usize| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -202,7 +202,7 @@ impl Table {
     }
 }
 
-/// The columns of the terminal, if standard output is one.
+/// Width of the terminal, columns; `None` if standard output is not a terminal.
 #[must_use]
 pub fn terminal() -> Option<u16> {
     let (_, columns) = console::Term::stdout().size_checked()?;
@@ -215,7 +215,7 @@ pub fn is_terminal() -> bool {
     terminal().is_some()
 }
 
-/// Prints text as [`wrapped`] does, with the end of its last line.
+/// Prints text as [`wrapped`] returns it, with a line end after the last line.
 ///
 /// # Errors
 /// When standard output cannot be written.
@@ -223,7 +223,7 @@ pub fn print_wrapped(text: impl Display) -> std::io::Result<()> {
     crate::print(wrapped(&text.to_string()))
 }
 
-/// Sentences, wrapped to the terminal if standard output is one: a line goes on two columns behind its own indent.
+/// Text wrapped to the terminal's width, if standard output is a terminal; continuation lines are indented by two columns more.
 #[must_use]
 pub fn wrapped(text: &str) -> String {
     terminal().map_or_else(|| text.to_owned(), |width| wrapped_at(text, width))

@@ -1,23 +1,23 @@
-//! Functions of complex numbers whose bits are the same on every machine.
+//! Functions of complex numbers with identical bits on every machine.
 
 use nalgebra::{Complex, ComplexField};
 
-/// Functions of a complex number that num-complex has only with a C library, by nalgebra on `libm`. Nalgebra's own trait is not imported for them: it
-/// also has `powi`, by logarithm and exponential, and would put it before num-complex' exact products.
+/// Functions that num-complex provides only with a C library, computed with nalgebra and `libm`. Nalgebra's own trait is not imported instead: it
+/// also has `powi`, by logarithm and exponential, which would hide num-complex's exact one.
 pub trait ComplexFunctions: Sized {
     /// `|z|`
     #[must_use]
     fn modulus(self) -> f64;
-    /// The angle, -pi to pi \[rad\].
+    /// Argument, -pi to pi \[rad\].
     #[must_use]
     fn argument(self) -> f64;
     /// `e^z`
     #[must_use]
     fn exp(self) -> Self;
-    /// The logarithm with an imaginary part from -pi to pi.
+    /// Principal logarithm, with an imaginary part from -pi to pi.
     #[must_use]
     fn ln(self) -> Self;
-    /// The square root with a real part that is not negative.
+    /// Principal square root, with a real part of at least 0.
     #[must_use]
     fn sqrt(self) -> Self;
 }
@@ -44,7 +44,7 @@ impl ComplexFunctions for Complex<f64> {
     }
 }
 
-/// `radius e^(j angle)`, the angle in rad.
+/// `radius e^(j angle)`; `angle` in rad.
 #[must_use]
 pub fn polar(radius: f64, angle: f64) -> Complex<f64> {
     let (sin, cos) = libm::sincos(angle);

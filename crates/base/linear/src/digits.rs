@@ -1,12 +1,12 @@
-//! Numbers written to the digits that they have.
+//! Numbers printed with their significant digits.
 
-/// Magnitudes that are written without an exponent.
+/// Magnitudes printed without an exponent.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
 
-/// Decimals at most.
+/// Largest number of decimals.
 const DECIMALS: i32 = 9;
 
-/// A number in so many significant digits, with an exponent where that is shorter.
+/// A number with this many significant digits, with an exponent if that is shorter.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
@@ -20,8 +20,8 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
-/// A number and half the width of its interval, in the same unit, each to two digits of the interval: `0.74984 ± 0.00041`,
-/// `7.498e-9 ± 0.012e-9`. Without an interval (0, or one that is not known) the number has six digits.
+/// A number and half the width of its interval, in the same unit, rounded to two digits of the interval: `0.74984 ± 0.00041`,
+/// `7.498e-9 ± 0.012e-9`. Without an interval (0 or unknown), the number has six digits.
 #[must_use]
 pub fn with_interval(value: f64, half_width: f64) -> String {
     let (value, half_width) = value_and_interval(value, half_width);
@@ -31,7 +31,7 @@ pub fn with_interval(value: f64, half_width: f64) -> String {
     }
 }
 
-/// The two numbers of [`with_interval`], each by itself; the second is empty without an interval.
+/// The two numbers of [`with_interval`] separately; the second is empty without an interval.
 #[must_use]
 pub fn value_and_interval(value: f64, half_width: f64) -> (String, String) {
     if !value.is_finite() || !half_width.is_finite() || half_width <= 0.0 {
@@ -67,7 +67,7 @@ pub fn value_and_interval(value: f64, half_width: f64) -> (String, String) {
     (written(value), written(half_width))
 }
 
-/// The power of ten of the first digit of a number that is rounded to so many.
+/// Power of ten of the first digit of a number after rounding to so many digits.
 fn exponent(value: f64, digits: usize) -> i32 {
     let written = format!("{:.*e}", digits - 1, value.abs());
     let exponent = written.rsplit_once('e').and_then(|it| it.1.parse().ok());

@@ -1,7 +1,7 @@
-//! The Runge-Kutta method of order eight of Dormand and Prince, with Hairer's estimate of its error (E. Hairer, S. P. Nørsett,
-//! G. Wanner: Solving Ordinary Differential Equations I, 2nd ed. 1993, section II.10: the code DOP853).
+//! Runge-Kutta method of order eight by Dormand and Prince, with Hairer's error estimate (E. Hairer, S. P. Nørsett, G. Wanner: Solving Ordinary
+//! Differential Equations I, 2nd ed. 1993, section II.10: the code DOP853).
 
-/// Where within a step, as shares of it, the method asks for the inputs.
+/// Nodes of the method: fractions of a step at which inputs are needed.
 pub const DORMAND_PRINCE_NODES: [f64; 12] = [
     0.0,
     0.05260015195876773,
@@ -17,7 +17,7 @@ pub const DORMAND_PRINCE_NODES: [f64; 12] = [
     1.0,
 ];
 
-/// The same where [`DormandPrinceDense`] asks for them.
+/// Nodes of [`DormandPrinceDense`].
 pub const DORMAND_PRINCE_DENSE_NODES: [f64; 16] = {
     let mut nodes = [0.0; 16];
     let mut place = 0;
@@ -32,7 +32,7 @@ pub const DORMAND_PRINCE_DENSE_NODES: [f64; 16] = {
     nodes
 };
 
-/// What each stage has of the slopes before it: their places and weights. The last is the result.
+/// Coefficients of each stage: indices and weights of earlier slopes. The last row gives the result.
 const STAGES: [&[(usize, f64)]; 13] = [
     &[],
     &[(0, 0.05260015195876773)],
@@ -111,7 +111,7 @@ const STAGES: [&[(usize, f64)]; 13] = [
     ],
 ];
 
-/// The result less one of order five, and less one of order three.
+/// Weights of the result's difference from the embedded methods of order five and three.
 const ERROR_OF_FIFTH: &[(usize, f64)] = &[
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
@@ -133,7 +133,7 @@ const ERROR_OF_THIRD: &[(usize, f64)] = &[
     (11, 0.02265179219836082),
 ];
 
-/// Of the three stages more that the polynomial through a step needs.
+/// Coefficients of the three additional stages of the interpolating polynomial.
 const DENSE_STAGES: [&[(usize, f64)]; 3] = [
     &[
         (0, 0.056167502283047954),
@@ -167,7 +167,7 @@ const DENSE_STAGES: [&[(usize, f64)]; 3] = [
     ],
 ];
 
-/// What the last four terms of that polynomial have of the slopes.
+/// Weights of the slopes in the last four terms of that polynomial.
 const DENSE_TERMS: [&[(usize, f64)]; 4] = [
     &[
         (0, -8.428938276109013),
@@ -227,8 +227,7 @@ const DENSE_TERMS: [&[(usize, f64)]; 4] = [
     ],
 ];
 
-/// One step of length `h` of `y' = f(s, y)`, and the estimate of its error. `s` holds the inputs of `f` besides `y` at
-/// the [`DORMAND_PRINCE_NODES`].
+/// One step of length `h` of `y' = f(s, y)`, with the estimate of its error. `s`: further inputs of `f` at the [`DORMAND_PRINCE_NODES`].
 #[inline(always)]
 pub fn dormand_prince_step<S, const N: usize>(
     y: &[f64; N],
@@ -263,19 +262,19 @@ fn estimate<const N: usize, const STAGES: usize>(h: f64, slopes: &[[f64; N]; STA
     error
 }
 
-/// A step as [`dormand_prince_step`] takes it, and the polynomial of degree seven through it.
+/// A step as in [`dormand_prince_step`], with the interpolating polynomial of degree seven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DormandPrinceDense<const N: usize> {
-    /// The states at its end.
+    /// State at the end of the step.
     pub after: [f64; N],
-    /// The estimate of their error.
+    /// Estimate of its error.
     pub error: [f64; N],
     begin: [f64; N],
     terms: [[f64; N]; 7],
 }
 
 impl<const N: usize> DormandPrinceDense<N> {
-    /// The step of length `h` from `y`, with the inputs of `f` at the [`DORMAND_PRINCE_DENSE_NODES`].
+    /// A step of length `h` from `y`; inputs of `f` at the [`DORMAND_PRINCE_DENSE_NODES`].
     pub fn new<S>(
         y: &[f64; N],
         h: f64,
@@ -311,7 +310,7 @@ impl<const N: usize> DormandPrinceDense<N> {
         }
     }
 
-    /// The states after the share `share` of the step.
+    /// State at the fraction `share` of the step.
     #[must_use]
     pub fn at(&self, share: f64) -> [f64; N] {
         let mut y = [0.0; N];
@@ -328,7 +327,7 @@ impl<const N: usize> DormandPrinceDense<N> {
     }
 }
 
-/// Adds the weighted slopes times `h`.
+/// Adds the weighted slopes, multiplied by `h`.
 #[inline(always)]
 fn add<const N: usize, const STAGES: usize>(
     y: &mut [f64; N],

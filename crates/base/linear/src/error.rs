@@ -1,64 +1,64 @@
-//! Errors of the linear algebra.
+//! Errors of linear algebra.
 
 /// Why a linear system or polynomial could not be built or solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// There is nothing to work on.
+    /// An empty list or matrix.
     #[error("{what} is empty")]
     Empty {
-        /// The list or matrix.
+        /// Name of the list or matrix.
         what: &'static str,
     },
-    /// A NaN or an infinity, given or arrived at.
-    #[error("{what} holds a number that is not finite")]
+    /// A NaN or an infinity in the input or the result.
+    #[error("{what} contains a number that is not finite")]
     NotFinite {
-        /// The list, matrix or number.
+        /// Name of the list, matrix or number.
         what: &'static str,
     },
-    /// The coefficient of the highest power is zero, so the degree is not what it seems.
+    /// The coefficient of the highest power is zero.
     #[error("the leading coefficient of {what} is zero")]
     LeadingZero {
-        /// The polynomial.
+        /// Name of the polynomial.
         what: &'static str,
     },
-    /// Sizes that do not belong together.
+    /// Incompatible sizes.
     #[error("{what} is {found}, {expected} is needed")]
     Shape {
-        /// The list or matrix.
+        /// Name of the list or matrix.
         what: &'static str,
         /// The size found.
         found: String,
-        /// The size that fits the rest.
+        /// The required size.
         expected: String,
     },
-    /// A number that must be above zero.
-    #[error("{what} must be above zero, {value} is not")]
+    /// A number that must be positive.
+    #[error("{what} must be above zero, but is {value}")]
     NotPositive {
-        /// The number's name.
+        /// Name of the number.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A numerator of higher degree than the denominator: the output would need future inputs.
+    /// A numerator of higher degree than the denominator, for which the output would need future inputs.
     #[error("the numerator's degree {numerator} is above the denominator's {denominator}")]
     Improper {
-        /// The numerator's degree.
+        /// Degree of the numerator.
         numerator: usize,
-        /// The denominator's degree.
+        /// Degree of the denominator.
         denominator: usize,
     },
-    /// The system has a pole exactly where its gain is asked for.
+    /// A pole at the point of the steady-state gain.
     #[error("there is no steady-state gain: the system integrates a constant input")]
     NoSteadyGain,
     /// The eigenvalue iteration did not end.
     #[error("the eigenvalues of a {size} x {size} matrix did not converge")]
     NoConvergence {
-        /// The matrix' rows.
+        /// Number of the matrix's rows.
         size: usize,
     },
 }
 
-/// Refuses numbers that are not finite.
+/// Checks that all numbers are finite.
 pub(crate) fn finite<'a>(
     what: &'static str,
     numbers: impl IntoIterator<Item = &'a f64>,

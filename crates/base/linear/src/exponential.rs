@@ -1,9 +1,9 @@
-//! The exponential of a matrix. Nalgebra's calls the C library's logarithm, which differs between machines.
+//! Matrix exponential. Nalgebra's version uses the C library's logarithm, which differs between machines.
 
 use nalgebra::DMatrix;
 
-/// Orders of the Padé approximant, and the largest 1-norm for which each is exact to the rounding of `f64`:
-/// Higham, "The scaling and squaring method for the matrix exponential revisited", SIAM J. Matrix Anal. Appl. 26 (2005), table 2.3.
+/// Orders of the Padé approximant, with the largest 1-norm for which each is exact to the rounding of `f64`: Higham, "The scaling and squaring
+/// method for the matrix exponential revisited", SIAM J. Matrix Anal. Appl. 26 (2005), table 2.3.
 const ORDERS: [(u32, f64); 5] = [
     (3, 1.495585217958292e-2),
     (5, 2.53939833006323e-1),
@@ -12,8 +12,8 @@ const ORDERS: [(u32, f64); 5] = [
     (13, 5.371920351148152),
 ];
 
-/// `e^A` of a square matrix (n x n): the diagonal Padé approximant of the order that its norm asks for, of `A / 2^s`
-/// where the norm is larger than any order takes, squared `s` times. Entries that are not finite give entries that are not.
+/// `e^A` of a square matrix (n x n): the diagonal Padé approximant whose order fits the norm. Larger matrices are first scaled to `A / 2^s`, and
+/// the result is squared `s` times. Entries that are not finite give entries that are not finite.
 #[must_use]
 pub fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
     let norm = a

@@ -1,4 +1,4 @@
-//! Open loops on the frequency axis: crossovers, gain and phase margins.
+//! Frequency response of open loops: crossovers, gain and phase margins.
 //!
 //! For an open loop `L(s) = G(s) e^(-tau s)` closed by unity negative feedback:
 //!
@@ -16,10 +16,10 @@ use nalgebra::Complex;
 
 use crate::{Error, TransferFunction, polar, polynomial};
 
-/// How finely the axis is searched for phase crossovers, points per decade.
+/// Points per decade of the search for phase crossovers.
 const POINTS_PER_DECADE: usize = 100;
 
-/// A rational transfer function with a dead time behind it.
+/// A rational transfer function followed by a dead time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DelayedLoop {
     /// `G(s)`.
@@ -28,34 +28,34 @@ pub struct DelayedLoop {
     pub delay: f64,
 }
 
-/// Where the open loop has magnitude one.
+/// A gain crossover: the open loop has magnitude one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseMargin {
-    /// rad/s
+    /// Frequency, rad/s.
     pub frequency: f64,
-    /// rad, in `(-pi, pi]`; positive for a stable loop with one crossover.
+    /// Phase margin, rad, in `(-pi, pi]`; positive for a stable loop with one crossover.
     pub margin: f64,
 }
 
-/// Where the open loop is real and negative.
+/// A phase crossover: the open loop is real and negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GainMargin {
-    /// rad/s
+    /// Frequency, rad/s.
     pub frequency: f64,
-    /// `1 / |L|`.
+    /// Gain margin `1 / |L|`, a factor.
     pub factor: f64,
 }
 
-/// Where a frequency response is largest.
+/// The maximum of a frequency response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// rad/s
+    /// Frequency, rad/s.
     pub frequency: f64,
-    /// Its magnitude.
+    /// Magnitude.
     pub value: f64,
 }
 
-/// The phases of a frequency response, rad, each within half a turn of the one before.
+/// Phases of a frequency response, rad, unwrapped: each within half a turn of the previous one.
 #[must_use]
 pub fn unwrapped_phases(response: impl IntoIterator<Item = Complex<f64>>) -> Vec<f64> {
     let mut before: Option<f64> = None;
@@ -79,7 +79,7 @@ impl DelayedLoop {
         }
     }
 
-    /// `L(s)` with the dead time as Pade's ratio of second order, for poles and steps:
+    /// `L(s)` with the second-order Padé approximation of the dead time, for poles and step responses:
     ///
     /// ```text
     /// e^(-x) ~ (1 - x/2 + x^2/12) / (1 + x/2 + x^2/12)        x = tau s
@@ -105,8 +105,7 @@ impl DelayedLoop {
             * delay
     }
 
-    /// Every gain crossover, lowest frequency first: the positive roots of `|N(jw)|^2 = |D(jw)|^2`,
-    /// a polynomial in `w^2`.
+    /// All gain crossovers, lowest frequency first: the positive roots of `|N(jw)|^2 = |D(jw)|^2`, a polynomial in `w^2`.
     ///
     /// # Errors
     /// Those of [`polynomial::roots`].
@@ -136,18 +135,17 @@ impl DelayedLoop {
         Ok(crossovers)
     }
 
-    /// Every phase crossover in `[lowest, highest]` (rad/s), lowest frequency first, found on a
-    /// logarithmic grid and refined by bisection.
+    /// All phase crossovers in `[lowest, highest]` (rad/s), lowest frequency first, found on a logarithmic grid and refined by bisection.
     #[must_use]
     pub fn gain_margins(&self, lowest: f64, highest: f64) -> Vec<GainMargin> {
         gain_margins(&response(lowest, highest, |w| self.at(w)), |w| self.at(w))
     }
 }
 
-/// A frequency response: frequencies (rad/s), in order, and values.
+/// A frequency response: frequencies (rad/s), ascending, and values.
 pub type Response = Vec<(f64, Complex<f64>)>;
 
-/// Frequencies from `lowest` to `highest` (rad/s), both included, evenly over their logarithm.
+/// Logarithmically spaced frequencies from `lowest` to `highest` (rad/s), both included.
 #[must_use]
 pub fn grid(lowest: f64, highest: f64) -> Vec<f64> {
     let decades = libm::log10(highest / lowest);
@@ -157,14 +155,14 @@ pub fn grid(lowest: f64, highest: f64) -> Vec<f64> {
         .collect()
 }
 
-/// `at` on the [`grid`].
+/// Values of `at` on the [`grid`].
 fn response(lowest: f64, highest: f64, at: impl Fn(f64) -> Complex<f64>) -> Response {
     let grid = grid(lowest, highest).into_iter();
     grid.map(|w| (w, at(w))).collect()
 }
 
-/// Every phase crossover between the points of an open loop's response, refined by bisection of `at`, the same response
-/// at any frequency (rad/s).
+/// All phase crossovers between the points of an open loop's response, refined by bisection of `at`, the same response at any frequency
+/// (rad/s).
 #[must_use]
 pub fn gain_margins(
     response: &[(f64, Complex<f64>)],
@@ -182,7 +180,7 @@ pub fn gain_margins(
         .collect()
 }
 
-/// As [`gain_margins`], every gain crossover.
+/// As [`gain_margins`], for gain crossovers.
 #[must_use]
 pub fn phase_margins(
     response: &[(f64, Complex<f64>)],
@@ -198,8 +196,8 @@ pub fn phase_margins(
         .collect()
 }
 
-/// The largest `|S| = |1 / (1 + L)|` between the points of an open loop's response, and its frequency (rad/s): the inverse is the
-/// distance of the Nyquist plot from -1.
+/// The largest `|S| = |1 / (1 + L)|` between the points of an open loop's response, and its frequency (rad/s). Its inverse is the distance of
+/// the Nyquist plot from -1.
 #[must_use]
 pub fn sensitivity_peak(
     response: &[(f64, Complex<f64>)],
@@ -227,7 +225,7 @@ pub fn sensitivity_peak(
     })
 }
 
-/// Where `of` the response changes sign, by bisection.
+/// Frequencies at which `of` the response changes sign, by bisection.
 fn crossings(
     response: &[(f64, Complex<f64>)],
     at: &impl Fn(f64) -> Complex<f64>,
@@ -256,14 +254,14 @@ fn crossings(
     found
 }
 
-/// The angle of -L, in `(-pi, pi]`: pi more than that of L.
+/// Argument of -L, in `(-pi, pi]`: that of L plus pi.
 fn margin_of(value: Complex<f64>) -> f64 {
     let (sin, cos) = libm::sincos(value.argument());
     libm::atan2(-sin, -cos)
 }
 
-/// `|p(jw)|^2` as a polynomial in `x = w^2`, highest power first: `E(x)^2 + x O(x)^2` with the even
-/// and odd parts of `p(jw) = E(w^2) + j w O(w^2)`.
+/// `|p(jw)|^2` as a polynomial in `x = w^2`, highest power first: `E(x)^2 + x O(x)^2` with the even and odd parts of
+/// `p(jw) = E(w^2) + j w O(w^2)`.
 fn squared_magnitude(p: &[f64]) -> Vec<f64> {
     let degree = p.len() - 1;
     let part = |parity: usize| -> Vec<f64> {

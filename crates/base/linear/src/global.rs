@@ -1,11 +1,11 @@
-//! A global search without derivatives, the same on every machine.
+//! Global search without derivatives, with identical results on every machine.
 
-/// The probability that a member takes a coordinate from its trial.
+/// Probability that a member takes a coordinate from its trial point.
 const CROSSOVER: f64 = 0.9;
 
-/// The point between bounds whose cost is the lowest, and its cost: differential evolution (Storn and Price, *J. Global Optimization* 11,
-/// 1997; strategy current-to-best/1/bin with a factor from 0.5 to 1), from a fixed seed. `costs` has those of many points at once; a pair as
-/// cost puts broken limits before the value. It ends once the costs of all members are `alike`, by the lowest and another.
+/// The point between bounds with the lowest cost, and its cost: differential evolution (Storn and Price, *J. Global Optimization* 11, 1997;
+/// strategy current-to-best/1/bin with a factor from 0.5 to 1), with a fixed seed. `costs` evaluates many points at once; a pair as cost puts
+/// violated limits before the value. The search ends once the costs of all members are `alike` the lowest one.
 ///
 /// # Errors
 /// Those of `costs`.
@@ -61,7 +61,7 @@ pub fn lowest<const N: usize, C: PartialOrd + Copy, E>(
     Ok((all[best], values[best]))
 }
 
-/// splitmix64 (Steele, Lea and Flood, OOPSLA 2014).
+/// Random generator splitmix64 (Steele, Lea and Flood, OOPSLA 2014).
 struct Random(u64);
 
 impl Random {
@@ -72,7 +72,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// From 0 to below 1.
+    /// Uniform random number in [0, 1).
     fn uniform(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }

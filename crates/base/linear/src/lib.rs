@@ -1,23 +1,22 @@
 #![doc = include_str!("../README.md")]
 //!
 //! - [`polynomial`]: real polynomials: value, roots, product of roots.
-//! - [`routh`]: stability from coefficients alone.
+//! - [`routh`]: stability from coefficients.
 //! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
 //! - [`frequency`]: open loops, with dead time too: crossovers, gain and phase margins, sensitivity.
-//! - [`Sampled`]: a continuous system behind a sampled command, exact at the ticks.
-//! - [`pitch`]: the equations of pitch and heave that a vehicle and its identification share.
-//! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
-//! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
-//! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error; [`DormandPrinceDense`]: the polynomial through its step.
-//! - [`first_below_zero`], [`below_zero_near`], [`lowest_point`]: where a margin falls below zero, and where it turns.
+//! - [`Sampled`]: a continuous system with a sampled input, exact at the ticks.
+//! - [`pitch`]: equations of pitch and heave, shared by vehicles and identification.
+//! - [`poles`]: mapping between the `z` plane and the `s` plane; eigenvalues.
+//! - [`runge_kutta_step`]: fourth-order Runge-Kutta method for any equations.
+//! - [`dormand_prince_step`]: eighth-order method with an error estimate; [`DormandPrinceDense`]: with an interpolating polynomial.
+//! - [`first_below_zero`], [`below_zero_near`], [`lowest_point`]: location of events: where a margin falls below zero, and where it has a minimum.
 //! - [`lowest`]: a global search.
-//! - [`digits`]: numbers written to the digits that they have.
+//! - [`digits`]: numbers printed with their significant digits.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
-//! Nothing here knows of vehicle files, messages or clocks. Coefficient lists have the highest power
-//! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
-//! never a NaN.
+//! This crate does not depend on vehicle files, messages or clocks. Coefficient lists begin with the highest power, as in the reports. Failures
+//! are an [`Error`], never a panic or a NaN.
 
 mod complex;
 pub mod digits;
@@ -59,24 +58,24 @@ pub use step_metrics::{StepMeter, StepMetrics};
 pub use time_history::{COLUMNS, TimeHistory};
 pub use transfer_function::TransferFunction;
 
-/// A matrix row by row.
+/// The rows of a matrix.
 #[must_use]
 pub fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let rows = matrix.row_iter();
     rows.map(|row| row.iter().copied().collect()).collect()
 }
 
-/// Whether a system's variable is `s` (differential equations) or `z` (difference equations).
+/// Whether a system is in `s` (differential equations) or in `z` (difference equations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
-    /// Continuous time: a constant input is seen at `s = 0`.
+    /// Continuous time: constant signals correspond to `s = 0`.
     Continuous,
-    /// Discrete time: a constant input is seen at `z = 1`.
+    /// Discrete time: constant signals correspond to `z = 1`.
     Discrete,
 }
 
 impl Domain {
-    /// The point of the complex plane at which a transfer function gives its steady-state gain.
+    /// Point of the complex plane at which a transfer function has its steady-state gain.
     #[must_use]
     pub fn steady_point(self) -> f64 {
         match self {

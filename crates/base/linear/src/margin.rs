@@ -1,10 +1,9 @@
-//! Where a margin, a quantity with its rate, falls below zero: how events are located.
+//! Location of events: finds where a margin, a quantity with its rate, falls below zero.
 
-/// How exactly a zero is found: Newton's last step relative to the stretch searched. Its square
-/// is what then remains of the margin.
+/// Tolerance of a zero: Newton's last step relative to the search interval. The remaining margin is of the order of its square.
 const NEWTON_STEP: f64 = 1e-9;
 
-/// Where a margin that falls at `low` and rises at `high` turns, by halving.
+/// Minimum of a margin that falls at `low` and rises at `high`, by bisection.
 #[must_use]
 pub fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
     for _ in 0..60 {
@@ -18,14 +17,13 @@ pub fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f
     high
 }
 
-/// Where a margin falls below zero between `low`, where it has not, and `high`, where it has:
-/// Newton's method, kept within the bracket by halving.
+/// First zero of a margin that is positive at `low` and negative at `high`: Newton's method, kept within the bracket by bisection.
 #[must_use]
 pub fn first_below_zero(low: f64, high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
     below_zero_near(0.5 * (low + high), low, high, margin)
 }
 
-/// The same, where it is likely to be near `t`.
+/// As [`first_below_zero`], for a zero that is probably near `t`.
 #[must_use]
 pub fn below_zero_near(
     mut t: f64,

@@ -1,26 +1,24 @@
-//! The linear equations of pitch, and of heave beside it, each divided by its inertia.
+//! Linear equations of pitch, and optionally heave, each divided by its inertia.
 //!
 //! ```text
 //! q'     = kappa delta - beta q - mu theta + nu w        kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
 //! theta' = q
 //! w'     = epsilon delta + eta q - zeta w
 //! ```
-//! These ratios are what plane angle and pitch rate determine of a vehicle: identification finds them, an
-//! identified vehicle is built from them. Without heave they are the pitch equation of Brunner 1988, p. 93,
-//! `J q' = K delta - B q - M_theta theta`.
+//! Plane angle and pitch rate determine only these ratios: identification estimates them, and an identified vehicle is built from them. Without
+//! heave they are the pitch equation of Brunner 1988, p. 93, `J q' = K delta - B q - M_theta theta`.
 //!
-//! Coefficients come as a list `kappa, beta, mu`, or with heave `kappa, beta, mu, nu, zeta, eta, epsilon`.
+//! Coefficients are a list `kappa, beta, mu`, or with heave `kappa, beta, mu, nu, zeta, eta, epsilon`.
 
 use crate::{DMatrix, Error, StateSpace};
 
-/// Coefficients of pitch alone: `kappa`, `beta`, `mu`.
+/// Number of coefficients without heave: `kappa`, `beta`, `mu`.
 pub const PITCH: usize = 3;
 
-/// Coefficients of pitch and heave.
+/// Number of coefficients with heave.
 pub const PITCH_AND_HEAVE: usize = 7;
 
-/// `[A B]` of `x' = A x + B delta`: `x = (q, theta)` from three coefficients, `(q, theta, w)` from more. One that is
-/// not given is 0.
+/// `[A B]` of `x' = A x + B delta`, with `x = (q, theta)` for three coefficients, `(q, theta, w)` for more. Missing coefficients are 0.
 #[must_use]
 #[rustfmt::skip]
 pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
@@ -40,7 +38,7 @@ pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
     ])
 }
 
-/// The slope of [`equations`] by one of so many coefficients, by which they are linear.
+/// Derivative of [`equations`] with respect to one of `coefficients` coefficients, in which they are linear.
 #[must_use]
 pub fn slope(coefficient: usize, coefficients: usize) -> DMatrix<f64> {
     let unit: Vec<f64> = (0..coefficients)

@@ -1,4 +1,4 @@
-//! Eigenvalues, and the map between the `z` plane of a sampled system and the `s` plane.
+//! Eigenvalues, and the mapping between the `z` plane of a sampled system and the `s` plane.
 //!
 //! A mode `exp(s t)` sampled every `dt` is `z^k` with `z = exp(s dt)`.
 
@@ -9,50 +9,49 @@ use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reins
 
 use crate::{Error, error::finite};
 
-/// QR steps allowed per row before a start is given up; two or three are usual.
+/// Largest number of QR steps per row before giving up; two or three are usual.
 const STEPS_PER_ROW: usize = 100;
 
 /// The continuous pole `s = ln(z) / dt` \[rad/s\] of a discrete pole sampled every `dt` \[s\],
 /// on the principal branch: `|Im s| <= pi / dt`.
 ///
-/// A negative real `z` is mapped to `Im s = pi / dt`; no real continuous first-order system has
-/// such a pole. `None` for `z = 0` (a pure delay), for numbers that are not finite, and for a
-/// `dt` that is not above zero.
+/// A negative real `z` gives `Im s = pi / dt`, which no real continuous first-order system has. `None` for `z = 0` (a pure delay), for numbers
+/// that are not finite, and for a `dt` that is not positive.
 #[must_use]
 pub fn discrete_to_continuous(z: Complex<f64>, dt: f64) -> Option<Complex<f64>> {
     let s = z.ln() / dt;
     (dt > 0.0 && s.re.is_finite() && s.im.is_finite()).then_some(s)
 }
 
-/// Whether a pole in `z` is an artefact of sampling: its mode would decay or turn as fast as the Nyquist frequency or faster,
-/// `|ln z| >= pi`, which samples cannot tell. Poles at and near `z = 0` are such ones, and all on the negative real axis.
+/// Whether a pole in `z` is an artefact of sampling: its mode decays or oscillates at least as fast as the Nyquist frequency, `|ln z| >= pi`, which
+/// samples cannot resolve. This includes poles at and near `z = 0`, and all on the negative real axis.
 #[must_use]
 pub fn is_sampling_artefact(z: Complex<f64>) -> bool {
     // ln 0 has an infinite norm.
     z.ln().modulus() >= (1.0 - 1e-9) * std::f64::consts::PI
 }
 
-/// The order of poles in s, the slowest first: the one whose mode decays least, with the largest real part; of a pair the upper
-/// one. The first is the dominant pole.
+/// Order of poles in s, slowest first: the largest real part first, of a pair the one with positive imaginary part. The first one is the
+/// dominant pole.
 #[must_use]
 pub fn by_decay(a: &Complex<f64>, b: &Complex<f64>) -> Ordering {
     b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im))
 }
 
-/// A pole as people write it, with so many decimals: `-0.3550 + 0.1260i`.
+/// A pole as text with this many decimals: `-0.3550 + 0.1260i`.
 #[must_use]
 pub fn pole_text(pole: Complex<f64>, decimals: usize) -> String {
     let sign = if pole.im < 0.0 { '-' } else { '+' };
     signed_text(pole, sign, decimals)
 }
 
-/// A conjugate pair as people write it, from either of the two: `-0.3550 ± 0.1260i`. A real pole stands alone.
+/// A conjugate pair as text, from either of its poles: `-0.3550 ± 0.1260i`. A real pole is printed alone.
 #[must_use]
 pub fn pair_text(pole: Complex<f64>, decimals: usize) -> String {
     signed_text(pole, '±', decimals)
 }
 
-/// What a continuous pole does, in words: natural frequency and damping ratio of a pair, time constant of a real pole.
+/// Description of a continuous pole: natural frequency and damping ratio of a pair, time constant of a real pole.
 #[must_use]
 pub fn mode_text(pole: Complex<f64>) -> String {
     let size = pole.modulus();
@@ -81,11 +80,10 @@ fn signed_text(pole: Complex<f64>, sign: char, decimals: usize) -> String {
     }
 }
 
-/// The eigenvalues of a square matrix, in the order of
-/// [`polynomial::roots`](crate::polynomial::roots).
+/// Eigenvalues of a square matrix, in the order of [`polynomial::roots`](crate::polynomial::roots).
 ///
 /// # Errors
-/// [`Error::Shape`] when it is not square, [`Error::NotFinite`], [`Error::NoConvergence`].
+/// [`Error::Shape`] if it is not square, [`Error::NotFinite`], [`Error::NoConvergence`].
 pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     let size = matrix.nrows();
     if matrix.ncols() != size {
@@ -122,13 +120,12 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     Ok(values)
 }
 
-/// Largest real part first, then largest imaginary part: the slowest continuous mode, or the
-/// discrete one nearest to +1, leads.
+/// Sorts by largest real part, then largest imaginary part: the slowest continuous mode, or the discrete mode nearest to +1, comes first.
 pub(crate) fn sort_slowest_first(roots: &mut [Complex<f64>]) {
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
 }
 
-/// `H M H` with the Householder mirror `H = 1 - 2 v v' / v'v`, `v = (1, 2, ..., n)`.
+/// `H M H` with the Householder reflection `H = 1 - 2 v v' / v'v`, `v = (1, 2, ..., n)`.
 fn mirrored(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let size = matrix.nrows();
     let normal = DMatrix::from_fn(size, 1, |i, _| (i + 1) as f64);

@@ -1,7 +1,7 @@
 //! Polynomials with real coefficients, highest power first: `[1, a1, a2]` is `x^2 + a1 x + a2`.
 //!
-//! Roots are the eigenvalues of the companion matrix (Golub and Van Loan, *Matrix
-//! Computations*, 7.4.6), each then polished by Newton's method on the polynomial itself.
+//! Roots are the eigenvalues of the companion matrix (Golub and Van Loan, *Matrix Computations*, 7.4.6), each refined by Newton's method on the
+//! polynomial itself.
 
 use crate::ComplexFunctions as _;
 use nalgebra::{Complex, DMatrix};
@@ -12,8 +12,8 @@ use crate::{
     poles::{eigenvalues, sort_slowest_first},
 };
 
-/// Newton steps per root. Convergence is quadratic from eigenvalues good to half the digits or
-/// more; a multiple root stops sooner because no step improves it.
+/// Maximum number of Newton steps per root. Convergence is quadratic from eigenvalues with half of the digits correct; a multiple root stops
+/// earlier because no step improves it.
 const POLISHING_STEPS: usize = 8;
 
 /// The polynomial's value at `x`, by Horner's rule; 0 for no coefficients.
@@ -35,7 +35,7 @@ pub fn derivative(coefficients: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The product's coefficients; none when either has none.
+/// Coefficients of the product; empty if either list is empty.
 #[must_use]
 pub fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     if a.is_empty() || b.is_empty() {
@@ -50,7 +50,7 @@ pub fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     product
 }
 
-/// The sum's coefficients, as many as the longer one has.
+/// Coefficients of the sum, as many as in the longer list.
 #[must_use]
 pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     let (longer, shorter) = if a.len() >= b.len() { (a, b) } else { (b, a) };
@@ -62,8 +62,7 @@ pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// The polynomial's roots, the one with the largest real part first, conjugates together with
-/// the positive imaginary part first. A constant has none.
+/// Roots of the polynomial, largest real part first; of conjugate roots the one with positive imaginary part first. A constant has no roots.
 ///
 /// ```
 /// use planesman_linear::{Complex, polynomial::roots};
@@ -72,14 +71,12 @@ pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// # Ok::<(), planesman_linear::Error>(())
 /// ```
 ///
-/// A root of multiplicity `m` comes out as `m` roots spread by about the `m`-th root of the
-/// rounding error: no method does better in the same arithmetic. Where coefficients span dozens
-/// of decades, the smallest roots may have no correct digit.
+/// A root of multiplicity `m` is returned as `m` roots spread by about the `m`-th root of the rounding error, which is unavoidable in the same
+/// arithmetic. If coefficients span dozens of decades, the smallest roots may have no correct digit.
 ///
 /// # Errors
-/// [`Error::Empty`], [`Error::NotFinite`] or [`Error::LeadingZero`] for what is no polynomial of
-/// its length; [`Error::NotFinite`] also when its coefficients span so many decades that their
-/// ratios overflow; [`Error::NoConvergence`].
+/// [`Error::Empty`], [`Error::NotFinite`] or [`Error::LeadingZero`] for invalid coefficients; [`Error::NotFinite`] also if their ratios
+/// overflow; [`Error::NoConvergence`].
 pub fn roots(coefficients: &[f64]) -> Result<Vec<Complex<f64>>, Error> {
     check("the polynomial", coefficients)?;
     // Trailing zeros are exact roots at zero; dividing them out leaves the rest better posed.
@@ -109,11 +106,10 @@ pub fn roots(coefficients: &[f64]) -> Result<Vec<Complex<f64>>, Error> {
     Ok(roots)
 }
 
-/// The real monic polynomial with these roots. Complex roots are to come in conjugate pairs;
-/// what imaginary part the product keeps by rounding is dropped.
+/// The real monic polynomial with these roots. Complex roots must be conjugate pairs; imaginary rounding errors of the product are dropped.
 ///
 /// # Errors
-/// [`Error::NotFinite`] when a root or the product is not finite.
+/// [`Error::NotFinite`] if a root or the product is not finite.
 pub fn from_roots(roots: &[Complex<f64>]) -> Result<Vec<f64>, Error> {
     let mut product = vec![Complex::new(1.0, 0.0)];
     for &root in roots {
@@ -128,8 +124,7 @@ pub fn from_roots(roots: &[Complex<f64>]) -> Result<Vec<f64>, Error> {
     Ok(coefficients)
 }
 
-/// Whether all roots of `z^n + a1 z^(n-1) + ... + an` have a magnitude below `radius` (the recursion of
-/// Schur and Cohn).
+/// Whether all roots of `z^n + a1 z^(n-1) + ... + an` have a magnitude below `radius` (Schur-Cohn recursion).
 #[must_use]
 pub fn lies_within(a: &[f64], radius: f64) -> bool {
     let mut scale = 1.0;
@@ -151,7 +146,7 @@ pub fn lies_within(a: &[f64], radius: f64) -> bool {
     true
 }
 
-/// Refuses a coefficient list that is empty, not finite, or led by a zero.
+/// Checks that a coefficient list is not empty, is finite, and does not begin with zero.
 pub(crate) fn check(what: &'static str, coefficients: &[f64]) -> Result<(), Error> {
     finite(what, coefficients)?;
     match coefficients.first() {
@@ -161,7 +156,7 @@ pub(crate) fn check(what: &'static str, coefficients: &[f64]) -> Result<(), Erro
     }
 }
 
-/// Newton steps for as long as each brings the polynomial nearer to zero.
+/// Newton steps as long as each reduces the polynomial's magnitude.
 fn polish(monic: &[f64], slope: &[f64], mut root: Complex<f64>) -> Complex<f64> {
     let mut residual = evaluate(monic, root);
     for _ in 0..POLISHING_STEPS {

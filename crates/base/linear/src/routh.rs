@@ -1,27 +1,27 @@
-//! Routh's criterion: how many roots of a polynomial lie in the right half plane, from its
-//! coefficients alone (Gantmacher, *The Theory of Matrices*, vol. 2, ch. XV).
+//! Routh's criterion: number of roots of a polynomial in the right half plane, from its coefficients (Gantmacher, *The Theory of Matrices*,
+//! vol. 2, ch. XV).
 //!
 //! ```text
 //! s^n      a_0  a_2  a_4 ...
 //! s^(n-1)  a_1  a_3  a_5 ...        each further row from the two above it:
 //! s^(n-2)  b_1  b_2  ...            b_i = (a_1 a_(2i) - a_0 a_(2i+1)) / a_1
 //! ```
-//! The roots right of the axis are as many as the first column changes sign. A zero in that column means
-//! roots on the axis or placed symmetrically about 0; the scheme ends there.
+//! The number of roots in the right half plane is the number of sign changes in the first column. A zero in that column means roots on the
+//! imaginary axis or symmetric about 0; the scheme ends there.
 
 use crate::{Error, polynomial::check};
 
 /// The first column of Routh's scheme.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RouthColumn {
-    /// As far as the scheme goes.
+    /// The column up to the end of the scheme.
     pub first: Vec<f64>,
-    /// Whether it goes to the end: no zero was met before.
+    /// Whether the scheme is complete, without a zero before its end.
     pub complete: bool,
 }
 
 impl RouthColumn {
-    /// The scheme of a polynomial, highest power first.
+    /// Scheme of a polynomial, highest power first.
     ///
     /// # Errors
     /// [`Error::Empty`], [`Error::NotFinite`] or [`Error::LeadingZero`].
@@ -53,7 +53,7 @@ impl RouthColumn {
         })
     }
 
-    /// The roots in the right half plane; `None` when the scheme ended early.
+    /// Number of roots in the right half plane; `None` if the scheme ended early.
     #[must_use]
     pub fn unstable_roots(&self) -> Option<usize> {
         let changes = self.first.windows(2).filter(|pair| pair[0] * pair[1] < 0.0);

@@ -5,13 +5,13 @@
 //! y(t + h) = y + h/6 (k1 + 2 k2 + 2 k3 + k4)
 //! ```
 //!
-//! Error per unit time of order `h^4` where `f` is smooth. For a decaying mode `exp(s t)` it is
-//! stable up to `|s| h = 2.78` on the real axis and 2.83 on the imaginary one.
+//! The error per unit time is of order `h^4` if `f` is smooth. For a decaying mode `exp(s t)` the method is stable up to `|s| h = 2.78` on the
+//! real axis and 2.83 on the imaginary axis.
 
 use std::ops::{Add, Mul};
 
-/// One step of length `h` of `y' = f(s, y)`, of numbers or of lanes of them. `s` holds the inputs of `f` besides `y`: at the start, in the
-/// middle and at the end of the step; `[&(); 3]` when there are none.
+/// One step of length `h` of `y' = f(s, y)`, for numbers or for vectors of numbers. `s`: further inputs of `f` at the beginning, in the middle and
+/// at the end of the step; `[&(); 3]` without any.
 #[inline(always)]
 pub fn runge_kutta_step<S, T, const N: usize>(
     y: &[T; N],

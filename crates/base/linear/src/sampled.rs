@@ -1,15 +1,14 @@
-//! Continuous systems behind a sampled command, exact at the ticks.
+//! Continuous systems with a sampled command, exact at the ticks.
 //!
-//! A command `u_k` is given at every tick `k T` and holds until the next. What it drives follows each change of it
-//! in the same way: `s(t)` is its place a time `t` after a unit step of the command at a tick, from 0 to 1. The system
-//! `x' = A x + B s` is then, at the ticks,
+//! A command `u_k` is given at every tick `k T` and held until the next. The actuated quantity follows each change in the same way: `s(t)` is its
+//! value at time `t` after a unit step of the command at a tick, from 0 to 1. The system `x' = A x + B s` is then, at the ticks,
 //!
 //! ```text
 //! x_(k+1) = Ad x_k + sum_j G_j (u_(k-j) - u_(k-j-1)),   Ad = exp(A T)
 //! G_j = integral over the tick j of exp(A ((j+1) T - t)) B s(t) dt
 //! ```
-//! For `s = 1` that is the zero-order hold (Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, ch. 4). Where
-//! `s` is straight between knots, each integral is a matrix exponential (Van Loan, *IEEE Trans. Automatic Control* 23, 1978).
+//! For `s = 1` this is the zero-order hold (Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, ch. 4). For `s` linear between
+//! knots, each integral is a matrix exponential (Van Loan, *IEEE Trans. Automatic Control* 23, 1978).
 
 use crate::{exponential as matrix_exponential, polar};
 use std::f64::consts::PI;
@@ -18,35 +17,34 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::{Error, StateSpace, error::finite};
 
-/// A step that is made at once: the zero-order hold.
+/// An immediate step: the zero-order hold.
 pub const AT_ONCE: [(f64, f64); 2] = [(0.0, 0.0), (0.0, 1.0)];
 
-/// Two times nearer than this, s, are one.
+/// Times closer than this count as equal, s.
 const INSTANT: f64 = 1e-12;
 
-/// A continuous system with one input, as its sampled command sees it at the ticks:
-/// `x_(k+1) = A x_k + sum_j B_j u_(k-j)`, `y_k = C x_k`.
+/// A continuous system with one input, as a discrete system from its sampled command: `x_(k+1) = A x_k + sum_j B_j u_(k-j)`, `y_k = C x_k`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
     a: DMatrix<f64>,
-    /// `B_0`, `B_1`, ...: of the present command and of the past ones.
+    /// `B_0`, `B_1`, ...: input vectors of the present and of past commands.
     inputs: Vec<DMatrix<f64>>,
     c: DMatrix<f64>,
     tick: f64,
 }
 
 impl Sampled {
-    /// The system with ticks of `tick` \[s\]. `motion` is the step response `s` as knots (time \[s\], value), in order of time, straight
-    /// in between, from the value 0 on; two knots at one time are a step. After the last knot `s` is 1.
+    /// The system with ticks of `tick` \[s\]. `motion`: the step response `s` as knots (time \[s\], value) in ascending time, linear in between,
+    /// beginning with the value 0; two knots at one time are a step. After the last knot `s` is 1.
     ///
     /// # Errors
-    /// [`Error::Shape`] for a system with several inputs or a direct path, [`Error::NotPositive`] for `tick`, [`Error::NotFinite`].
+    /// [`Error::Shape`] for a system with several inputs or direct feedthrough, [`Error::NotPositive`] for `tick`, [`Error::NotFinite`].
     pub fn new(system: &StateSpace, motion: &[(f64, f64)], tick: f64) -> Result<Self, Error> {
         if system.b.ncols() != 1 || system.d.iter().any(|d| *d != 0.0) {
             return Err(Error::Shape {
                 what: "a sampled system",
-                found: format!("{} inputs, or a direct path", system.b.ncols()),
-                expected: "one input that only moves the state".to_owned(),
+                found: format!("{} inputs, or direct feedthrough", system.b.ncols()),
+                expected: "one input without direct feedthrough".to_owned(),
             });
         }
         let held = system.zero_order_hold(tick)?;
@@ -99,19 +97,19 @@ impl Sampled {
         })
     }
 
-    /// `T` \[s\].
+    /// Sampling interval `T` \[s\].
     #[must_use]
     pub fn tick(&self) -> f64 {
         self.tick
     }
 
-    /// `pi / T` \[rad/s\].
+    /// Nyquist frequency `pi / T` \[rad/s\].
     #[must_use]
     pub fn nyquist(&self) -> f64 {
         PI / self.tick
     }
 
-    /// The outputs per command at `z = exp(j w T)`, `w` in rad/s. `None` at a pole.
+    /// Frequency response from the command to the outputs at `z = exp(j w T)`, `w` in rad/s. `None` at a pole.
     #[must_use]
     pub fn at(&self, frequency: f64) -> Option<DMatrix<Complex<f64>>> {
         let n = self.a.nrows();
@@ -126,7 +124,7 @@ impl Sampled {
         Some(complex(&self.c) * resolvent.lu().solve(&driven)?)
     }
 
-    /// The whole as a discrete state space: `x`, then the commands of the ticks before, latest first.
+    /// Discrete state space with the state `x`, followed by past commands, latest first.
     #[must_use]
     pub fn state_space(&self) -> StateSpace {
         let (n, past) = (self.a.nrows(), self.inputs.len() - 1);
@@ -156,19 +154,19 @@ impl Sampled {
     }
 }
 
-/// `s` just after a time.
+/// `s` just after a time, s.
 fn after(motion: &[(f64, f64)], time: f64) -> f64 {
     let next = motion.partition_point(|knot| knot.0 <= time + INSTANT);
     between(motion, next, time)
 }
 
-/// `s` just before a time.
+/// `s` just before a time, s.
 fn before(motion: &[(f64, f64)], time: f64) -> f64 {
     let next = motion.partition_point(|knot| knot.0 < time - INSTANT);
     between(motion, next, time)
 }
 
-/// `s` on the way to the knot `next`.
+/// `s` at a time on the line to the knot `next`.
 fn between(motion: &[(f64, f64)], next: usize, time: f64) -> f64 {
     match (next.checked_sub(1).map(|i| motion[i]), motion.get(next)) {
         (Some((from, low)), Some((to, high))) if *to > from => {

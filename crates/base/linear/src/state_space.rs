@@ -5,8 +5,8 @@
 //! discrete    x_(k+1) = A x_k + B u_k    y = C x + D u
 //! ```
 //!
-//! The matrices do not say which of the two they are; what depends on it takes a
-//! [`Domain`] or says which it expects.
+//! The matrices do not tell whether a system is continuous or discrete; functions that depend on it take a [`Domain`] or document what they
+//! expect.
 
 use crate::ComplexFunctions as _;
 use nalgebra::{Complex, DMatrix};
@@ -16,21 +16,21 @@ use crate::{Domain, Error, TransferFunction, error::finite, exponential, poles::
 /// A linear system with `n` states, `m` inputs and `p` outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
-    /// `n x n`: what the state does by itself.
+    /// `n x n`: system matrix.
     pub a: DMatrix<f64>,
-    /// `n x m`: what the inputs do to the state.
+    /// `n x m`: input matrix.
     pub b: DMatrix<f64>,
-    /// `p x n`: what the outputs see of the state.
+    /// `p x n`: output matrix.
     pub c: DMatrix<f64>,
-    /// `p x m`: what the outputs see of the inputs at once.
+    /// `p x m`: feedthrough matrix.
     pub d: DMatrix<f64>,
 }
 
 impl StateSpace {
-    /// A system whose matrices fit together.
+    /// A system of matrices with compatible sizes.
     ///
     /// # Errors
-    /// [`Error::Shape`] when they do not, [`Error::NotFinite`].
+    /// [`Error::Shape`] for incompatible sizes, [`Error::NotFinite`].
     pub fn new(
         a: DMatrix<f64>,
         b: DMatrix<f64>,
@@ -42,14 +42,14 @@ impl StateSpace {
         Ok(system)
     }
 
-    /// This continuous system seen through a zero-order hold: its input constant over each
-    /// `dt` \[s\], its state and outputs taken at the ends.
+    /// Zero-order-hold discretisation of this continuous system: its input is constant over each `dt` \[s\], its state and outputs are sampled at
+    /// the ends.
     ///
     /// ```text
     /// exp( [A B] dt ) = [Ad Bd]
     ///      [0 0]        [0   1]
     /// ```
-    /// (Van Loan, *IEEE Trans. Automatic Control* 23, 1978), which also holds for a singular `A`.
+    /// (Van Loan, *IEEE Trans. Automatic Control* 23, 1978), which is also valid for a singular `A`.
     ///
     /// ```
     /// # use planesman_linear::{DMatrix, StateSpace};
@@ -66,8 +66,7 @@ impl StateSpace {
     /// ```
     ///
     /// # Errors
-    /// [`Error::NotPositive`] for `dt`, [`Error::NotFinite`] when the exponential overflows,
-    /// [`Error::Shape`].
+    /// [`Error::NotPositive`] for `dt`, [`Error::NotFinite`] if the exponential overflows, [`Error::Shape`].
     pub fn zero_order_hold(&self, dt: f64) -> Result<Self, Error> {
         self.check()?;
         if !dt.is_finite() {
@@ -98,8 +97,7 @@ impl StateSpace {
         })
     }
 
-    /// The poles: the eigenvalues of `A`, in the order of
-    /// [`polynomial::roots`](crate::polynomial::roots), those that cancel included.
+    /// The poles: eigenvalues of `A`, in the order of [`polynomial::roots`](crate::polynomial::roots), including those that cancel with zeros.
     ///
     /// # Errors
     /// Those of [`eigenvalues`].
@@ -107,17 +105,17 @@ impl StateSpace {
         eigenvalues(&self.a)
     }
 
-    /// The finite zeros of a system with one input, one output and no direct path, in the order of
-    /// [`polynomial::roots`](crate::polynomial::roots): the poles that are left when the output is held at 0. With `c A^r b` the first
-    /// of `c b`, `c A b`, ... that is not 0,
+    /// Finite zeros of a system with one input, one output and no direct feedthrough, in the order of
+    /// [`polynomial::roots`](crate::polynomial::roots): the remaining poles when the output is held at 0. Let `c A^r b` be the first of `c b`,
+    /// `c A b`, ... that is not 0; then
     ///
     /// ```text
     /// u = -(c A^(r+1) / (c A^r b)) x,    the eigenvalues of A - b c A^(r+1) / (c A^r b)
     /// ```
-    /// of which `r + 1` are 0 and no zeros. So are the zeros at 0 of a discrete system left out.
+    /// Of these eigenvalues `r + 1` are 0 and not zeros. Zeros at 0 of a discrete system are left out with them.
     ///
     /// # Errors
-    /// [`Error::Shape`] for other systems, those of [`eigenvalues`].
+    /// [`Error::Shape`] for other systems, the errors of [`eigenvalues`].
     pub fn zeros(&self) -> Result<Vec<Complex<f64>>, Error> {
         self.check()?;
         let n = self.a.nrows();
@@ -125,7 +123,7 @@ impl StateSpace {
             return Err(Error::Shape {
                 what: "D",
                 found: format!("{} x {}", self.d.nrows(), self.d.ncols()),
-                expected: "one input, one output and no direct path".to_owned(),
+                expected: "one input, one output and no direct feedthrough".to_owned(),
             });
         }
         let mut seen = self.c.clone();
@@ -143,8 +141,7 @@ impl StateSpace {
         Ok(Vec::new())
     }
 
-    /// The transfer function from one input to one output (counted from 0), of degree `n` with
-    /// nothing cancelled, by the Leverrier-Faddeev recursion:
+    /// Transfer function from one input to one output (indices from 0), of degree `n` without cancellation, by the Leverrier-Faddeev recursion:
     ///
     /// ```text
     /// (s 1 - A)^-1 = (M_1 s^(n-1) + ... + M_n) / (s^n + a_1 s^(n-1) + ... + a_n)
@@ -152,7 +149,7 @@ impl StateSpace {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Shape`] when there is no such entry, [`Error::NotFinite`].
+    /// [`Error::Shape`] if the index is out of range, [`Error::NotFinite`].
     pub fn transfer_function(
         &self,
         output: usize,
@@ -186,11 +183,10 @@ impl StateSpace {
         TransferFunction::new(num, den)
     }
 
-    /// The steady outputs per constant unit input, `p x m`.
+    /// Steady-state gain matrix, `p x m`.
     ///
     /// # Errors
-    /// [`Error::NoSteadyGain`] when a pole lies at the steady point, as an integrator's does;
-    /// [`Error::Shape`], [`Error::NotFinite`].
+    /// [`Error::NoSteadyGain`] if a pole is at the steady point, as for an integrator; [`Error::Shape`], [`Error::NotFinite`].
     pub fn steady_state_gain(&self, domain: Domain) -> Result<DMatrix<f64>, Error> {
         self.check()?;
         let states = self.a.nrows();
@@ -222,10 +218,10 @@ impl StateSpace {
     }
 }
 
-/// The way back.
+/// Conversion from a transfer function.
 impl TransferFunction {
-    /// A state space of this transfer function, in controllable companion form: with the denominator
-    /// scaled to `s^n + a_1 s^(n-1) + ... + a_n` and the numerator to `d (that) + b_1 s^(n-1) + ... + b_n`,
+    /// State space in controllable companion form: with the denominator scaled to `s^n + a_1 s^(n-1) + ... + a_n` and the numerator to
+    /// `d (that) + b_1 s^(n-1) + ... + b_n`,
     ///
     /// ```text
     ///     [-a_1 ... -a_n]       [1]
@@ -234,8 +230,7 @@ impl TransferFunction {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Improper`] when the numerator's degree is above the denominator's,
-    /// [`Error::NotFinite`].
+    /// [`Error::Improper`] if the numerator's degree is above the denominator's, [`Error::NotFinite`].
     pub fn companion(&self) -> Result<StateSpace, Error> {
         let num = self.trimmed_num();
         if num.len() > self.den.len() {
@@ -260,7 +255,7 @@ impl TransferFunction {
         )
     }
 
-    /// This continuous system seen through a zero-order hold and a sampler of `dt` \[s\]: in `z`.
+    /// Zero-order-hold discretisation of this continuous system with a sampling interval of `dt` \[s\], in `z`.
     ///
     /// # Errors
     /// Those of [`companion`](Self::companion) and [`StateSpace::zero_order_hold`].

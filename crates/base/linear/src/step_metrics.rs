@@ -1,33 +1,32 @@
 //! Metrics of a step response.
 //!
-//! The step goes `from` one level `to` another at the first sample. With the response scaled so
-//! that `from` is 0 and `to` is 1, whichever way the step goes:
+//! The step goes `from` one level `to` another at the first sample. The response is scaled so that `from` is 0 and `to` is 1, for steps in either
+//! direction:
 //!
 //! - **rise time**: from first reaching 10 % to first reaching 90 %;
 //! - **overshoot**: the highest value less 1, in percent, not below 0;
 //! - **settling time**: from the step to the last entry into the band of 2 % (5 %) about 1;
 //! - **steady error**: `to` less the mean over the last tenth of the record, unscaled;
-//! - **ITAE**: the integral of time since the step times the scaled response's distance from 1.
+//! - **ITAE**: the integral of the time since the step times the scaled response's absolute error from 1.
 //!
-//! Between samples the response is taken as linear. These are the usual definitions (Franklin,
-//! Powell and Emami-Naeini, *Feedback Control of Dynamic Systems*, ch. 3); all refer to the level
-//! asked for, not to where the response happens to end.
+//! Between samples the response is assumed linear. These are the usual definitions (Franklin, Powell and Emami-Naeini, *Feedback Control of
+//! Dynamic Systems*, ch. 3); all refer to the commanded level, not to the response's final value.
 
 use crate::{Error, error::finite};
 
-/// The part of the record, at its end, whose mean stands for the steady value.
+/// Final fraction of the record whose mean is the steady value.
 const STEADY_SHARE: f64 = 0.1;
 
-/// The figures of one step response.
+/// Metrics of one step response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepMetrics {
-    /// 10 % to 90 %, in the unit of the times; `None` when 90 % is not reached.
+    /// Time from 10 % to 90 %, in the unit of the times; `None` if 90 % is not reached.
     pub rise_time: Option<f64>,
-    /// Beyond the new level, in percent of the step; 0 when it is not passed.
+    /// Overshoot in percent of the step; 0 if the new level is not passed.
     pub overshoot: f64,
-    /// To stay within 2 % of the step; `None` when the record ends outside.
+    /// Settling time to 2 % of the step; `None` if the record ends outside the band.
     pub settling_time: Option<f64>,
-    /// To stay within 5 % of the step; `None` when the record ends outside.
+    /// Settling time to 5 % of the step; `None` if the record ends outside the band.
     pub settling_time_5: Option<f64>,
     /// `to` less the final value, in the unit of the values.
     pub steady_error: f64,
@@ -36,8 +35,7 @@ pub struct StepMetrics {
 }
 
 impl StepMetrics {
-    /// The metrics of `values` at `times`, for a step `from` one level `to` another at
-    /// `times[0]`.
+    /// Metrics of `values` at `times`, for a step `from` one level `to` another at `times[0]`.
     ///
     /// ```
     /// # use planesman_linear::StepMetrics;
@@ -51,8 +49,8 @@ impl StepMetrics {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Empty`], [`Error::Shape`] when the lists differ in length, [`Error::NotFinite`],
-    /// [`Error::NotPositive`] when the times do not increase or the step is none.
+    /// [`Error::Empty`], [`Error::Shape`] if the lists differ in length, [`Error::NotFinite`], [`Error::NotPositive`] if the times do not increase or the
+    /// step is zero.
     pub fn of(times: &[f64], values: &[f64], from: f64, to: f64) -> Result<Self, Error> {
         if values.len() != times.len() {
             return Err(Error::Shape {
@@ -69,21 +67,21 @@ impl StepMetrics {
     }
 }
 
-/// A response measured sample by sample, in memory that does not grow with it.
+/// Measures a response sample by sample, with constant memory.
 #[derive(Clone, Debug)]
 pub struct StepMeter {
     from: f64,
     to: f64,
     end: f64,
-    /// The first sample's time.
+    /// Time of the first sample.
     begin: Option<f64>,
     last: Option<Sample>,
-    /// When 10 % and 90 % were first reached.
+    /// Times at which 10 % and 90 % were first reached.
     reached: [Option<f64>; 2],
     highest: f64,
-    /// Those of 2 % and 5 %.
+    /// The bands of 2 % and 5 %.
     bands: [Band; 2],
-    /// The values in the last tenth: their sum and number.
+    /// Sum and number of the values in the last tenth.
     steady: (f64, usize),
     itae: f64,
 }
@@ -98,16 +96,16 @@ struct Sample {
 #[derive(Clone, Copy, Debug)]
 struct Band {
     half_width: f64,
-    /// When the response last came into it.
+    /// Time at which the response last entered the band.
     entered: Option<f64>,
 }
 
 impl StepMeter {
-    /// A meter for a step `from` one level `to` another at the first sample of a record whose last sample is
-    /// at `end`: which samples are the last tenth must be known before they come.
+    /// A meter for a step `from` one level `to` another at the first sample of a record whose last sample is at `end`; the end determines the last
+    /// tenth in advance.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`] when the step is none.
+    /// [`Error::NotFinite`], [`Error::NotPositive`] if the step is zero.
     pub fn new(from: f64, to: f64, end: f64) -> Result<Self, Error> {
         finite("the step", &[from, to])?;
         finite("the times", &[end])?;
@@ -135,11 +133,10 @@ impl StepMeter {
         })
     }
 
-    /// Takes the next sample.
+    /// Adds the next sample.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::NotPositive`] when the time is not behind the last one's. The sample is
-    /// then not taken.
+    /// [`Error::NotFinite`], [`Error::NotPositive`] if the time is not after the last one. The sample is then ignored.
     pub fn take(&mut self, time: f64, value: f64) -> Result<(), Error> {
         let scaled = (value - self.from) / (self.to - self.from);
         finite("the times", &[time])?;
@@ -174,11 +171,10 @@ impl StepMeter {
         Ok(())
     }
 
-    /// The metrics of what was taken.
+    /// Metrics of the samples so far.
     ///
     /// # Errors
-    /// [`Error::Empty`] without a sample in the last tenth before the end; [`Error::NotFinite`] when a figure is
-    /// beyond all numbers.
+    /// [`Error::Empty`] without a sample in the last tenth; [`Error::NotFinite`] if a metric overflows.
     pub fn metrics(&self) -> Result<StepMetrics, Error> {
         let (Some(begin), Some(last)) = (self.begin, self.last) else {
             return Err(Error::Empty {
@@ -203,7 +199,7 @@ impl StepMeter {
         };
         // Sums of numbers near the ends of their range.
         finite(
-            "a figure of the step",
+            "a metric of the step",
             &[metrics.overshoot, metrics.steady_error, metrics.itae],
         )?;
         Ok(metrics)
@@ -235,13 +231,13 @@ impl Band {
         }
     }
 
-    /// When the response came into it to stay; `None` when it ends outside.
+    /// Time at which the response entered the band for good; `None` if it ends outside.
     fn settled(self, last: Sample) -> Option<f64> {
         self.entered.filter(|_| self.holds(last))
     }
 }
 
-/// When the line from one sample to the next passes `level`, which lies between them.
+/// Time at which the line between two samples passes `level`, which is between them.
 fn crossing(from: Sample, to: Sample, level: f64) -> f64 {
     let share = (level - from.scaled) / (to.scaled - from.scaled);
     from.time + share * (to.time - from.time)

@@ -1,14 +1,13 @@
-//! The time history of a quantity, at the resolution of a page.
+//! Time history of a quantity, reduced to the resolution of a plot.
 //!
-//! However long it is, at most [`COLUMNS`] columns of equal width are kept, of each the first, the least, the
-//! greatest and the last point: a line through them covers the same pixels as the line through all
-//! points, as long as a column is no wider than a pixel (Jugel et al., *M4*, VLDB 2014). One of so
-//! few points is kept as it is. When there are more columns than that, they become twice as wide.
+//! At most [`COLUMNS`] columns of equal width are kept, whatever the length; for each the first, smallest, largest and last point. A line through
+//! them covers the same pixels as the line through all points if a column is at most one pixel wide (Jugel et al., *M4*, VLDB 2014). A short
+//! history is kept unchanged. When there are too many columns, their width doubles.
 
-/// Columns kept at most: those of a plot as wide as a large window; no less than half of them are in use.
+/// Maximum number of columns: those of a plot as wide as a large window; at least half of them are in use.
 pub const COLUMNS: usize = 2048;
 
-/// The points kept of one column, in the order of x.
+/// The kept points of one column, in the order of x.
 #[derive(Clone, Copy, Debug)]
 struct Column {
     first: Point,
@@ -29,7 +28,7 @@ impl Column {
         }
     }
 
-    /// This column and the next as one.
+    /// This column merged with the next.
     fn with(self, next: Self) -> Self {
         Self {
             first: self.first,
@@ -47,7 +46,7 @@ impl Column {
         }
     }
 
-    /// Its points, each once.
+    /// Its distinct points.
     fn points(self) -> impl Iterator<Item = Point> {
         let (mut low, mut high) = (self.least, self.greatest);
         if high.0 < low.0 {
@@ -59,13 +58,13 @@ impl Column {
     }
 }
 
-/// A time history that grows point by point, x never falling. What is not finite is left out.
+/// A time history that grows point by point, with x never decreasing. Points that are not finite are ignored.
 #[derive(Clone, Debug)]
 pub struct TimeHistory {
-    /// Columns that are kept at most.
+    /// Maximum number of columns.
     most: usize,
     columns: Vec<Column>,
-    /// How wide a column is; 0 while each holds one point.
+    /// Width of a column; 0 while each contains one point.
     width: f64,
 }
 
@@ -76,7 +75,7 @@ impl Default for TimeHistory {
 }
 
 impl TimeHistory {
-    /// One of so many columns at most: those of a smaller plot.
+    /// A history with at most this many columns, for a smaller plot.
     #[must_use]
     pub fn within(most: usize) -> Self {
         Self {
@@ -86,7 +85,7 @@ impl TimeHistory {
         }
     }
 
-    /// Takes the next point.
+    /// Adds the next point.
     pub fn take(&mut self, x: f64, y: f64) {
         if !(x.is_finite() && y.is_finite()) {
             return;
@@ -104,18 +103,18 @@ impl TimeHistory {
         }
     }
 
-    /// The points to be drawn, x never falling.
+    /// The points to plot, with x never decreasing.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         self.columns.iter().flat_map(|column| column.points())
     }
 
-    /// The number of the column that x lies in.
+    /// Index of the column that contains x.
     fn place(&self, x: f64) -> f64 {
         let origin = self.columns.first().map_or(x, |column| column.first.0);
         ((x - origin) / self.width).floor()
     }
 
-    /// Makes columns twice as wide. Columns side by side become one, and those that were points join by their places.
+    /// Doubles the width of the columns: neighbouring columns are merged, and single points are merged by their position.
     fn widen(&mut self) {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else {
             return;

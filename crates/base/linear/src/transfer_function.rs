@@ -11,17 +11,17 @@ use crate::{
 /// A ratio of polynomials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
-    /// The numerator; leading zeros are allowed and are kept.
+    /// Numerator; leading zeros are allowed and kept.
     pub num: Vec<f64>,
-    /// The denominator; its leading coefficient is not zero.
+    /// Denominator; its leading coefficient is not zero.
     pub den: Vec<f64>,
 }
 
 impl TransferFunction {
-    /// `num / den`.
+    /// The transfer function `num / den`.
     ///
     /// # Errors
-    /// [`Error::Empty`], [`Error::NotFinite`], or [`Error::LeadingZero`] of the denominator.
+    /// [`Error::Empty`], [`Error::NotFinite`], or [`Error::LeadingZero`] for the denominator.
     pub fn new(num: Vec<f64>, den: Vec<f64>) -> Result<Self, Error> {
         polynomial::check("the denominator", &den)?;
         finite("the numerator", &num)?;
@@ -41,7 +41,7 @@ impl TransferFunction {
         polynomial::roots(&self.den)
     }
 
-    /// The zeros, in the order of [`polynomial::roots`]; none for a numerator of zeros.
+    /// The zeros, in the order of [`polynomial::roots`]; empty for a zero numerator.
     ///
     /// # Errors
     /// Those of [`polynomial::roots`].
@@ -52,10 +52,10 @@ impl TransferFunction {
         }
     }
 
-    /// `self` and `other` one behind the other. Common factors stay.
+    /// Series connection of `self` and `other`. Common factors are not cancelled.
     ///
     /// # Errors
-    /// [`Error::NotFinite`] when a coefficient overflows.
+    /// [`Error::NotFinite`] if a coefficient overflows.
     pub fn series(&self, other: &Self) -> Result<Self, Error> {
         Self::new(
             polynomial::product(&self.num, &other.num),
@@ -63,10 +63,10 @@ impl TransferFunction {
         )
     }
 
-    /// `G / (1 + G)`: this open loop closed by unity negative feedback.
+    /// `G / (1 + G)`: closed loop with unity negative feedback.
     ///
     /// # Errors
-    /// [`Error::LeadingZero`] when a loop with a direct path has no solution, [`Error::NotFinite`].
+    /// [`Error::LeadingZero`] if a loop with direct feedthrough has no solution, [`Error::NotFinite`].
     pub fn closed_loop(&self) -> Result<Self, Error> {
         Self::new(self.num.clone(), polynomial::sum(&self.num, &self.den))
     }
@@ -77,10 +77,10 @@ impl TransferFunction {
         evaluate(&self.num, point) / evaluate(&self.den, point)
     }
 
-    /// The steady output per constant unit input.
+    /// Steady-state gain.
     ///
     /// # Errors
-    /// [`Error::NoSteadyGain`] when a pole lies at the steady point.
+    /// [`Error::NoSteadyGain`] if a pole is at the steady point.
     pub fn steady_state_gain(&self, domain: Domain) -> Result<f64, Error> {
         let gain = self.value_at(Complex::new(domain.steady_point(), 0.0)).re;
         if gain.is_finite() {
@@ -90,13 +90,13 @@ impl TransferFunction {
         }
     }
 
-    /// The response of this discrete system, at rest before the first sample:
+    /// Response of this discrete system, initially at rest:
     ///
     /// ```text
     /// a_0 y_k = b_0 u_k + ... + b_n u_(k-n) - a_1 y_(k-1) - ... - a_n y_(k-n)
     /// ```
-    /// with the numerator padded to the denominator's length by zeros in front. One output per
-    /// input. An unstable system's response may overflow; that is left to the caller to see.
+    /// with the numerator padded with leading zeros to the denominator's length. One output per input. The response of an unstable system may
+    /// overflow; the caller must check for this.
     ///
     /// ```
     /// # use planesman_linear::TransferFunction;
@@ -106,7 +106,7 @@ impl TransferFunction {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Improper`] when the numerator's degree is above the denominator's.
+    /// [`Error::Improper`] if the numerator's degree is above the denominator's.
     pub fn simulate(&self, input: &[f64]) -> Result<Vec<f64>, Error> {
         let num = self.trimmed_num();
         let order = self.den.len() - 1;
@@ -134,7 +134,7 @@ impl TransferFunction {
         Ok(output)
     }
 
-    /// The same with 1 as the denominator's first coefficient, and without the numerator's leading zeros.
+    /// The same function with 1 as the denominator's first coefficient, and without the numerator's leading zeros.
     #[must_use]
     pub fn monic(&self) -> Self {
         let lead = self.den[0];
@@ -146,7 +146,7 @@ impl TransferFunction {
         .or_zero()
     }
 
-    /// The same with coefficients that are 0 but for rounding set to 0, and without the numerator's leading zeros.
+    /// The same function with coefficients that are only rounding errors set to 0, and without the numerator's leading zeros.
     #[must_use]
     pub fn without_rounding(mut self) -> Self {
         for polynomial in [&mut self.num, &mut self.den] {
@@ -161,7 +161,7 @@ impl TransferFunction {
         self.or_zero()
     }
 
-    /// With the numerator 0 where none is left.
+    /// Sets an empty numerator to 0.
     fn or_zero(mut self) -> Self {
         if self.num.is_empty() {
             self.num.push(0.0);

@@ -1,8 +1,7 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A search takes seconds to hours, and who waits for it may want no more. So long loops call [`stop_point`]: once the
-//! [`Stop`] under which they run is asked, it unwinds to [`until_stopped`], which dropped what was half done. Elsewhere
-//! it does nothing.
+//! A search takes seconds to hours, and its caller may want to cancel it. So long loops call [`stop_point`]: once their [`Stop`] is requested, it
+//! unwinds to [`until_stopped`], which drops all unfinished results. Without a [`Stop`] it does nothing.
 
 use std::cell::RefCell;
 use std::num::NonZero;
@@ -11,24 +10,24 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// A request that work ends, shared with the work.
+/// A request to stop, shared with the work.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Asks the work that runs under it to end at its next [`stop_point`].
+    /// Requests that the work end at its next [`stop_point`].
     pub fn ask(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 }
 
-/// Who is told how far long work has come. `()` is nobody.
+/// Receiver of progress reports of long work. `()` ignores them.
 pub trait Progress: Sync {
-    /// Work of so many steps begins, of which so many were done before; 0 steps where their number is not known.
+    /// Work of `steps` steps begins, `done` of which were done before; 0 steps if the number is unknown.
     fn begin(&self, _what: &'static str, _steps: u64, _done: u64) {}
     /// A step is done.
     fn step(&self) {}
-    /// So many bytes of a source are read; 0 as that begins.
+    /// `bytes` bytes of a source are read; 0 at its beginning.
     fn read(&self, _bytes: u64, _of: u64) {}
     /// The work has ended.
     fn end(&self) {}
@@ -36,16 +35,15 @@ pub trait Progress: Sync {
 
 impl Progress for () {}
 
-/// What unwinds from a [`stop_point`].
+/// Payload of the unwinding from a [`stop_point`].
 struct Stopped;
 
 thread_local! {
-    /// What this thread's work runs under.
+    /// The stop request of this thread's work.
     static CURRENT: RefCell<Option<Stop>> = const { RefCell::new(None) };
 }
 
-/// The result of `work` on this thread and those of [`on_all_cores`]; `None` if it ended because `stop` was asked. Any other
-/// panic is passed on.
+/// Result of `work` on this thread, including [`on_all_cores`]; `None` if it ended because `stop` was requested. Other panics are passed on.
 pub fn until_stopped<R>(stop: &Stop, work: impl FnOnce() -> R) -> Option<R> {
     let outer = CURRENT.replace(Some(stop.clone()));
     // What was half done is dropped, and nobody sees it.
@@ -58,7 +56,7 @@ pub fn until_stopped<R>(stop: &Stop, work: impl FnOnce() -> R) -> Option<R> {
     }
 }
 
-/// A place at which long work may end: unwinds to [`until_stopped`] if it was asked to.
+/// A place at which long work may end: unwinds to [`until_stopped`] if a stop is requested.
 pub fn stop_point() {
     let stops = |stop: &Option<Stop>| stop.as_ref().is_some_and(|it| it.0.load(Ordering::Relaxed));
     if CURRENT.with_borrow(stops) {
@@ -66,8 +64,8 @@ pub fn stop_point() {
     }
 }
 
-/// The results of `work` on each of the items, in their order, computed on all cores, or on fewer where the system gives no
-/// more threads. A panic in `work` is passed on.
+/// Results of `work` for each item, in order, computed on all cores, or on fewer if the system provides no more threads. A panic in `work` is
+/// passed on.
 pub fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let stop = CURRENT.with_borrow(Clone::clone);

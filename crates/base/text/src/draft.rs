@@ -1,4 +1,4 @@
-//! Files that are whole or not there.
+//! Files that are written completely or not at all.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// A file that is being written beside its place, under a random name that was free (`O_EXCL`): a link that somebody put
-/// there is not followed. Dropped, it is removed.
+/// A file being written next to its destination, under an unused random name (`O_EXCL`), so that no existing link is followed. Dropping it
+/// removes the file.
 #[derive(Debug)]
 pub struct Draft {
     draft: NamedTempFile,
@@ -16,14 +16,14 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Begins the draft of what is to be at `place`.
+    /// Starts a draft for the file `place`.
     ///
     /// # Errors
-    /// When `place` names no file, or the draft cannot be made.
+    /// `place` has no file name, or the draft cannot be created.
     pub fn of(place: &Path) -> io::Result<Self> {
-        let name = place
-            .file_name()
-            .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+        let name = place.file_name().ok_or_else(|| {
+            io::Error::new(io::ErrorKind::InvalidInput, "the path has no file name")
+        })?;
         let mut begin = OsString::from(".");
         begin.push(name);
         begin.push(".");
@@ -43,11 +43,10 @@ impl Draft {
         self.draft.as_file_mut()
     }
 
-    /// Moves the draft to its place, in the place of a file that may be there. Both its content and its name are on the
-    /// disk then, also after a power cut.
+    /// Moves the draft to its destination, replacing an existing file. Afterwards its content and its name survive a power cut.
     ///
     /// # Errors
-    /// When the disk refuses. What was there before stays.
+    /// An error of the file system; an existing file stays unchanged.
     pub fn finish(self) -> io::Result<()> {
         self.draft.as_file().sync_all()?;
         self.draft.persist(&self.place).map_err(|it| it.error)?;
@@ -71,11 +70,10 @@ fn folder_of(place: &Path) -> &Path {
     }
 }
 
-/// Writes a file, whole or not at all, in the place of what may be there. A pipe, a device or a link is written to: nothing
-/// may come in its place.
+/// Writes a file completely or not at all, replacing an existing one. A pipe, a device or the target of a link is written in place instead.
 ///
 /// # Errors
-/// Those of `write`, and when the disk refuses.
+/// Errors of `write`, or of the file system.
 pub fn write_whole<E: From<io::Error>>(
     place: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
@@ -89,10 +87,10 @@ pub fn write_whole<E: From<io::Error>>(
     Ok(draft.finish()?)
 }
 
-/// Writes such a file's content.
+/// Writes a text file completely or not at all.
 ///
 /// # Errors
-/// When the disk refuses.
+/// An error of the file system.
 pub fn write_text(place: &Path, text: impl AsRef<[u8]>) -> io::Result<()> {
     write_whole(place, |file| file.write_all(text.as_ref()))
 }

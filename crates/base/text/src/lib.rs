@@ -1,18 +1,18 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`read()`]: a text file, read within bounds.
-//! - [`decoded`], [`unmarked`]: bytes as UTF-8 text, UTF-16 refused by name.
-//! - [`yaml`]: YAML, its depth and size bounded before it is parsed.
-//! - [`shown()`]: text as it may be shown, on a terminal or a page, whatever it holds.
-//! - [`in_one_line`]: an error with its causes.
-//! - [`number()`], [`grouped`]: a number, a count for a reader.
-//! - [`shell_word`]: a word as a shell takes it.
-//! - [`option`], [`setting`]: options as the user of each front end writes them ([`use_wording`]).
-//! - [`choices!`]: an enum; each value has a word and a line of help.
-//! - [`did_you_mean`]: the name that was probably meant.
-//! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
+//! - [`read()`]: reads a text file of limited size.
+//! - [`decoded`], [`unmarked`]: UTF-8 text from bytes; UTF-16 is refused with a message.
+//! - [`yaml`]: parses YAML of limited depth and size.
+//! - [`shown()`]: escapes foreign text for a terminal or a page.
+//! - [`in_one_line`]: an error with its causes in one line.
+//! - [`number()`], [`grouped`]: a number, and a count, for readers.
+//! - [`shell_word`]: a word quoted for a shell.
+//! - [`option`], [`setting`]: names of options in the form of each front end ([`use_wording`]).
+//! - [`choices!`]: an enum whose values have a word and a line of help.
+//! - [`did_you_mean`]: the nearest known name.
+//! - [`Draft`], [`write_whole`], [`write_text`]: files that are written completely or not at all.
 //!
-//! Whoever reads text of others or shows it, or moves a finished file into its place, does so through this crate: there is one place to mend.
+//! All reading and printing of foreign text, and all replacing of files, uses this crate, so that problems are fixed in one place.
 
 mod draft;
 mod number;

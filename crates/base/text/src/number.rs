@@ -1,4 +1,4 @@
-/// A number in six significant digits without the zeros at its end.
+/// A number with six significant digits, without trailing zeros.
 #[must_use]
 pub fn number(value: f64) -> String {
     if value == 0.0 {
@@ -15,7 +15,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A count with a comma before each three digits: `27,141`.
+/// A count with commas between groups of three digits: `27,141`.
 #[must_use]
 pub fn grouped(count: u64) -> String {
     let digits = count.to_string();

@@ -3,11 +3,11 @@
 use std::error::Error;
 use std::iter;
 
-/// What an error has to say at most, in characters: a value of a file is quoted whole, however long it is.
+/// Largest length of an error, characters: it may quote a value of a file of any length.
 const ERROR: usize = 4000;
 
-/// An error with its causes, each said once: many a message ends with its cause already. Of more than 4,000
-/// characters the middle is left out.
+/// An error with its causes, each once, since many messages already end with their cause. If it is longer than 4000 characters, the middle is
+/// left out.
 #[must_use]
 pub fn in_one_line(error: &(dyn Error + 'static)) -> String {
     let mut next = Some(error);

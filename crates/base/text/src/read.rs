@@ -1,17 +1,16 @@
-//! Text files, read within bounds.
+//! Reads text files of limited size.
 
 use std::io::Read as _;
 use std::path::Path;
 use std::{fs, io};
 
-/// The largest file that [`read`] takes, bytes: hundreds of times what people write.
+/// Largest file that [`read`] accepts, bytes: hundreds of times the size of handwritten files.
 pub const LARGEST: u64 = 1 << 20;
 
-/// The text of a file that people write: a parameter file, a scenario, an actuator. A byte-order mark is no part of it.
+/// Reads a handwritten text file: a parameter file, a scenario, an actuator. A byte-order mark is removed.
 ///
 /// # Errors
-/// When it cannot be read, is no regular file (a pipe would be waited for, and a device may have no
-/// end), is larger than [`LARGEST`], or is not UTF-8 text.
+/// The file cannot be read, is not a regular file (a pipe may block, a device may be endless), is larger than [`LARGEST`], or is not UTF-8.
 pub fn read(path: &Path) -> io::Result<String> {
     let refuse = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
     if !fs::metadata(path)?.is_file() {
@@ -29,18 +28,18 @@ pub fn read(path: &Path) -> io::Result<String> {
         .map_err(|it| refuse(it.to_owned()))
 }
 
-/// The text in UTF-8 bytes, without the byte-order mark that some editors put in front.
+/// Decodes UTF-8 bytes, without the byte-order mark that some editors write.
 ///
 /// # Errors
-/// A sentence: what the bytes are instead.
+/// A sentence that says what the bytes are instead.
 pub fn decoded(bytes: &[u8]) -> Result<&str, &'static str> {
     std::str::from_utf8(unmarked(bytes)?).map_err(|_| "it is not UTF-8 text")
 }
 
-/// The bytes of a text behind its UTF-8 byte-order mark, if it has one; the first few will do.
+/// The bytes after a UTF-8 byte-order mark, if there is one.
 ///
 /// # Errors
-/// A sentence, when they begin with the mark of UTF-16.
+/// A sentence, if they begin with a UTF-16 byte-order mark.
 pub fn unmarked(bytes: &[u8]) -> Result<&[u8], &'static str> {
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err("it is UTF-16 text; save it as UTF-8");

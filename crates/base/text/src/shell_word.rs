@@ -1,6 +1,6 @@
 //! Words of a command line.
 
-/// A word as a shell takes it.
+/// A word quoted for a shell, if necessary.
 ///
 /// ```
 /// use planesman_text::shell_word;

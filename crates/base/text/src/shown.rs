@@ -1,15 +1,14 @@
-//! Text of others, shown.
+//! Escaping of foreign text.
 
 use std::fmt::{self, Display, Write};
 
-/// Text as it may be shown on a terminal or a page: what would act on the one who shows it (escape sequences that
-/// colour, move, retitle or hide; marks that turn the direction of reading) or is no character of a text is written out
-/// as `\u001b`, which JSON and YAML take too. Line ends and tabs stay.
+/// Text made safe for a terminal or a page: escape sequences, marks that change the reading direction, and invalid characters are written as
+/// `\u001b`, which JSON and YAML accept too. Line ends and tabs are kept.
 pub fn shown<T: Display>(text: T) -> Shown<T> {
     Shown(text)
 }
 
-/// As [`shown`] gives it.
+/// Result of [`shown`].
 #[derive(Clone, Copy, Debug)]
 pub struct Shown<T>(T);
 
@@ -34,7 +33,7 @@ impl Write for Filter<'_, '_> {
     }
 }
 
-/// Whether a character does something to who shows it, beside standing there.
+/// Whether a character has an effect besides being displayed.
 fn acts(sign: char) -> bool {
     let is_layout = matches!(sign, '\n' | '\t');
     let turns =

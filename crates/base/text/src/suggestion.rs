@@ -1,9 +1,9 @@
-//! The name that was probably meant.
+//! Suggestion of the nearest known name.
 
-/// Similarity, 0 to 1, from which on a name is suggested.
+/// Smallest similarity (0 to 1) for a suggestion.
 const SIMILAR: f64 = 0.8;
 
-/// `; did you mean 'NAME'?` with the known name most similar to `given`; empty when none is similar. Capitals count for nothing.
+/// `; did you mean 'NAME'?` with the known name most similar to `given`; empty if none is similar. Ignores case.
 ///
 /// ```
 /// use planesman_text::did_you_mean;
@@ -25,7 +25,7 @@ pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
         .unwrap_or_default()
 }
 
-/// How similar two names are, 0 to 1; more than 1 where one slip of the hand lies between them, or none.
+/// Similarity of two names, 0 to 1; more than 1 if they differ by one typing error or not at all.
 fn similarity(given: &str, name: &str) -> f64 {
     let slips = match strsim::osa_distance(given, name) {
         0 => 2.0,

@@ -1,8 +1,8 @@
-//! YAML of others, parsed within bounds.
+//! Parses foreign YAML of limited depth and size.
 //!
-//! The parser proper takes time as the square of how deep braces and brackets nest and of how many tags are declared, and unfolds
-//! what aliases refer to wherever they stand: a file of a megabyte can so take minutes, or all memory. So the text
-//! is first passed over by a scanner that does none of that, and refused where it goes beyond what people write.
+//! The parser's time grows with the square of the nesting depth of braces and brackets and of the number of declared tags, and it expands aliases
+//! wherever they occur: a file of a megabyte could take minutes, or all memory. So the text is first checked by a scanner without these
+//! problems, and refused if it exceeds limits that handwritten files never reach.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,59 +14,58 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_yaml_ng::Value;
 
-/// How deep lists and mappings may nest; the deepest of this project's own files nests five deep.
+/// Largest nesting depth of lists and mappings; this project's own files nest at most five deep.
 const DEPTH: usize = 64;
 
-/// How many values there may be once aliases are unfolded: more than the largest text that is read can write out.
+/// Largest number of values after expanding aliases: more than the largest accepted text can contain without aliases.
 const VALUES: usize = 1_000_000;
 
-/// How many bytes of text the values may have once aliases are unfolded, tags and keys among them: more than the largest text
-/// that is read, even without its aliases.
+/// Largest total length of values, tags and keys after expanding aliases, bytes: more than the largest accepted text without aliases.
 const BYTES: usize = 16 * crate::LARGEST as usize;
 
-/// Directives (`%YAML`, `%TAG`) that a text may begin with.
+/// Largest number of directives (`%YAML`, `%TAG`).
 const DIRECTIVES: usize = 16;
 
-/// Braces and brackets that cannot nest too deep even if all of them did.
+/// Number of braces and brackets that cannot nest too deep.
 const HARMLESS: usize = 256;
 
-/// Why a text is no YAML that is taken.
+/// Why a text is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Lists and mappings nest deeper than anybody writes.
+    /// Lists and mappings nest too deep.
     #[error("lists and mappings nest more than {DEPTH} deep at line {0}")]
     Deep(usize),
-    /// Aliases unfold to more than anybody writes.
-    #[error("it unfolds to more than {VALUES} values at line {0}")]
+    /// Expanded aliases give too many values.
+    #[error("with its aliases expanded it has more than {VALUES} values, from line {0} on")]
     Large(usize),
-    /// Aliases unfold to more text than anybody writes.
-    #[error("it unfolds to more than {BYTES} bytes of text at line {0}")]
+    /// Expanded aliases give too much text.
+    #[error("with its aliases expanded it has more than {BYTES} bytes of text, from line {0} on")]
     Long(usize),
-    /// More directives than anybody writes.
+    /// Too many directives.
     #[error("it has more than {DIRECTIVES} directives")]
     Directives,
-    /// No YAML.
+    /// Invalid YAML.
     #[error("{0}")]
     Scan(String),
-    /// No YAML, or not of the form that is wanted.
+    /// Invalid YAML, or YAML of another form.
     #[error("{0}")]
     Parse(String),
 }
 
-/// A value that breaks the rule of its field.
+/// A value that violates the rule of its field.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field}: {value} refused: {rule}")]
 pub struct Refusal {
-    /// The field's path: `oil.return`, `fins[0].area`.
+    /// Path of the field, such as `oil.return` or `fins[0].area`.
     pub field: String,
-    /// The value as the file has it; empty where the field is missing.
+    /// Value as written in the file; empty if the field is missing.
     pub value: String,
-    /// The values that are accepted.
+    /// Description of the accepted values.
     pub rule: String,
 }
 
 impl Refusal {
-    /// The refusal of a field in `text` that is read as a `T`.
+    /// Refusal of a field in `text` whose value is read as a `T`.
     #[must_use]
     pub fn at<T: DeserializeOwned + Display>(text: &str, field: &str, rule: &str) -> Self {
         Self {
@@ -77,7 +76,7 @@ impl Refusal {
     }
 }
 
-/// The value at a path, as `oil.return` or `fins[0].area`; `None` if the path leads nowhere or the value is not a `T`.
+/// Value at a path, such as `oil.return` or `fins[0].area`; `None` if it does not exist or is not a `T`.
 fn value_at<T: DeserializeOwned>(text: &str, path: &str) -> Option<T> {
     let mut value: &Value = &from_str(text).ok()?;
     for key in path.replace('[', ".[").split('.') {
@@ -95,24 +94,24 @@ impl From<serde_yaml_ng::Error> for Error {
     }
 }
 
-/// The value that a YAML text describes.
+/// Parses a YAML text.
 ///
 /// # Errors
-/// [`Error`]: a text beyond the bounds, no YAML, or one that is no `T`.
+/// [`Error`]: a text beyond the limits, invalid YAML, or not a `T`.
 pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     check(text)?;
     serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
 }
 
-/// Where a scalar or alias stands in a text: the keys that lead to it (a place in a list as `[0]`), and its bytes.
+/// Position of a scalar or alias in a text: its keys (list indices as `[0]`), and its bytes.
 pub type Place = (Vec<String>, Range<usize>);
 
-/// Every scalar or alias that is a value, in the order of the text.
+/// All scalars and aliases that are values, in the order of the text.
 ///
 /// # Errors
-/// [`Error`]: a text beyond the bounds, or no YAML.
+/// [`Error`]: a text beyond the limits, or invalid YAML.
 pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
-    /// A list with its next place, or a mapping with the key whose value comes next.
+    /// A list with its next index, or a mapping with the key of the next value.
     enum Level {
         List(usize),
         Mapping(Option<String>),
@@ -170,7 +169,7 @@ pub fn scalars(text: &str) -> Result<Vec<Place>, Error> {
     Ok(found)
 }
 
-/// A text with other words at some places, which are in their order and do not overlap.
+/// A text with replacements at some ranges, which must be in order and not overlap.
 pub fn edited(text: &str, edits: impl IntoIterator<Item = (Range<usize>, String)>) -> String {
     let (mut new, mut from) = (String::with_capacity(text.len()), 0);
     for (place, word) in edits {
@@ -181,7 +180,7 @@ pub fn edited(text: &str, edits: impl IntoIterator<Item = (Range<usize>, String)
     new + &text[from..]
 }
 
-/// The reason of a parser, without names of Rust's types; where it stumbles over a tab, in words.
+/// Error text of a parser without names of Rust types; explains a tab used as indentation.
 fn explained(mut reason: String, text: &str) -> String {
     for (names, words) in [
         (
@@ -205,21 +204,24 @@ fn explained(mut reason: String, text: &str) -> String {
     };
     match text.lines().position(is_indented_by_tab) {
         Some(line) if reason.contains("cannot start any token") => {
-            format!("line {} is indented by a tab; YAML takes spaces", line + 1)
+            format!(
+                "line {} is indented by a tab; YAML allows only spaces",
+                line + 1
+            )
         }
         _ => reason,
     }
 }
 
-/// What values unfold to: their number, and the bytes of their text.
+/// Size after expanding aliases: number of values, bytes of text.
 type Size = [usize; 2];
 
-/// The sum.
+/// Sum of two sizes.
 fn sum(one: Size, [values, bytes]: Size) -> Size {
     [one[0].saturating_add(values), one[1].saturating_add(bytes)]
 }
 
-/// Passes over the text and refuses what is beyond the bounds.
+/// Scans the text and refuses it if it is beyond the limits.
 fn check(text: &str) -> Result<(), Error> {
     let directives = text.lines().filter(|line| line.starts_with('%')).count();
     if directives > DIRECTIVES {
@@ -343,7 +345,7 @@ mod tests {
         assert_eq!(missing.to_string(), "missing field `name`");
         assert!(std::error::Error::source(&missing).is_none());
         let tab = refusal("a:\n\tb: 1\n");
-        assert_eq!(tab, "line 2 is indented by a tab; YAML takes spaces");
+        assert_eq!(tab, "line 2 is indented by a tab; YAML allows only spaces");
     }
 
     #[test]

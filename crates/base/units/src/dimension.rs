@@ -20,17 +20,17 @@ pub const PSI: f64 = POUND_FORCE / (INCH * INCH);
 /// Radians in a degree.
 pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// A unit of some dimension.
+/// A unit of a dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// How it is written.
+    /// Symbol.
     pub symbol: &'static str,
     multiplier: f64,
     divisor: f64,
 }
 
 impl Unit {
-    /// The unit that is `multiplier` SI units.
+    /// A unit of `multiplier` SI units.
     #[must_use]
     pub const fn new(symbol: &'static str, multiplier: f64) -> Self {
         Self {
@@ -40,7 +40,7 @@ impl Unit {
         }
     }
 
-    /// The unit of which `divisor` make an SI unit. Division rounds correctly: 5.5 ms is 0.0055 s.
+    /// A unit of which `divisor` make one SI unit. Division rounds correctly: 5.5 ms is 0.0055 s.
     #[must_use]
     pub const fn fraction(symbol: &'static str, divisor: f64) -> Self {
         Self {
@@ -50,13 +50,13 @@ impl Unit {
         }
     }
 
-    /// A number in SI as so many of this unit.
+    /// Converts a number from SI to this unit.
     #[must_use]
     pub fn of_si(self, number: f64) -> f64 {
         number * self.divisor / self.multiplier
     }
 
-    /// So many of this unit in SI.
+    /// Converts a number from this unit to SI.
     #[must_use]
     pub fn si(self, number: f64) -> f64 {
         number * self.multiplier / self.divisor
@@ -74,13 +74,13 @@ const SPELLINGS: [(&str, &str); 7] = [
     ("\u{b0}", "deg"),
 ];
 
-/// The symbol of a unit, however it is spelt.
+/// Symbol of a unit, for any of its spellings.
 pub(crate) fn symbol(spelt: &str) -> &str {
     let known = SPELLINGS.iter().find(|(other, _)| *other == spelt);
     known.map_or(spelt, |(_, symbol)| symbol)
 }
 
-/// A unit as `SYMBOL = SI` or `SYMBOL / OF WHICH SO MANY MAKE AN SI UNIT`.
+/// A unit as `SYMBOL = SI VALUE` or `SYMBOL / NUMBER PER SI UNIT`.
 macro_rules! unit {
     ($symbol:literal = $multiplier:expr) => {
         Unit::new($symbol, $multiplier)
@@ -92,7 +92,7 @@ macro_rules! unit {
 
 macro_rules! dimensions {
     ($(#[doc = $doc:literal] $name:ident: $($symbol:literal $sign:tt $factor:expr),+;)+) => {
-        /// The dimension of a quantity.
+        /// Dimension of a quantity.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Dimension {
             $(#[doc = $doc] $name,)+
@@ -101,7 +101,7 @@ macro_rules! dimensions {
         impl Dimension {
             const ALL: &[Self] = &[$(Self::$name),+];
 
-            /// The units a quantity of this dimension may have, the SI unit first.
+            /// The units of this dimension, the SI unit first.
             #[must_use]
             pub fn units(self) -> &'static [Unit] {
                 match self {
@@ -115,7 +115,7 @@ macro_rules! dimensions {
 dimensions! {
     /// Plane angle, rad.
     Angle: "rad" = 1.0, "deg" = DEGREE;
-    /// Turning rate, rad/s.
+    /// Angular rate, rad/s.
     Rate: "rad/s" = 1.0, "deg/s" = DEGREE;
     /// Length, m.
     Length: "m" = 1.0, "cm" / 1e2, "mm" / 1e3, "in" = INCH, "ft" = FOOT;
@@ -123,7 +123,7 @@ dimensions! {
     Area: "m^2" = 1.0, "cm^2" / 1e4, "mm^2" / 1e6, "in^2" = INCH * INCH, "ft^2" = FOOT * FOOT;
     /// Volume, m^3.
     Volume: "m^3" = 1.0, "L" / 1e3, "cm^3" / 1e6, "mm^3" / 1e9, "in^3" = INCH * INCH * INCH, "ft^3" = FOOT * FOOT * FOOT;
-    /// Flow of volume, m^3/s.
+    /// Volume flow, m^3/s.
     Flow: "m^3/s" = 1.0, "L/min" / 6e4, "mm^3/s" / 1e9, "in^3/s" = INCH * INCH * INCH;
     /// Speed, m/s.
     Speed: "m/s" = 1.0, "ft/s" = FOOT, "kn" = KNOT, "km/h" / 3.6;
@@ -143,7 +143,7 @@ dimensions! {
     Viscosity: "m^2/s" = 1.0, "mm^2/s" / 1e6, "ft^2/s" = FOOT * FOOT;
     /// Force, N.
     Force: "N" = 1.0, "kN" = 1e3, "lbf" = POUND_FORCE, "lb" = POUND_FORCE;
-    /// Moment, N m; per radian too.
+    /// Moment, N m; also per radian.
     Moment: "N m" = 1.0, "ft lbf" = FOOT_POUND;
     /// Viscous damping of a translation, N s/m.
     Damping: "N s/m" = 1.0, "lb s/in" = POUND_FORCE / INCH;
@@ -151,7 +151,7 @@ dimensions! {
     RotaryDamping: "N m s" = 1.0, "ft lbf s" = FOOT_POUND;
     /// Pressure, Pa.
     Pressure: "Pa" = 1.0, "kPa" = 1e3, "bar" = 1e5, "MPa" = 1e6, "GPa" = 1e9, "psi" = PSI;
-    /// Stiffness of enclosed oil, Pa/m^3: pressure per volume pressed in.
+    /// Stiffness of enclosed oil, Pa/m^3: pressure per volume forced in.
     OilStiffness: "Pa/m^3" = 1.0, "lb/in^5" = PSI / (INCH * INCH * INCH);
     /// Stiffness of a spring, N/m.
     Stiffness: "N/m" = 1.0, "lb/in" = POUND_FORCE / INCH;
@@ -160,21 +160,21 @@ dimensions! {
 }
 
 impl Dimension {
-    /// The dimension whose SI unit is written so, as `m/s`.
+    /// The dimension with this SI unit, such as `m/s`.
     #[must_use]
     pub fn of_si_unit(symbol: &str) -> Option<Self> {
         let is_its = |dimension: &Self| dimension.units()[0].symbol == symbol;
         Self::ALL.iter().copied().find(is_its)
     }
 
-    /// The dimension that has a unit of this symbol: no two have the same.
+    /// The dimension with this unit; no two dimensions share a unit.
     pub(crate) fn of_unit(symbol: &str) -> Option<Self> {
         let has = |dimension: &Self| dimension.units().iter().any(|unit| unit.symbol == symbol);
         Self::ALL.iter().copied().find(has)
     }
 
-    /// The smallest magnitude beside 0 and the largest, SI, of any quantity that a file or an option gives: from a valve to a
-    /// ship. Beyond them a number is a slip, with which a computation would overflow or never end.
+    /// Smallest non-zero and largest plausible magnitude of a quantity in a file or option, SI: from a valve to a ship. Numbers outside are mistakes,
+    /// with which a computation would overflow or never end.
     #[must_use]
     pub const fn magnitudes(self) -> [f64; 2] {
         match self {

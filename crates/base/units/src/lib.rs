@@ -1,12 +1,12 @@
 #![doc = include_str!("../README.md")]
 //!
-//! - [`Quantity`]: a quantity as a file or the command line writes it.
-//! - [`Dimension`]: what a field measures; the units that it accepts.
-//! - [`readers!`]: readers of a file's fields, each number in SI and checked by its [`Rule`].
-//! - [`Unit`]: a unit's symbol and its size in SI; [`Error`]: why a quantity is rejected.
+//! - [`Quantity`]: a quantity as written in a file or on the command line.
+//! - [`Dimension`]: dimension of a field, with the accepted units.
+//! - [`readers!`]: readers of a file's fields, each converted to SI and checked by its [`Rule`].
+//! - [`Unit`]: symbol of a unit and its size in SI; [`Error`]: why a quantity is refused.
 //! - [`FOOT`], [`INCH`], [`KNOT`], [`POUND_FORCE`], [`FOOT_POUND`], [`SLUG`], [`PSI`], [`DEGREE`]: imperial units and the degree in SI.
 //!
-//! Imperial values convert here and nowhere else.
+//! Imperial units are converted only here.
 
 mod dimension;
 mod quantity;

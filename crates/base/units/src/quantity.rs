@@ -1,7 +1,7 @@
-//! A quantity as it is written: `28 in`.
+//! A quantity as written by users: `28 in`.
 //!
-//! The number comes first, then the unit; a space between them may be left out (`1ft/s`). Files also
-//! accept the older mapping `{value: 28, unit: in}`. On the command line a bare number is in SI.
+//! The number comes first, then the unit; the space between them is optional (`1ft/s`). Files also accept the older mapping
+//! `{value: 28, unit: in}`. On the command line a number without unit is in SI.
 
 use std::{convert::Infallible, fmt, str::FromStr};
 
@@ -12,16 +12,16 @@ use serde::de::{
 use crate::dimension::symbol;
 use crate::{Dimension, Unit};
 
-/// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
+/// Why a quantity is refused. The text states the rule; the caller adds the field and the value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// The unit is missing or belongs to another dimension.
+    /// The unit is missing or belongs to another dimension; contains the accepted units.
     #[error("it must be a number with one of the units {}", .0.join(", "))]
     Unit(Vec<&'static str>),
-    /// There is no number before the unit.
+    /// The text before the unit is not a number.
     #[error("'{0}' is not a number")]
     Number(String),
-    /// The magnitude is none that a quantity of the dimension has: the smallest beside 0 and the largest, SI, with the unit.
+    /// The magnitude is implausible for the dimension; contains the limits in SI and the SI unit.
     #[error("its magnitude must be 0, or from {:e} to {:e} {}", .0[0], .0[1], .1)]
     Magnitude([f64; 2], &'static str),
     /// The value is 0 or less.
@@ -30,26 +30,26 @@ pub enum Error {
     /// The value is outside the range of its field, or is NaN.
     #[error("it must be from {least} to {most}{}{unit}", if .unit.is_empty() { "" } else { " " })]
     Within {
-        /// The least value, SI.
+        /// Smallest value, SI.
         least: f64,
         /// The largest value, SI.
         most: f64,
-        /// The SI unit; empty for a number without one.
+        /// SI unit; empty for a number without unit.
         unit: &'static str,
     },
-    /// No number of the range, nor one with its unit.
+    /// A number outside the range, with or without a unit; on the command line.
     #[error("a number from {least} to {most} {} is expected, or one with its unit: {}", .units[0], .units.join(", "))]
     Range {
-        /// The least value, SI.
+        /// Smallest value, SI.
         least: f64,
         /// The largest value, SI.
         most: f64,
-        /// The dimension's units, SI first.
+        /// Units of the dimension, SI first.
         units: Vec<&'static str>,
     },
 }
 
-/// A number with its unit, as written. The field that it is for decides the [`Dimension`].
+/// A number with its unit, as written. The [`Dimension`] depends on the field.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Quantity(String);
 
@@ -57,12 +57,12 @@ impl Quantity {
     /// The value in SI.
     ///
     /// # Errors
-    /// [`Error`]: no number, no unit of the dimension, a magnitude outside [`Dimension::magnitudes`].
+    /// [`Error`]: not a number, a unit of another dimension, or a magnitude outside [`Dimension::magnitudes`].
     pub fn si(&self, dimension: Dimension) -> Result<f64, Error> {
         self.si_or(dimension, &[])
     }
 
-    /// The value in SI, with `further` units beside the dimension's own.
+    /// The value in SI; `further` units are accepted besides those of the dimension.
     ///
     /// # Errors
     /// Those of [`si`](Self::si).
@@ -70,10 +70,10 @@ impl Quantity {
         plausible(self.converted(dimension, further)?, dimension)
     }
 
-    /// The value in SI in the range `[least, most]` of its field, with `further` units beside the dimension's own.
+    /// The value in SI within the range `[least, most]` of its field; `further` units are accepted too.
     ///
     /// # Errors
-    /// [`Error`]: no number, no unit of the dimension, outside the range.
+    /// [`Error`]: not a number, a unit of another dimension, or a value outside the range.
     pub fn within(
         &self,
         dimension: Dimension,
@@ -84,10 +84,10 @@ impl Quantity {
         within(value, range, dimension.units()[0].symbol)
     }
 
-    /// The value in SI, by the rule of its field.
+    /// The value in SI, checked by the rule of its field.
     ///
     /// # Errors
-    /// [`Error`]: no number, no unit of the dimension, a value that breaks the rule.
+    /// [`Error`]: not a number, a unit of another dimension, or a value that violates the rule.
     pub fn by_rule(&self, dimension: Dimension, rule: Rule) -> Result<f64, Error> {
         rule.check(self.converted(dimension, &[])?, dimension)
     }
@@ -108,7 +108,7 @@ impl Quantity {
         Ok(unit.si(parsed(number)?))
     }
 
-    /// The value in SI of a command-line argument, where a bare number is in SI.
+    /// The value of a command-line argument in SI; a number without unit is in SI.
     ///
     /// # Errors
     /// Those of [`si`](Self::si).
@@ -119,7 +119,7 @@ impl Quantity {
         }
     }
 
-    /// The value in SI of an argument in `[least, most]`, both in SI; a bare number is in SI.
+    /// The value of an argument within `[least, most]`, both in SI; a number without unit is in SI.
     ///
     /// # Errors
     /// [`Error::Range`].
@@ -139,7 +139,7 @@ impl Quantity {
         }
     }
 
-    /// The value in SI by its unit alone, which is of one dimension, and SI's unit; `None` without a number or a unit that is known.
+    /// The value in SI and the SI unit, determined by the unit alone; `None` without a number or with an unknown unit.
     #[must_use]
     pub fn in_si(&self) -> Option<(f64, &'static str)> {
         let dimension = Dimension::of_unit(symbol(self.parts().1))?;
@@ -167,7 +167,7 @@ fn parsed(number: &str) -> Result<f64, Error> {
         .map_err(|_| Error::Number(number.escape_debug().to_string()))
 }
 
-/// The value, where its magnitude is one that a quantity of the dimension can have.
+/// The value, if its magnitude is plausible for the dimension.
 pub(crate) fn plausible(value: f64, dimension: Dimension) -> Result<f64, Error> {
     let [least, most] = dimension.magnitudes();
     match value == 0.0 || (least..=most).contains(&value.abs()) {
@@ -176,7 +176,7 @@ pub(crate) fn plausible(value: f64, dimension: Dimension) -> Result<f64, Error> 
     }
 }
 
-/// A number in the range `[least, most]` of its field, in a unit; empty for a number without one.
+/// Checks that a number is within the range `[least, most]` of its field; `unit` is empty for a number without unit.
 ///
 /// # Errors
 /// [`Error::Within`]: outside the range, or NaN.
@@ -188,7 +188,7 @@ pub fn within(value: f64, [least, most]: [f64; 2], unit: &'static str) -> Result
 }
 
 impl fmt::Display for Quantity {
-    /// As written, control characters escaped.
+    /// As written, with control characters escaped.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0.escape_debug())
     }
@@ -197,7 +197,7 @@ impl fmt::Display for Quantity {
 impl FromStr for Quantity {
     type Err = Infallible;
 
-    /// Accepts any text: [`si`](Self::si) checks it, once the dimension is known.
+    /// Accepts any text; [`si`](Self::si) checks it once the dimension is known.
     fn from_str(text: &str) -> Result<Self, Infallible> {
         Ok(Self(text.to_owned()))
     }
@@ -209,7 +209,7 @@ impl<'de> Deserialize<'de> for Quantity {
     }
 }
 
-/// The older form, with the unit in a field of its own.
+/// The older form, with value and unit as separate fields.
 #[derive(serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Mapping {
@@ -217,7 +217,7 @@ struct Mapping {
     unit: String,
 }
 
-/// Reads either form, and hands the quantity on. A bare number passes: its rejection names the units of the field.
+/// Reads either form and passes the quantity on. A number without unit is passed too, so that its refusal names the units.
 pub(crate) struct Written<F>(pub(crate) F);
 
 impl<T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Written<F> {
@@ -259,14 +259,14 @@ impl<'de, T, R: fmt::Display, F: FnOnce(Quantity) -> Result<T, R>> Visitor<'de> 
     }
 }
 
-/// What the number of a field may be, SI.
+/// Rule for the number of a field, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rule {
-    /// What a quantity of the dimension can be ([`Dimension::magnitudes`]).
+    /// Any plausible value of the dimension ([`Dimension::magnitudes`]).
     Any,
-    /// The same, and above zero.
+    /// A plausible value above zero.
     AboveZero,
-    /// From the first to the second.
+    /// A value from the first number to the second.
     Within([f64; 2]),
 }
 
@@ -277,7 +277,7 @@ impl From<[f64; 2]> for Rule {
 }
 
 impl Rule {
-    /// The value in SI, if it obeys the rule.
+    /// The value in SI, if it satisfies the rule.
     ///
     /// # Errors
     /// [`Error::Magnitude`], [`Error::NotAboveZero`] or [`Error::Within`].

@@ -1,7 +1,7 @@
-//! Numbers of files, read straight into SI and checked by the rule of their field.
+//! Reads numbers of files directly into SI, checked by the rule of their field.
 //!
-//! [`readers!`](crate::readers) declares the readers of a file's fields, each with its dimension and rule; a field then has
-//! `#[serde(with = "mass")]`. A refusal reads `-2 kg refused: it must be above zero`; the parser adds the field's path.
+//! [`readers!`](crate::readers) declares the readers of a file's fields, each with its dimension and rule; a field then has the attribute
+//! `#[serde(with = "mass")]`. A refusal is `-2 kg refused: it must be above zero`; the parser adds the field's path.
 
 use std::fmt;
 
@@ -10,10 +10,10 @@ use serde::de::{self, Deserializer, Visitor};
 use crate::quantity::{Rule, Written, within};
 use crate::{Dimension, Quantity};
 
-/// A number with its unit in SI, by the rule of its field.
+/// Reads a number with its unit into SI, checked by the rule of its field.
 ///
 /// # Errors
-/// The value and the rule that it breaks.
+/// The value and the violated rule.
 pub fn quantity<'de, D: Deserializer<'de>>(
     deserializer: D,
     dimension: Dimension,
@@ -26,7 +26,7 @@ pub fn quantity<'de, D: Deserializer<'de>>(
     }))
 }
 
-/// A number without a unit, within the range of its field.
+/// Reads a number without unit, within the range of its field.
 ///
 /// # Errors
 /// The value and the range.
@@ -61,8 +61,8 @@ impl Visitor<'_> for Bare {
     }
 }
 
-/// Declares the readers of fields, for `#[serde(with = "NAME")]`: a dimension, or `Number`, and what is accepted, a [`Rule`] or a range
-/// in SI. With `or` and a value an empty field has that value; `default = "NAME::default"` gives it to a missing one too. `optional` reads an
+/// Declares readers of fields, for `#[serde(with = "NAME")]`: a dimension, or `Number`, and the accepted values, a [`Rule`] or a range in SI. With
+/// `or` and a value, an empty field has that value; `default = "NAME::default"` gives it to a missing field too. `optional` reads an
 /// `Option<f64>` (with `default` for a missing field), `array 3` an `[f64; 3]`.
 ///
 /// ```
@@ -109,7 +109,7 @@ macro_rules! readers {
             #[allow(unused_imports)]
             use super::*;
 
-            /// A number that obeys the rule.
+            /// A number that satisfies the rule.
             struct Given(f64);
 
             impl<'de> serde::Deserialize<'de> for Given {

@@ -1,34 +1,34 @@
-//! How a user's options and their values are named. A library names an option by its field; each front end says once how its user writes them.
+//! Names of options in messages. A library names an option by its field; each front end sets once how its users write options.
 
 use std::fmt::{self, Display};
 use std::sync::OnceLock;
 
-/// How options are written.
+/// Form of options in messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wording {
-    /// As fields: `max_gap 2`.
+    /// Fields: `max_gap 2`.
     #[default]
     Fields,
-    /// As options of a command: `--max-gap 2`.
+    /// Command-line options: `--max-gap 2`.
     CommandLine,
-    /// As keyword arguments of Python: `max_gap=2`.
+    /// Python keyword arguments: `max_gap=2`.
     Python,
 }
 
 static WORDING: OnceLock<Wording> = OnceLock::new();
 
-/// Takes the wording of all messages of this process; the first that is taken stays.
+/// Sets the form for all messages of this process; only the first call has an effect.
 pub fn use_wording(wording: Wording) {
     WORDING.get_or_init(|| wording);
 }
 
-/// An option by its field's name.
+/// An option, by its field's name.
 #[must_use]
 pub const fn option(name: &str) -> Setting<'_, &'static str> {
     Setting { name, value: None }
 }
 
-/// An option with a value; a value in capitals stands for what the user has.
+/// An option with a value; a value in capitals is a placeholder.
 #[must_use]
 pub const fn setting<T: Display>(name: &str, value: T) -> Setting<'_, T> {
     Setting {
@@ -37,7 +37,7 @@ pub const fn setting<T: Display>(name: &str, value: T) -> Setting<'_, T> {
     }
 }
 
-/// An option with or without a value, written as the process words it.
+/// An option with or without a value, formatted in the form of the process.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a, T> {
     name: &'a str,
@@ -66,7 +66,7 @@ impl<T: Display> Display for Setting<'_, T> {
     }
 }
 
-/// An enum. Each value has a word, as options and files have it, and may have a line of help, which is its doc comment.
+/// Defines an enum whose values each have a word, used in options and files, and optionally a line of help from the doc comment.
 #[macro_export]
 macro_rules! choices {
     (
@@ -83,7 +83,7 @@ macro_rules! choices {
         }
 
         impl $enum {
-            /// Its word and its line of help.
+            /// Word and line of help.
             #[must_use]
             $vis const fn described(self) -> (&'static str, &'static str) {
                 match self {
@@ -104,10 +104,10 @@ macro_rules! choices {
         }
 
         impl $enum {
-            /// All of them.
+            /// All values.
             $vis const ALL: [Self; [$($name),+].len()] = [$(Self::$value),+];
 
-            /// Its word.
+            /// Word of the value.
             #[must_use]
             $vis const fn name(self) -> &'static str {
                 match self {
@@ -118,8 +118,8 @@ macro_rules! choices {
     };
 }
 
-/// A keyword argument: numbers and what stands for something as they are, edges as a pair, words in quotes. What a command writes into a
-/// file is a method of the model; a change of a scenario is named by what it changes.
+/// A Python keyword argument: numbers and placeholders unchanged, ranges as pairs, words in quotes. Options that write files are methods of the
+/// model; changes of a scenario are named by what they change.
 fn python(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     let stands = |it: &str| it.len() > 1 && it.chars().all(|c| c.is_ascii_uppercase() || c == ':');
     let is_number = |it: &str| it.parse::<f64>().is_ok();

@@ -1,10 +1,10 @@
-//! A chunk's contents, and a message that rosbag2 has packed by itself: unpacked within a limit, and checked.
+//! Unpacks a chunk, or a message that rosbag2 has compressed separately, within a limit, and checks the result.
 
 use std::io::Read;
 
 use crate::{defect::Defect, fields::Chunk, limits::Limits};
 
-/// Unpacks a chunk's records into `records` as its header says, and checks length and checksum.
+/// Unpacks a chunk's records into `records` and checks length and checksum against the chunk's header.
 pub(crate) fn unpack(
     chunk: &Chunk<'_>,
     limits: &Limits,
@@ -53,7 +53,7 @@ pub(crate) fn unpack(
     Ok(())
 }
 
-/// Unpacks a message that rosbag2 has packed with zstd. `unpacked` counts the bytes of its file that are unpacked so far.
+/// Unpacks a message that rosbag2 has compressed with zstd. `unpacked` counts the bytes unpacked from its file so far.
 pub(crate) fn unpack_message(
     packed: &[u8],
     limits: &Limits,

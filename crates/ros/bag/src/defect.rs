@@ -1,79 +1,79 @@
-//! What is wrong with a file's bytes.
+//! Defects of a bag file.
 
-/// What is wrong with a file's bytes.
+/// A defect of a bag file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the texts say what the numbers are")]
 pub enum Defect {
-    /// What the operating system, or the database, says.
+    /// Error text of the operating system, or of the database.
     #[error("{0}")]
     Unreadable(String),
-    /// There is no end.
+    /// The file has no end marker.
     #[error("it was not closed")]
     NotClosed,
-    /// The data ends properly, the file does not.
-    #[error("its index is cut off; every message is there")]
+    /// All messages are there, but the index after them is cut off.
+    #[error("its index is cut off, but all messages are there")]
     IndexCut,
-    /// A record was lost, or made unknown.
-    #[error("its index lists {indexed} messages, {met} are there")]
+    /// The index counts more messages than the file contains.
+    #[error("its index lists {indexed} messages, but the file contains {met}")]
     Index { indexed: u64, met: u64 },
-    /// Opcode and length of a record are not all there.
+    /// The file ends within the opcode or length of a record.
     #[error("cut off inside a record's frame")]
     FrameCut,
-    /// A record is not all there.
-    #[error("cut off inside a record (opcode {opcode:#04x}): {there} of {length} bytes are there")]
+    /// The file ends within a record.
+    #[error("cut off inside a record (opcode {opcode:#04x}): {there} of {length} bytes")]
     RecordCut { opcode: u8, there: u64, length: u64 },
-    /// A record beyond the [limit](crate::Limits).
-    #[error("a record (opcode {opcode:#04x}) claims {length} bytes; at most {limit} are taken")]
+    /// A record larger than the [limit](crate::Limits).
+    #[error("a record (opcode {opcode:#04x}) claims {length} bytes; the limit is {limit}")]
     RecordLength { opcode: u8, length: u64, limit: u64 },
     /// A record ends within a field.
     #[error("a record is shorter than its fields")]
     ShortRecord,
-    /// A name or an encoding.
+    /// A name or encoding that is not UTF-8.
     #[error("a text is not UTF-8")]
     Text,
-    /// Beyond 63 bits.
-    #[error("the time {0} ns is beyond what ROS can count")]
+    /// A time beyond 63 bits.
+    #[error("the time {0} ns is too large for ROS")]
     Time(u64),
-    /// A chunk's packed bytes are not all there.
-    #[error("a chunk claims {length} bytes, {there} are there")]
+    /// The file ends within a chunk's compressed bytes.
+    #[error("a chunk claims {length} bytes, but {there} are there")]
     ChunkCut { length: u64, there: usize },
-    /// A chunk beyond the [limit](crate::Limits).
-    #[error("a chunk claims {length} bytes unpacked; at most {limit} are taken")]
+    /// A chunk larger than the [limit](crate::Limits).
+    #[error("a chunk claims {length} bytes unpacked; the limit is {limit}")]
     ChunkLength { length: u64, limit: u64 },
-    /// Chunks, or messages packed one by one, beyond the [limit](crate::Limits) of all together.
-    #[error("it unpacks to more than the {0} bytes asked for")]
+    /// Chunks or compressed messages that exceed the total [limit](crate::Limits).
+    #[error("its unpacked size exceeds the limit of {0} bytes")]
     Unpacked(u64),
-    /// A chunk's packed bytes are damaged; what the decompressor says.
-    #[error("a chunk that its header says holds {length} bytes does not unpack: {reason}")]
+    /// Damaged bytes of a chunk, with the decompressor's error.
+    #[error("a chunk of {length} bytes (by its header) cannot be unpacked: {reason}")]
     ChunkPacked { length: u64, reason: String },
-    /// A compression that is not read.
-    #[error("a chunk is compressed with '{0}'; none, zstd and lz4 are read")]
+    /// An unsupported compression.
+    #[error("a chunk has the unsupported compression '{0}'; supported: none, zstd, lz4")]
     Compression(String),
-    /// A chunk unpacks to another length.
-    #[error("a chunk holds {there} bytes, its header says {length}")]
+    /// A chunk whose unpacked length differs from its header.
+    #[error("a chunk contains {there} bytes, but its header says {length}")]
     ChunkHolds { there: usize, length: u64 },
-    /// A chunk unpacks to other bytes.
+    /// A chunk whose checksum does not match its unpacked bytes.
     #[error("a chunk's checksum does not match its bytes")]
     Checksum,
-    /// A message packed by itself is damaged; what the decompressor says.
-    #[error("a message does not unpack: {0}")]
+    /// A damaged compressed message, with the decompressor's error.
+    #[error("a message cannot be unpacked: {0}")]
     MessagePacked(String),
-    /// A message packed by itself is beyond the [limit](crate::Limits).
+    /// A compressed message larger than the [limit](crate::Limits).
     #[error("a message unpacks to more than {0} bytes")]
     MessageLength(u64),
-    /// A schema's number is given again, for another schema.
-    #[error("schema {0} has two meanings")]
+    /// Two different schemas with one number.
+    #[error("schema number {0} is used for two schemas")]
     Schema(u16),
-    /// A channel's number is given again, for another channel.
-    #[error("channel {0} has two meanings")]
+    /// Two different channels with one number.
+    #[error("channel number {0} is used for two channels")]
     Channel(u16),
-    /// A channel's schema is not in the file.
+    /// A channel whose schema is missing.
     #[error("topic {topic} has the unknown schema {schema}")]
     UnknownSchema { topic: String, schema: u16 },
-    /// A message's channel is not in the file.
+    /// A message whose channel is missing.
     #[error("a message belongs to the unknown channel {0}")]
     UnknownChannel(u16),
-    /// One of the others, in the records that a chunk holds.
+    /// A defect in the records of a chunk.
     #[error("inside a chunk: {0}")]
     InChunk(Box<Defect>),
 }

@@ -1,8 +1,7 @@
-//! The topics of one file: its schemas and channels.
+//! The topics of one file, from its schemas and channels.
 //!
-//! A file numbers both with 16 bits and repeats them at will, in chunks and in its summary. What they take of memory
-//! is measured before it is taken; a topic for which there is no room is *omitted*: only its number is kept, so that its
-//! messages can be passed over.
+//! A file numbers schemas and channels with 16 bits and may repeat them, in chunks and in its summary. Memory is limited: a topic that
+//! exceeds the limit is *omitted*; only its number is kept, so that its messages can be skipped.
 
 use std::{
     collections::{BTreeMap, btree_map::Entry},
@@ -17,25 +16,25 @@ use crate::{
     qos,
 };
 
-/// A file's topics by channel number.
+/// Topics by channel number.
 pub(crate) type Channels = BTreeMap<u16, Arc<Topic>>;
 
-/// The memory of a topic beside its name, in every list that holds it: the topic (64 bytes), its name's bookkeeping,
-/// and its places among its file's channels and the bag's topics.
+/// Memory per topic, without its name, in all lists, bytes: the topic (64), the bookkeeping of its name, and its places among the file's
+/// channels and the bag's topics.
 const TOPIC: u64 = 160;
 
-/// The memory of a channel whose topic is known.
+/// Memory of a channel whose topic is known, bytes.
 pub(crate) const CHANNEL: u64 = 32;
 
 impl Topic {
-    /// The bytes it takes, its kind apart.
+    /// Memory in bytes, without its kind.
     pub(crate) fn size(&self) -> u64 {
         TOPIC + self.name.len() as u64
     }
 }
 
 impl TopicKind {
-    /// The bytes it takes.
+    /// Memory in bytes.
     pub(crate) fn size(&self) -> u64 {
         let texts = [
             &self.type_name,
@@ -50,22 +49,22 @@ impl TopicKind {
     }
 }
 
-/// The schemas and channels met so far.
+/// The schemas and channels read so far.
 #[derive(Default)]
 pub(crate) struct Definitions {
-    /// `None` for one that is omitted, and its channels with it.
+    /// Schemas by number; `None` for an omitted one, whose channels are omitted too.
     schemas: BTreeMap<u16, Option<Schema>>,
-    /// `None` for one that is omitted.
+    /// Topics by channel number; `None` for an omitted one.
     channels: BTreeMap<u16, Option<Arc<Topic>>>,
-    /// By all that a channel says of itself beside its name.
+    /// Topic kinds, by everything a channel contains except its name.
     kinds: BTreeMap<Vec<u8>, Arc<TopicKind>>,
-    /// The file's topics as they were when it was opened: these are kept and no others.
+    /// Topics found when the file was first opened; no others are kept.
     known_channels: Option<Arc<Channels>>,
-    /// The bytes that more may take.
+    /// Remaining memory, bytes.
     room: u64,
 }
 
-/// The meaning of a channel number.
+/// State of a channel number.
 pub(crate) enum Known<'a> {
     Topic(&'a Arc<Topic>),
     Omitted,
@@ -80,7 +79,7 @@ struct Schema {
 }
 
 impl Definitions {
-    /// None yet, and room for so many bytes; of a file read before, the topics of then.
+    /// No definitions yet, with a memory limit in bytes; for a file read before, its known topics.
     pub(crate) fn within(room: u64, known_channels: Option<Arc<Channels>>) -> Self {
         Self {
             room,
@@ -89,7 +88,7 @@ impl Definitions {
         }
     }
 
-    /// The meaning of a channel number.
+    /// State of a channel number.
     pub(crate) fn topic(&self, channel: u16) -> Known<'_> {
         match self.channels.get(&channel) {
             Some(Some(topic)) => Known::Topic(topic),
@@ -98,7 +97,7 @@ impl Definitions {
         }
     }
 
-    /// Those that are kept, and how many are omitted.
+    /// The kept topics, and the number of omitted ones.
     pub(crate) fn into_channels(self) -> (Channels, u64) {
         let all = self.channels.len();
         let kept: Channels = self
@@ -110,7 +109,7 @@ impl Definitions {
         (kept, omitted as u64)
     }
 
-    /// Takes a schema or channel record. A number once given keeps its meaning.
+    /// Reads a schema or channel record. A number never changes its meaning.
     pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), Defect> {
         if opcode == op::SCHEMA {
             self.take_schema(&fields::Schema::read(body)?)
@@ -119,7 +118,7 @@ impl Definitions {
         }
     }
 
-    /// Takes so many bytes, if there is room.
+    /// Reserves memory, if enough is left.
     fn take_room(&mut self, bytes: u64) -> bool {
         let left = self.room.checked_sub(bytes);
         self.room = left.unwrap_or(self.room);
@@ -178,7 +177,7 @@ impl Definitions {
         Ok(())
     }
 
-    /// The kind of the channel's messages; `None` where there is no room for it.
+    /// The kind of the channel's messages; `None` if memory is exhausted.
     fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, Defect> {
         let no_schema = Schema::default();
         let schema = match self.schemas.get(&given.schema_id) {
@@ -216,12 +215,12 @@ impl Definitions {
     }
 }
 
-/// A name that does nothing to a terminal: no ROS name has control characters.
+/// A name without control characters, which no ROS name has: it cannot affect a terminal.
 pub(crate) fn printable(name: &str) -> String {
     name.replace(char::is_control, "\u{fffd}")
 }
 
-/// A number and some texts in one, so that no two are alike.
+/// A unique key of a number and three texts.
 fn key(number: u16, texts: [&str; 3]) -> Vec<u8> {
     let mut key = number.to_le_bytes().to_vec();
     for text in texts {

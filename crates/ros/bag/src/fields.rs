@@ -1,9 +1,8 @@
 //! The fields of the MCAP records that a reader needs, borrowed from the record's bytes.
 //!
-//! Layouts are the MCAP specification's ("Records"): integers little endian, strings and maps
-//! behind their length in bytes (4 bytes). Footer and statistics are read by `mcap::parse_record`. The others
-//! are not: it reserves memory for a string as long as the record claims (4 GiB from four hostile bytes), copies every
-//! string, and takes 1.4 times as long for a bag's messages.
+//! Layouts are those of the MCAP specification ("Records"): little-endian integers; strings and maps follow their length in bytes (4 bytes).
+//! Footer and statistics are parsed by `mcap::parse_record`. The other records are not: it reserves as much memory as a string claims (4 GiB
+//! from four hostile bytes), copies every string, and takes 1.4 times as long for a bag's messages.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +15,7 @@ pub(crate) mod op {
     };
 }
 
-/// The unread rest of a record.
+/// The remaining bytes of a record.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -48,7 +47,7 @@ impl<'a> Fields<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    /// Bytes behind their length.
+    /// Bytes that follow their length.
     fn sized(&mut self) -> Result<&'a [u8], Defect> {
         let length = self.u32()?;
         self.bytes(length as usize)
@@ -59,7 +58,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The file's first record.
+/// First record of the file.
 pub(crate) struct Header<'a> {
     #[expect(dead_code, reason = "read so that a cut header is found out")]
     pub(crate) profile: &'a str,
@@ -77,7 +76,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// A type.
+/// A message type.
 pub(crate) struct Schema<'a> {
     pub(crate) id: u16,
     pub(crate) name: &'a str,
@@ -97,10 +96,10 @@ impl<'a> Schema<'a> {
     }
 }
 
-/// A topic.
+/// A channel: one topic.
 pub(crate) struct Channel<'a> {
     pub(crate) id: u16,
-    /// 0 for none.
+    /// Number of the schema, 0 for none.
     pub(crate) schema_id: u16,
     pub(crate) topic: &'a str,
     pub(crate) message_encoding: &'a str,
@@ -127,7 +126,7 @@ impl<'a> Channel<'a> {
     }
 }
 
-/// A message.
+/// A message record.
 pub(crate) struct Message<'a> {
     pub(crate) channel_id: u16,
     pub(crate) sequence: u32,
@@ -149,17 +148,17 @@ impl<'a> Message<'a> {
     }
 }
 
-/// A time as ROS counts it.
+/// A time as ROS stores it, ns.
 pub(crate) fn time(nanoseconds: u64) -> Result<i64, Defect> {
     i64::try_from(nanoseconds).map_err(|_| Defect::Time(nanoseconds))
 }
 
-/// Many records in one, perhaps compressed.
+/// A chunk: several records, possibly compressed.
 pub(crate) struct Chunk<'a> {
     pub(crate) unpacked_size: u64,
-    /// Of the unpacked bytes; 0 for none.
+    /// Checksum of the unpacked bytes; 0 for none.
     pub(crate) crc: u32,
-    /// Empty for none.
+    /// Name of the compression; empty for none.
     pub(crate) compression: &'a str,
     pub(crate) packed: &'a [u8],
 }

@@ -1,4 +1,4 @@
-//! The files of bags: their names, and which belong together.
+//! File names of bags, and which files belong together.
 
 use std::{
     fs,
@@ -11,25 +11,25 @@ use crate::{
     recording::Recording,
 };
 
-/// Whether a name is that of a bag's file, which may be one of several: `.mcap` or `.db3`, packed whole or not.
+/// Whether the name is that of a bag file, possibly one of several: `.mcap` or `.db3`, compressed as a whole or not.
 #[must_use]
 pub fn is_bag_file(file: &Path) -> bool {
     is_plain(file) || is_packed(file)
 }
 
-/// Whether a name is that of an unpacked file.
+/// Whether the name is that of an uncompressed bag file.
 pub(crate) fn is_plain(file: &Path) -> bool {
     file.extension()
         .is_some_and(|extension| extension == "mcap" || extension == "db3")
 }
 
-/// Whether a name is that of a file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
+/// Whether the name is that of a file compressed as a whole by rosbag2: `NAME.mcap.zstd`.
 pub(crate) fn is_packed(file: &Path) -> bool {
     let ending = file.extension().unwrap_or_default();
     (ending == "zstd" || ending == "zst") && is_plain(&file.with_extension(""))
 }
 
-/// The files of a folder that its metadata lists; where none of them is there, those that are, as after a renaming. Says so.
+/// The files that the metadata lists; if none of them exists, for example after renaming, the existing bag files, with a note.
 pub(crate) fn present(
     mut listed: Vec<PathBuf>,
     folder: &Path,
@@ -43,21 +43,21 @@ pub(crate) fn present(
         false => Vec::new(),
     };
     let said = format!(
-        "its metadata.yaml names {}, not there",
+        "its metadata.yaml lists {}, which does not exist",
         self::listed(&missing)
     );
     if !others.is_empty() {
-        let said = format!("{said}; {} is read instead", self::listed(&others));
+        let said = format!("{said}; reading {} instead", self::listed(&others));
         return Ok((others, Some(said)));
     }
-    // Without any, the first is asked for, and refused by its name.
+    // If no name exists, the first one is opened, so that the error names it.
     if missing.len() < listed.len() {
         listed.retain(|it| it.exists());
     }
     Ok((listed, Some(said)))
 }
 
-/// The unpacked file beside a packed one, if there is one.
+/// The uncompressed file next to a compressed one, if it exists.
 pub(crate) fn unpacked(file: PathBuf) -> PathBuf {
     let beside = file.with_extension("");
     if !is_plain(&file) && beside.is_file() {
@@ -67,7 +67,7 @@ pub(crate) fn unpacked(file: PathBuf) -> PathBuf {
     }
 }
 
-/// The contents of a folder without `.mcap` files, and the remedy.
+/// What a folder without `.mcap` files contains instead, and what to do.
 pub(crate) fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = entries.map(|entry| entry.path());
@@ -77,7 +77,7 @@ pub(crate) fn instead(folder: &Path) -> String {
     if !bags.is_empty() {
         bags.sort();
         return format!(
-            ", but bags in folders of their own ({}): name one, or list them all, as experiments of their own",
+            ", but folders with bags ({}): name one of them, or all of them as separate experiments",
             listed(&bags)
         );
     }
@@ -86,15 +86,15 @@ pub(crate) fn instead(folder: &Path) -> String {
     endings
         .find_map(|ending| match ending.to_str()? {
             "bag" => Some(format!(
-                ", but .bag files of ROS 1; {CONVERTER} makes a bag that is read"
+                ", but .bag files of ROS 1; convert them with {CONVERTER}"
             )),
             _ => None,
         })
         .unwrap_or_default()
 }
 
-/// The `.mcap` and `.db3` files in `folder`, packed ones where they are not there unpacked, in the order they were written: `NAME_2`
-/// before `NAME_10`.
+/// The `.mcap` and `.db3` files in `folder` in the order they were written (`NAME_2` before `NAME_10`); compressed ones only if there is no
+/// uncompressed copy.
 pub(crate) fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let unreadable = |source| ReadError::open(folder, source);
     let mut files = Vec::new();
@@ -109,7 +109,7 @@ pub(crate) fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     Ok(files)
 }
 
-/// The name of the bag that a file is a part of, and its number there: `NAME_2.mcap`.
+/// Name of the bag that a file belongs to, and the file's number: `NAME_2.mcap`.
 pub(crate) fn part_of(file: &Path) -> (String, u64) {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
@@ -120,10 +120,10 @@ pub(crate) fn part_of(file: &Path) -> (String, u64) {
     }
 }
 
-/// The overlap in time of two parts of one bag that a recorder's threads may leave, ns.
+/// Largest overlap in time of two parts of one bag, as a recorder with several threads may leave, ns.
 const OVERLAP: i64 = 1_000_000_000;
 
-/// What tells that files are not the parts of one bag; nothing where they are.
+/// Why files cannot be parts of one bag; `None` if they can.
 pub(crate) fn apart(recordings: &[Recording]) -> Option<&'static str> {
     let mut spans: Vec<(i64, i64)> = recordings.iter().filter_map(|it| it.span).collect();
     spans.sort_unstable();
@@ -140,7 +140,7 @@ pub(crate) fn apart(recordings: &[Recording]) -> Option<&'static str> {
         .then_some("names differ")
 }
 
-/// Files by their names, the first few of many.
+/// Names of files; only the first few if there are many.
 pub(crate) fn listed(files: &[PathBuf]) -> String {
     const LISTED: usize = 4;
     let name = |file: &PathBuf| {

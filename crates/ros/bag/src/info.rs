@@ -1,40 +1,40 @@
-//! A bag's summary as text: the output of `planesman bag info`.
+//! Text summary of a bag, as printed by `planesman bag info`.
 
 use std::{collections::BTreeMap, fmt, path::PathBuf};
 
 use crate::{BagReader, Completeness, Topic, reader::TopicCount};
 
-/// The contents of a bag, in numbers.
+/// Summary of a bag.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BagInfo {
-    /// The path that was opened.
+    /// Path that was opened.
     pub path: PathBuf,
-    /// Its `.mcap` files.
+    /// Number of `.mcap` or `.db3` files.
     pub files: usize,
-    /// Their bytes.
+    /// Total size of the files, bytes.
     pub bytes: u64,
-    /// The first log time, in nanoseconds; `None` without messages.
+    /// First log time, ns; `None` without messages.
     pub start: Option<i64>,
-    /// From the first log time to the last, in seconds.
+    /// Time from the first to the last log time, s.
     pub duration: f64,
-    /// Messages on all topics.
+    /// Number of messages on all topics.
     pub messages: u64,
-    /// Messages that the recorder knew to be lost.
+    /// Number of messages that the recorder reported as lost.
     pub dropped: u64,
-    /// Those on each topic.
+    /// Lost messages by topic.
     pub dropped_by_topic: BTreeMap<String, u64>,
-    /// Every topic, by name, but for the omitted.
+    /// All topics by name, without the omitted ones.
     pub topics: Vec<TopicCount>,
-    /// Topics for which there was no room.
+    /// Number of topics omitted because of the memory limit.
     pub omitted: u64,
     /// Whether later messages may be missing.
     pub completeness: Completeness,
-    /// What the metadata names that is not there.
+    /// Files listed in the metadata that do not exist.
     pub renamed: Option<String>,
 }
 
 impl BagInfo {
-    /// The summary of an open bag.
+    /// Makes the summary of an open bag.
     #[must_use]
     pub fn of(bag: &BagReader) -> Self {
         let mut topics = bag.topics().to_vec();
@@ -64,7 +64,7 @@ impl BagInfo {
 impl fmt::Display for BagInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "bag       {}", self.path.display())?;
-        writeln!(f, "complete  {}", self.completeness)?;
+        writeln!(f, "status    {}", self.completeness)?;
         if let Some(renamed) = &self.renamed {
             writeln!(f, "note      {renamed}")?;
         }
@@ -106,13 +106,13 @@ impl fmt::Display for BagInfo {
             }
         }
         if self.omitted > 0 {
-            write!(f, "\n  and {} topics more than are listed", self.omitted)?;
+            write!(f, "\n  and {} more topics (memory limit)", self.omitted)?;
         }
         Ok(())
     }
 }
 
-/// Bytes in the unit that suits.
+/// Size printed in a suitable unit.
 struct Bytes(u64);
 
 impl fmt::Display for Bytes {

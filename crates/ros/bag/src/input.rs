@@ -1,4 +1,4 @@
-//! The bytes of a file from its beginning, unpacked if rosbag2 has packed the whole file with zstd.
+//! Reads a file from its beginning; decompresses it if rosbag2 compressed the whole file with zstd.
 
 use std::{
     fs::File,
@@ -6,14 +6,13 @@ use std::{
     path::Path,
 };
 
-/// The size of one read.
+/// Size of one read, bytes.
 pub(crate) const BUFFER: usize = 256 * 1024;
 
 /// The first bytes of a zstd frame.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// A packed file is unpacked to so many times its size at most: telemetry packs to a hundredth at best, a bomb to a
-/// hundred-thousandth.
+/// Largest ratio of unpacked to packed size. Telemetry has a ratio of 100 at most, a decompression bomb of about 100,000.
 const MAX_EXPANSION: u64 = 1000;
 
 /// A file, read from its beginning.
@@ -23,7 +22,7 @@ pub(crate) enum Input {
 }
 
 impl Input {
-    /// The file at `path`.
+    /// Opens the file at `path`.
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
         let size = file.metadata()?.len();
@@ -37,7 +36,7 @@ impl Input {
         )))
     }
 
-    /// Whether it is unpacked as it is read.
+    /// Whether the file is decompressed while it is read.
     pub(crate) fn is_packed(&self) -> bool {
         matches!(self, Self::Packed(_))
     }

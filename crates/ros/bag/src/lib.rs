@@ -1,22 +1,22 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A bag is a folder `NAME/` with `NAME_0.mcap` (the messages, in chunks) and `metadata.yaml`
-//! (what the files hold, written last). The formats are the MCAP specification with its `ros2`
-//! profile, and rosbag2's metadata version 9. This crate knows files and payload bytes; of
-//! DDS, nodes and vehicles it knows nothing.
+//! A bag is a folder `NAME/` with `NAME_0.mcap` (messages in chunks) and `metadata.yaml` (contents of the files, written last). The formats
+//! are MCAP with the `ros2` profile, and version 9 of rosbag2's metadata. This crate handles files and payload bytes only; it does not depend
+//! on DDS, nodes or vehicles.
 //!
 //! - [`topic`]: a recorded topic: name, type, schema text, type hash, offered QoS.
 //! - [`qos`]: the QoS a publisher offered, in rosbag2's YAML.
-//! - [`writer`]: [`BagWriter`], readable up to the last flushed chunk at any moment.
-//! - [`reader`]: [`BagReader`], whole bags and cut ones, streamed in bounded memory.
-//! - [`metadata`]: the account in `metadata.yaml`.
-//! - [`info`]: a summary for people.
+//! - [`writer`]: [`BagWriter`]; its file is readable up to the last flushed chunk at any time.
+//! - [`reader`]: [`BagReader`] reads complete and truncated bags as streams with bounded memory.
+//! - [`metadata`]: contents of `metadata.yaml`.
+//! - [`info`]: text summary.
 //!
-//! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
-//! and checks a chunk, `input` unpacks a file packed whole, `definitions` are a file's topics, `summary` is the index at its end. With them `recording` finds out
-//! what one `.mcap` file holds and `walk` reads it front to back; `sqlite` does both of a `.db3` file; `typed` knows the project's message types.
+//! Internal: `records` splits bytes into MCAP records, `fields` reads a record's fields, `chunk` unpacks and checks a chunk, `input`
+//! decompresses a file compressed as a whole, `definitions` collects a file's topics, `summary` reads the index at its end. With these,
+//! `recording` finds out the contents of an `.mcap` file and `walk` reads it from front to back; `sqlite` does both for a `.db3` file; `typed`
+//! reads and writes this project's message types.
 //!
-//! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
+//! Times are signed nanoseconds of the clock used for recording.
 
 mod chunk;
 mod defect;

@@ -1,21 +1,21 @@
-//! Limits and order of reading a bag.
+//! Memory limits and message order for reading a bag.
 
-/// Limits on the memory that a bag may use. The defaults are far above what recorders write, and keep a hostile bag from taking
-/// the memory: that is at most one record, its chunk unpacked, one message and the topics.
+/// Memory limits for reading a bag. The defaults are far above the needs of ordinary bags, and protect against hostile ones. Memory is used
+/// for at most one record, its unpacked chunk, one message and the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one record, and of one chunk when unpacked. 128 MiB; recorders write about 1.
+    /// Largest record, and largest unpacked chunk, bytes. Default 128 MiB; recorders write about 1 MiB.
     pub chunk: u64,
-    /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
-    /// beyond is reported as [`BagReader::omitted`](crate::BagReader::omitted).
+    /// Memory for all topics and their types, bytes. Default 192 MiB, enough for a million topics; a busy bag needs 1 MiB. Topics beyond the
+    /// limit are reported by [`BagReader::omitted`](crate::BagReader::omitted).
     pub definitions: u64,
-    /// Bytes of all chunks and messages of one file when unpacked: what is beyond is not read. No limit. Messages that are packed one
-    /// by one count twice: as the chunk holds them, and unpacked, each up to the limit.
+    /// Largest total of unpacked chunks and messages per file, bytes; the rest is not read. No limit by default. Separately compressed messages
+    /// count twice: in their chunk, and unpacked.
     pub unpacked: u64,
 }
 
 impl Limits {
-    /// The defaults, with so many unpacked bytes of a file at most, where there is a limit.
+    /// The defaults, with a limit of unpacked bytes per file if one is given.
     #[must_use]
     pub fn unpacked(most: Option<u64>) -> Self {
         Self {
@@ -35,14 +35,14 @@ impl Default for Limits {
     }
 }
 
-/// The order of messages.
+/// Order in which messages are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
-    /// As written.
+    /// The order in the file.
     #[default]
     File,
-    /// By log time, equal times as written, where they are not written so ([`SORTED`](crate::reader::SORTED) bytes of them are in memory then).
-    /// Their numbers, which may count them as written, are 0 then. A clock that is set back now and then leaves them as written: what follows is
-    /// of another time.
+    /// The order of log time (equal times in file order). Messages that are out of order are sorted, with up to [`SORTED`](crate::reader::SORTED)
+    /// bytes in memory; their sequence numbers are then 0, as these may count the file order. Messages stay in file order if only the clock was
+    /// set back now and then.
     LogTime,
 }

@@ -1,8 +1,7 @@
 //! `metadata.yaml`: rosbag2's description of a bag, written when the bag is closed.
 //!
-//! The fields and their order are rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 1 to 8
-//! lack some of them or write the QoS as text; both are read. A bag without this file was not
-//! closed.
+//! Fields and their order are those of rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 1 to 8, which lack some fields or store the QoS as
+//! text, can be read too. A bag without this file was not closed.
 
 use std::{
     collections::BTreeMap,
@@ -17,91 +16,90 @@ use planesman_text::{write_text, yaml};
 
 use crate::OfferedQos;
 
-/// The file's name in the bag's folder.
+/// Name of the file in the bag's folder.
 pub const FILE_NAME: &str = "metadata.yaml";
 
-/// The version that is written.
+/// Version written by this crate.
 pub const VERSION: u32 = 9;
 
-/// The longest account read, bytes: that of six thousand topics. YAML takes up to seventy times its text while it is read.
+/// Largest file that is read, bytes: metadata of six thousand topics. Parsing YAML takes up to seventy times its size in memory.
 const LONGEST: u64 = 4 << 20;
 
-/// `starting_time` of a bag without messages, as rosbag2 writes it.
+/// `starting_time` of a bag without messages, as in rosbag2.
 pub(crate) const NEVER: i64 = i64::MAX;
 
-/// The prefix of a topic's name in the key of its number of lost messages.
+/// Prefix of the keys for numbers of lost messages; the topic's name follows.
 pub(crate) const DROPPED: &str = "dropped ";
 
-/// A bag's account.
+/// Contents of `metadata.yaml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BagMetadata {
-    /// The version of this account.
+    /// Version of the format.
     pub version: u32,
-    /// The storage: `mcap`.
+    /// Storage plugin: `mcap`.
     pub storage_identifier: String,
-    /// From the first message to the last.
+    /// Time from the first to the last message.
     pub duration: Duration,
-    /// When the first message came.
+    /// Time of the first message.
     pub starting_time: StartingTime,
-    /// Messages in all files.
+    /// Number of messages in all files.
     pub message_count: u64,
-    /// Every topic, with its messages in all files.
+    /// All topics with their number of messages in all files.
     pub topics_with_message_count: Vec<TopicWithCount>,
-    /// The compressor of whole files or single messages; empty for none. MCAP compresses its
-    /// chunks itself, which is not recorded here.
+    /// Compression of whole files or single messages; empty for none. MCAP's own chunk compression is not recorded here.
     #[serde(default)]
     pub compression_format: String,
     /// `file`, `message`, or empty for none.
     #[serde(default)]
     pub compression_mode: String,
-    /// The files, in order.
+    /// File names, in order.
     pub relative_file_paths: Vec<String>,
-    /// The files, in order, with their times.
+    /// Files with their times, in order.
     #[serde(default)]
     pub files: Vec<FileInformation>,
-    /// Whatever the recorder adds, as text.
+    /// Additional data of the recorder, as text.
     #[serde(default)]
     pub custom_data: Option<BTreeMap<String, String>>,
-    /// The ROS distribution whose conventions the bag follows.
+    /// ROS distribution whose conventions the bag follows.
     #[serde(default)]
     pub ros_distro: String,
 }
 
-/// A span of time.
+/// A duration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Duration {
-    /// Nanoseconds.
+    /// Duration, ns.
     pub nanoseconds: i64,
 }
 
-/// A moment.
+/// A point in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct StartingTime {
-    /// Nanoseconds since the epoch of the clock recorded by.
+    /// Time, ns since the epoch of the recording clock.
     pub nanoseconds_since_epoch: i64,
 }
 
-/// A topic and its messages.
+/// A topic with its number of messages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopicWithCount {
-    /// The topic.
+    /// Description of the topic.
     pub topic_metadata: TopicMetadata,
-    /// Its messages in all files.
+    /// Number of messages in all files.
     pub message_count: u64,
 }
 
 /// A topic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopicMetadata {
-    /// The full name.
+    /// Full name.
     pub name: String,
-    /// The ROS type.
+    /// ROS type.
     #[serde(rename = "type")]
     pub type_name: String,
-    /// How payloads are encoded: `cdr`.
+    /// Encoding of the payloads: `cdr`.
     #[serde(default)]
     pub serialization_format: String,
-    /// The QoS that the publishers offered; none when read from a version with another format.
+    /// QoS offered by the publishers; empty if the metadata has an older version with another format.
     #[serde(default, deserialize_with = "offers_or_none")]
     pub offered_qos_profiles: Vec<OfferedQos>,
     /// The type hash.
@@ -109,20 +107,20 @@ pub struct TopicMetadata {
     pub type_description_hash: String,
 }
 
-/// One file of the bag.
+/// One file of a bag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileInformation {
-    /// Its name in the bag's folder.
+    /// File name in the bag's folder.
     pub path: String,
-    /// When its first message came.
+    /// Time of the first message.
     pub starting_time: StartingTime,
-    /// From its first message to its last.
+    /// Time from the first to the last message.
     pub duration: Duration,
-    /// Its messages.
+    /// Number of messages.
     pub message_count: u64,
 }
 
-/// The file's one key.
+/// Top-level structure of the YAML file, with its only key.
 #[derive(Serialize, Deserialize)]
 struct Document {
     rosbag2_bagfile_information: BagMetadata,
@@ -133,10 +131,10 @@ fn offers_or_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Offe
     Ok(serde_yaml_ng::from_value(value).unwrap_or_default())
 }
 
-/// Why `metadata.yaml` could not be read or written.
+/// Errors of reading or writing `metadata.yaml`.
 #[derive(Debug, thiserror::Error)]
 pub enum MetadataError {
-    /// The file system refused.
+    /// An error of the file system.
     #[error("{path}: {source}")]
     Io {
         /// The file.
@@ -144,26 +142,26 @@ pub enum MetadataError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// Longer than any account.
-    #[error("{path} has {length} bytes; at most {LONGEST} are read")]
+    /// The file is too large.
+    #[error("{path} has {length} bytes; the limit is {LONGEST}")]
     TooLong {
         /// The file.
         path: PathBuf,
-        /// Its bytes.
+        /// Size of the file, bytes.
         length: u64,
     },
-    /// The text is not a bag's account.
+    /// The text is not rosbag2 metadata.
     #[error("{path} is not the metadata of a rosbag2 bag: {source}")]
     Format {
         /// The file.
         path: PathBuf,
-        /// The reason and the place.
+        /// Error of the YAML parser, with its position.
         source: yaml::Error,
     },
 }
 
 impl BagMetadata {
-    /// The account of a bag that has no file and no message yet.
+    /// Metadata of a bag without files and messages.
     pub(crate) fn empty() -> Self {
         Self {
             version: VERSION,
@@ -183,15 +181,14 @@ impl BagMetadata {
         }
     }
 
-    /// Messages known to be lost, which this crate's writer keeps in
-    /// [`custom_data`](Self::custom_data) under `dropped TOPIC`.
+    /// Total number of lost messages; this crate's writer stores them in [`custom_data`](Self::custom_data) under `dropped TOPIC`.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped_by_topic()
             .fold(0, |sum, (_, count)| sum.saturating_add(count))
     }
 
-    /// The topics of which messages are known to be lost, and how many.
+    /// Topics with lost messages, and their numbers.
     pub fn dropped_by_topic(&self) -> impl Iterator<Item = (&str, u64)> {
         self.custom_data
             .iter()
@@ -199,10 +196,10 @@ impl BagMetadata {
             .filter_map(|(key, count)| Some((key.strip_prefix(DROPPED)?, count.parse().ok()?)))
     }
 
-    /// Reads the account at `path`.
+    /// Reads the metadata at `path`.
     ///
     /// # Errors
-    /// When the file cannot be read, has more than 4 MiB, or is not an account.
+    /// The file cannot be read, is larger than 4 MiB, or is not rosbag2 metadata.
     pub fn read(path: &Path) -> Result<Self, MetadataError> {
         let unreadable = |source| MetadataError::Io {
             path: path.to_owned(),
@@ -230,11 +227,10 @@ impl BagMetadata {
         Ok(document.rosbag2_bagfile_information)
     }
 
-    /// Writes the account into the bag's folder, under another name first, so that
-    /// `metadata.yaml` is either absent or whole.
+    /// Writes the metadata into the bag's folder, first under another name, so that `metadata.yaml` is either absent or complete.
     ///
     /// # Errors
-    /// When the file system refuses.
+    /// An error of the file system.
     pub fn write(&self, folder: &Path) -> Result<(), MetadataError> {
         let path = folder.join(FILE_NAME);
         let text = serde_yaml_ng::to_string(&Document {

@@ -1,17 +1,16 @@
-//! The QoS that a topic's publishers offered, as rosbag2 keeps it.
+//! QoS offered by a topic's publishers, as stored by rosbag2.
 //!
-//! Since metadata version 9 (Jazzy) the policies are words, and a bag holds the list twice: as
-//! YAML text in the channel's `offered_qos_profiles`, and as a YAML list in `metadata.yaml`.
-//! `ros2 bag play` publishes with what it finds there.
+//! Since metadata version 9 (Jazzy) the policies are stored as words, in two places: as YAML text in the channel's `offered_qos_profiles`, and
+//! as a YAML list in `metadata.yaml`. `ros2 bag play` publishes with these policies.
 
 use serde::{Deserialize, Serialize};
 
-/// A span of time as `rmw_time_t` counts it.
+/// A duration in the form of `rmw_time_t`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Span {
     /// Whole seconds.
     pub sec: u64,
-    /// Nanoseconds beyond the seconds.
+    /// Nanoseconds in addition to the seconds.
     pub nsec: u64,
 }
 
@@ -37,79 +36,79 @@ pub enum History {
     Unknown,
 }
 
-/// Whether lost samples are sent again.
+/// Whether lost samples are retransmitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reliability {
     /// The middleware's default.
     SystemDefault,
-    /// Sent again until acknowledged.
+    /// Retransmitted until acknowledged.
     Reliable,
     /// Sent once.
     BestEffort,
     /// Not announced.
     Unknown,
-    /// Whatever matches most endpoints.
+    /// The policy that matches most endpoints.
     BestAvailable,
 }
 
-/// Whether a reader that joins late gets the samples of before.
+/// Whether a late-joining reader receives earlier samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Durability {
     /// The middleware's default.
     SystemDefault,
-    /// Late readers get the history.
+    /// Late-joining readers receive the history.
     TransientLocal,
-    /// Late readers get what comes after.
+    /// Late-joining readers receive only later samples.
     Volatile,
     /// Not announced.
     Unknown,
-    /// Whatever matches most endpoints.
+    /// The policy that matches most endpoints.
     BestAvailable,
 }
 
-/// How a publisher shows that it lives.
+/// How a publisher asserts its liveliness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Liveliness {
     /// The middleware's default.
     SystemDefault,
-    /// By its process.
+    /// Asserted by its process.
     Automatic,
-    /// By each topic.
+    /// Asserted for each topic.
     ManualByTopic,
     /// Not announced.
     Unknown,
-    /// Whatever matches most endpoints.
+    /// The policy that matches most endpoints.
     BestAvailable,
 }
 
-/// One publisher's offer. The fields stand in the order rosbag2 writes them.
+/// QoS of one publisher. The fields are in the order of rosbag2.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OfferedQos {
-    /// How samples are kept.
+    /// History policy.
     pub history: History,
-    /// How many are kept, for [`History::KeepLast`].
+    /// History depth, for [`History::KeepLast`].
     pub depth: u64,
-    /// Whether losses are repaired.
+    /// Reliability policy.
     pub reliability: Reliability,
-    /// Whether late readers get the history.
+    /// Durability policy.
     pub durability: Durability,
-    /// The longest time between samples that was promised.
+    /// Promised longest time between samples.
     pub deadline: Span,
-    /// The age at which a sample expires.
+    /// Age at which a sample expires.
     pub lifespan: Span,
-    /// How the publisher shows that it lives.
+    /// Liveliness policy.
     pub liveliness: Liveliness,
-    /// How often it must show it.
+    /// Longest time between two assertions of liveliness.
     pub liveliness_lease_duration: Span,
-    /// Whether the topic has no `rt/` before its DDS name.
+    /// Whether the DDS topic name lacks the prefix `rt/`.
     pub avoid_ros_namespace_conventions: bool,
 }
 
 impl OfferedQos {
-    /// ROS 2's default offer: reliable, volatile, the last `depth` samples.
+    /// ROS 2's default QoS: reliable, volatile, the last `depth` samples.
     #[must_use]
     pub fn reliable(depth: u64) -> Self {
         Self {
@@ -125,7 +124,7 @@ impl OfferedQos {
         }
     }
 
-    /// The sensor-data offer: each sample sent once.
+    /// QoS of sensor data: best effort.
     #[must_use]
     pub fn best_effort(depth: u64) -> Self {
         Self {
@@ -134,7 +133,7 @@ impl OfferedQos {
         }
     }
 
-    /// The same offer, with the history for readers that join late.
+    /// The same QoS with transient-local durability.
     #[must_use]
     pub fn transient_local(self) -> Self {
         Self {
@@ -144,17 +143,15 @@ impl OfferedQos {
     }
 }
 
-/// The text of a channel's `offered_qos_profiles`.
+/// Text for a channel's `offered_qos_profiles`.
 pub(crate) fn to_text(offers: &[OfferedQos]) -> Result<String, serde_yaml_ng::Error> {
     Ok(serde_yaml_ng::to_string(offers)?.trim_end().to_owned())
 }
 
-/// The longest text of offers taken, bytes: seven hundred publishers' worth. YAML takes up to a hundred times its
-/// text while it is read.
+/// Largest text that is parsed, bytes: QoS of seven hundred publishers. Parsing YAML takes up to a hundred times its size in memory.
 const LONGEST: usize = 256 << 10;
 
-/// The offers in a channel's `offered_qos_profiles`; none when the text is of an older form
-/// (numbers for words) or beyond all measure, which says nothing that a reader of payloads needs.
+/// Parses a channel's `offered_qos_profiles`; returns an empty list for an older format (numbers instead of words) or a text that is too large.
 pub(crate) fn from_text(text: &str) -> Vec<OfferedQos> {
     if text.len() > LONGEST {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Why a bag cannot be read.
+//! Errors of reading a bag.
 
 use std::{
     io,
@@ -7,22 +7,22 @@ use std::{
 
 use crate::{defect::Defect, metadata::MetadataError};
 
-/// The hint that converts a bag of another kind.
+/// Command that converts a bag of another format.
 pub(crate) const CONVERTER: &str =
     "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
 
 /// Why a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// Nothing has that path.
+    /// The path does not exist.
     #[error(
         "{path}: no such file or folder; a bag is a folder, its metadata.yaml, or a .mcap or .db3 file"
     )]
     NotFound {
-        /// The path asked for.
+        /// Requested path.
         path: PathBuf,
     },
-    /// The file system refused.
+    /// An error of the file system.
     #[error("{path} cannot be read: {source}")]
     Io {
         /// The file.
@@ -30,13 +30,13 @@ pub enum ReadError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// A file without a byte.
-    #[error("{path} is empty; a .mcap or .db3 file is wanted")]
+    /// An empty file.
+    #[error("{path} is empty; a .mcap or .db3 file is expected")]
     Empty {
         /// The file.
         path: PathBuf,
     },
-    /// Something else than an MCAP file.
+    /// Not an MCAP file.
     #[error(
         "{path} is not an MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
     )]
@@ -52,66 +52,66 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// A database that is no bag's, or is damaged.
+    /// A damaged database, or one that is not a bag.
     #[error("{path} cannot be read as a bag of rosbag2's sqlite3 storage: {reason}")]
     Database {
         /// The file.
         path: PathBuf,
-        /// The reason that the database gives.
+        /// Error text of the database.
         reason: String,
     },
     /// A folder without `.mcap` and `.db3` files.
-    #[error("{path} is no bag that can be read: it holds no .mcap or .db3 file{instead}")]
+    #[error("{path} is not a bag: it contains no .mcap or .db3 file{instead}")]
     NoMcap {
         /// The folder.
         path: PathBuf,
-        /// Its contents and the remedy, if known.
+        /// What it contains instead, and what to do, if known.
         instead: String,
     },
     /// Files that are not the parts of one bag.
     #[error(
-        "{path}: not one bag but several: {files}, whose {differ}; name one of them, or list them all, as experiments of their own"
+        "{path}: these are several bags, not one ({differ}): {files}; name one of them, or all of them as separate experiments"
     )]
     Several {
         /// The folder, or the first file.
         path: PathBuf,
-        /// Their names.
+        /// Names of the files.
         files: String,
-        /// What tells them apart.
+        /// Why they cannot be one bag.
         differ: &'static str,
     },
-    /// A storage other than MCAP.
+    /// An unsupported storage plugin.
     #[error(
-        "{path} is a bag in rosbag2's '{storage}' storage; mcap and sqlite3 are read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"
+        "{path} is a bag with the storage '{storage}'; supported: mcap, sqlite3; convert it with {CONVERTER} or 'ros2 bag convert'"
     )]
     Storage {
-        /// The metadata.
+        /// Path of the metadata.
         path: PathBuf,
-        /// The storage it names.
+        /// Storage named there.
         storage: String,
     },
-    /// Files or messages compressed by rosbag2 rather than by MCAP, in a way that is not read.
+    /// Files or messages compressed by rosbag2 in an unsupported way.
     #[error(
-        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages and files packed with \
-         zstd, and files that lie unpacked beside the packed ones"
+        "{path} is a bag with unsupported compression by {mode} ({format}); supported are MCAP's chunk compression, and messages and files compressed with \
+         zstd; uncompressed files next to the compressed ones are read too"
     )]
     Compressed {
-        /// The metadata.
+        /// Path of the metadata.
         path: PathBuf,
         /// `file` or `message`.
         mode: String,
         /// The compressor.
         format: String,
     },
-    /// `metadata.yaml` is not what it should be.
+    /// Unreadable or invalid `metadata.yaml`.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
-    /// A file that was closed, and damaged since.
-    #[error("{path} is damaged at byte {offset}: {reason}; what comes before has been read")]
+    /// A file that was damaged after it was closed.
+    #[error("{path} is damaged at byte {offset}: {reason}; everything before has been read")]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where nothing more can be read.
+        /// Position from which the file is unreadable, bytes.
         offset: u64,
         /// The reason.
         reason: Defect,

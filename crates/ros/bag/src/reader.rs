@@ -1,12 +1,10 @@
-//! The reader of bags, complete or truncated; other files are refused.
+//! Reader of bags, complete or truncated.
 //!
-//! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` or `.db3` file, and
-//! finds out what is there; [`BagReader::messages`] streams it. What comes from the file is
-//! never believed: lengths are taken only as bytes arrive, chunks are unpacked within
-//! [`Limits`] and checked, and every refusal names the path and what would be accepted.
+//! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` or `.db3` file, and finds out the contents;
+//! [`BagReader::messages`] streams the messages. Data of the file is not trusted: memory grows only as bytes arrive, chunks are unpacked within
+//! [`Limits`] and checked, and every error names the path and what is supported.
 //!
-//! A bag that was not closed (a killed recorder, a full disk) is read up to the last whole chunk,
-//! and [`BagReader::completeness`] says so.
+//! A bag that was not closed (killed recorder, full disk) is read up to the last complete chunk; [`BagReader::completeness`] reports this.
 
 use std::{
     cmp::Ordering,
@@ -32,23 +30,23 @@ pub use crate::{
     read_error::ReadError,
 };
 
-/// Whether a bag is all that was to be recorded.
+/// Whether a bag contains everything that was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Completeness {
-    /// It was closed, and its counts agree.
+    /// The bag was closed, and its message counts agree.
     Whole,
-    /// It was not closed, or has been cut since: later messages may be missing.
+    /// The bag was not closed, or was cut off later: messages at the end may be missing.
     Truncated {
-        /// The file (or folder) that shows it.
+        /// The file or folder concerned.
         path: PathBuf,
-        /// Bytes of that file that are read, if it is a file.
+        /// Number of readable bytes, if it is a file.
         readable: Option<u64>,
-        /// The evidence.
+        /// Reason for this conclusion.
         reason: String,
     },
-    /// Its files were closed, but its account of them cannot be read.
+    /// The files were closed, but the metadata cannot be read.
     Unknown {
-        /// Why not.
+        /// Why the metadata cannot be read.
         reason: String,
     },
 }
@@ -64,46 +62,46 @@ impl Completeness {
 impl fmt::Display for Completeness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Whole => write!(f, "whole"),
+            Self::Whole => write!(f, "complete"),
             Self::Truncated {
                 path,
                 readable,
                 reason,
             } => {
-                write!(f, "not whole: {}", path.display())?;
+                write!(f, "incomplete: {}", path.display())?;
                 if let Some(readable) = readable {
                     write!(f, ", readable up to byte {readable}")?;
                 }
                 write!(f, ": {reason}")
             }
-            Self::Unknown { reason } => write!(f, "not known to be whole: {reason}"),
+            Self::Unknown { reason } => write!(f, "possibly incomplete: {reason}"),
         }
     }
 }
 
-/// A topic and its messages.
+/// A topic with its number of messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicCount {
     /// The topic.
     pub topic: Arc<Topic>,
-    /// Its messages in all files.
+    /// Number of messages in all files.
     pub messages: u64,
 }
 
 /// A message of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Its topic.
+    /// Topic of the message.
     pub topic: Arc<Topic>,
-    /// The number of its channel in its file.
+    /// Channel number in the file.
     pub channel: u16,
-    /// Its number, as its publisher or the recorder gave it; 0 if neither did.
+    /// Sequence number of the publisher or recorder; 0 if there is none.
     pub sequence: u32,
-    /// When it was received, in nanoseconds.
+    /// Time of reception, ns.
     pub log_time: i64,
-    /// When it was sent, in nanoseconds.
+    /// Time of publication, ns.
     pub publish_time: i64,
-    /// Its bytes as DDS delivers them, with four of encapsulation in front.
+    /// CDR payload, including the four bytes of encapsulation.
     pub payload: Vec<u8>,
 }
 
@@ -115,7 +113,7 @@ pub struct BagReader {
     recordings: Vec<Recording>,
     topics: Vec<TopicCount>,
     completeness: Completeness,
-    /// How far messages are unpacked, if rosbag2 has packed each by itself.
+    /// Limits for messages that rosbag2 compressed separately; `None` if messages are uncompressed.
     unpack: Option<Limits>,
     renamed: Option<String>,
 }
@@ -124,12 +122,12 @@ impl BagReader {
     /// Opens the bag at `path`: its folder, its `metadata.yaml`, or one `.mcap` file.
     ///
     /// # Errors
-    /// When there is no bag, or none that can be read. A bag that is merely cut off is opened.
+    /// There is no bag, or it cannot be read. A truncated bag can be opened.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         Self::open_within(path, Limits::default())
     }
 
-    /// As [`open`](Self::open), with other limits.
+    /// As [`open`](Self::open), with memory limits.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -151,7 +149,7 @@ impl BagReader {
         }
     }
 
-    /// Opens several `.mcap` files, in this order, as one bag: what remains of a split bag.
+    /// Opens several files, in this order, as one bag: for example the remaining parts of a split bag.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -168,7 +166,7 @@ impl BagReader {
                 Completeness::Truncated {
                     path: folder.to_owned(),
                     readable: None,
-                    reason: "it has no metadata.yaml: it was not closed".to_owned(),
+                    reason: "it has no metadata.yaml, so it was not closed".to_owned(),
                 }
             }
             Err(error) => Completeness::Unknown {
@@ -179,7 +177,7 @@ impl BagReader {
         Self::open_files(folder, files, None, Some(no_metadata), limits)
     }
 
-    /// Opens the files that the metadata at `listing` lists.
+    /// Opens the files listed in the metadata at `listing`.
     fn open_listed(
         listing: &Path,
         folder: &Path,
@@ -275,61 +273,60 @@ impl BagReader {
         })
     }
 
-    /// The path that was opened.
+    /// Path that was opened.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether later messages may be missing.
+    /// Whether messages at the end may be missing.
     #[must_use]
     pub fn completeness(&self) -> &Completeness {
         &self.completeness
     }
 
-    /// The bag's `metadata.yaml`, if it was opened by it and it could be read.
+    /// The bag's `metadata.yaml`, if it was opened through it and is readable.
     #[must_use]
     pub fn metadata(&self) -> Option<&BagMetadata> {
         self.metadata.as_ref()
     }
 
-    /// Every topic with its messages, but for those that are [omitted](Self::omitted).
+    /// All topics with their numbers of messages, without [omitted](Self::omitted) ones.
     #[must_use]
     pub fn topics(&self) -> &[TopicCount] {
         &self.topics
     }
 
-    /// What the metadata names that is not there, and what is read in its place.
+    /// A note on listed files that do not exist, and on the files read instead.
     #[must_use]
     pub fn renamed(&self) -> Option<&str> {
         self.renamed.as_deref()
     }
 
-    /// Messages on all topics.
+    /// Number of messages on all topics.
     #[must_use]
     pub fn message_count(&self) -> u64 {
         message_count(&self.recordings)
     }
 
-    /// Topics that are passed over with their messages, since to hold them would take more than
-    /// [`Limits::definitions`]; in a split bag they are counted in each file.
+    /// Number of topics skipped, with their messages, because they exceed [`Limits::definitions`]; in a split bag they count once per file.
     #[must_use]
     pub fn omitted(&self) -> u64 {
         self.recordings.iter().map(|it| it.omitted).sum()
     }
 
-    /// Messages that the recorder knew to be lost, by its metadata.
+    /// Number of messages that the recorder reported as lost in the metadata.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.metadata.as_ref().map_or(0, BagMetadata::dropped)
     }
 
-    /// The topics of which the recorder knew messages to be lost, and how many.
+    /// Topics with messages that the recorder reported as lost, and their numbers.
     pub fn dropped_by_topic(&self) -> impl Iterator<Item = (&str, u64)> {
         self.metadata.iter().flat_map(BagMetadata::dropped_by_topic)
     }
 
-    /// The earliest and latest log time, in nanoseconds; `None` without messages.
+    /// Earliest and latest log time, ns; `None` without messages.
     #[must_use]
     pub fn span(&self) -> Option<(i64, i64)> {
         self.recordings
@@ -338,20 +335,20 @@ impl BagReader {
             .reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
-    /// The `.mcap` files, in order, each with its size in bytes.
+    /// The bag's files in order, with their sizes in bytes.
     pub fn files(&self) -> impl Iterator<Item = (&Path, u64)> {
         self.recordings
             .iter()
             .map(|recording| (recording.path.as_path(), recording.size))
     }
 
-    /// Every message from the first, file by file. Each call starts anew.
+    /// All messages, file by file. Each call starts from the beginning.
     #[must_use]
     pub fn messages(&self, order: Order) -> Messages<'_> {
         self.messages_of(|_| true, order)
     }
 
-    /// The messages of the topics that are `wanted`; the others cost no copy. It is asked once for each topic of a file.
+    /// The messages of the topics for which `wanted` returns true, without copying others. `wanted` is called once per topic of a file.
     #[must_use]
     pub fn messages_of<'a>(
         &'a self,
@@ -372,48 +369,48 @@ impl BagReader {
     }
 }
 
-/// A stream of messages. After an error (a file damaged since it was closed) it ends.
+/// Stream of messages. It ends after an error (a file damaged after it was closed).
 pub struct Messages<'a> {
     remaining: std::slice::Iter<'a, Recording>,
-    /// Bytes of the files before the current one.
+    /// Total size of the files before the current one, bytes.
     passed: u64,
     /// The file being read.
     current: Option<(&'a Recording, Stream)>,
     order: Order,
-    /// What has been read ahead, to be put in order.
+    /// Messages read ahead for sorting.
     ahead: Option<Ahead>,
     unpack: Option<&'a Limits>,
-    /// Bytes of the current file's messages that were packed one by one, unpacked so far.
+    /// Bytes of separately compressed messages unpacked from the current file so far.
     unpacked: u64,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
-    /// Its statements on the current file's topics, by channel.
+    /// Answers of `wanted` for the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
 }
 
-/// Bytes of messages that are read ahead to see whether they are in order.
+/// Size of messages read ahead to check their order, bytes.
 const SEEN: usize = 16 << 20;
 
-/// Bytes of messages that wait to be put in order at most.
+/// Largest size of messages waiting to be sorted, bytes.
 pub const SORTED: usize = 256 << 20;
 
-/// The bytes of a message beside its payload.
+/// Memory per message besides its payload, bytes.
 const BESIDE: usize = 128;
 
-/// The share of messages behind later ones from which they are in no order.
+/// Share of late messages above which the messages count as unordered.
 const DISORDER: f64 = 0.05;
 
-/// Messages that were read ahead, by time and place.
+/// Messages read ahead, by time and place.
 struct Ahead {
     messages: BTreeMap<(i64, u64), Message>,
-    /// Whether those that follow are put in order too.
+    /// Whether the following messages are sorted too.
     is_sorted: bool,
     bytes: usize,
     count: u64,
-    /// Why no more can be read.
+    /// Why reading stopped.
     failure: Option<ReadError>,
 }
 
-/// Whether messages are in no order: many are behind later ones, or blocks of them that do not overlap.
+/// Whether messages are unordered: many are late, or blocks of messages that do not overlap are in the wrong order.
 fn are_disordered(times: &[i64]) -> bool {
     let mut runs: Vec<(i64, i64)> = times
         .chunk_by(|a, b| a <= b)
@@ -451,7 +448,7 @@ impl Iterator for Messages<'_> {
 }
 
 impl Messages<'_> {
-    /// Reads ahead until so many bytes wait.
+    /// Reads ahead until so many bytes are waiting.
     fn fill(&mut self, ahead: &mut Ahead, most: usize) {
         while ahead.bytes < most && ahead.failure.is_none() {
             match self.read() {
@@ -467,7 +464,7 @@ impl Messages<'_> {
         }
     }
 
-    /// Reads the first messages, and puts them in order where they are in none.
+    /// Reads the first messages, and sorts them if they are unordered.
     fn look_ahead(&mut self) -> Ahead {
         let mut ahead = Ahead {
             messages: BTreeMap::new(),
@@ -488,7 +485,7 @@ impl Messages<'_> {
         ahead
     }
 
-    /// The next message as written.
+    /// The next message in file order.
     fn read(&mut self) -> Option<Result<Message, ReadError>> {
         loop {
             let Some((recording, stream)) = &mut self.current else {
@@ -559,7 +556,7 @@ impl Messages<'_> {
 }
 
 impl Messages<'_> {
-    /// The number of bytes of the bag's files read so far, for a progress display.
+    /// Number of bytes of the bag's files read so far, for a progress display.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let current = self.current.as_ref();
@@ -573,16 +570,16 @@ impl Messages<'_> {
     }
 }
 
-/// The topics of all files. One that is in several is counted together, and kept once.
+/// The topics of all files; a topic in several files is counted and stored once.
 struct Topics {
     list: Vec<TopicCount>,
-    /// Where in the list a topic is.
+    /// Index of each topic in the list.
     places: BTreeMap<ByName, usize>,
-    /// The bytes that more may take.
+    /// Remaining memory, bytes.
     room: u64,
 }
 
-/// A topic, by name and type.
+/// A topic ordered by name and type.
 struct ByName(Arc<Topic>);
 
 impl ByName {
@@ -620,7 +617,7 @@ impl Topics {
         }
     }
 
-    /// Takes a file's topics and counts; where the file's topic is one that is known, the file shares it.
+    /// Adds a file's topics and counts; a topic that is already known is shared.
     fn take(&mut self, recording: &mut Recording, counts: &Counts) {
         let mut taken = 0;
         let mut kinds = BTreeSet::new();
@@ -659,7 +656,7 @@ fn message_count(recordings: &[Recording]) -> u64 {
         .fold(0, u64::saturating_add)
 }
 
-/// `no_metadata` is what the want of metadata says.
+/// Completeness of the files; `no_metadata` is the result for a bag without metadata.
 fn completeness(
     path: &Path,
     recordings: &[Recording],
@@ -681,7 +678,7 @@ fn completeness(
             path: path.to_owned(),
             readable: None,
             reason: format!(
-                "its metadata.yaml lists {} messages, its files hold {counted}",
+                "its metadata.yaml lists {} messages, its files contain {counted}",
                 metadata.message_count
             ),
         },
@@ -689,7 +686,7 @@ fn completeness(
     }
 }
 
-/// Files of bags sorted into bags: the parts of a split bag together, in their order, every other by itself.
+/// Groups bag files into bags: the parts of a split bag in their order; every other file is a bag by itself.
 #[must_use]
 pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
     let mut bags: Vec<Vec<PathBuf>> = Vec::new();

@@ -1,7 +1,7 @@
-//! One `.mcap` or `.db3` file: its contents.
+//! Contents of one `.mcap` or `.db3` file.
 //!
-//! They are in its summary if the file was closed; otherwise, or if the whole file is packed, it is read once and counted. Either way
-//! [`Recording`] has the byte up to which it can be read.
+//! They are in the file's summary if the file was closed; otherwise, or if the whole file is compressed, the file is read once and counted. In
+//! both cases [`Recording`] contains the position up to which it is readable.
 
 use std::{
     collections::BTreeMap,
@@ -26,50 +26,50 @@ use crate::{
     walk::{Raw, Walk},
 };
 
-/// Further bytes by which the format of another file is guessed.
+/// Number of further bytes used to guess the format of an unknown file.
 const GUESSED_BY: u64 = 8;
 
-/// The contents of a file.
+/// Contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
-    /// Its size when it was opened; unpacked, if it is packed.
+    /// Size when it was opened, unpacked if compressed, bytes.
     pub(crate) size: u64,
-    /// Up to here it is read.
+    /// Number of readable bytes.
     pub(crate) readable: u64,
-    /// Its topics.
+    /// Topics by channel.
     pub(crate) channels: Arc<Channels>,
-    /// The number of topics beyond the limit.
+    /// Number of topics beyond the memory limit.
     pub(crate) omitted: u64,
-    /// Its messages on all topics.
+    /// Number of messages on all topics.
     pub(crate) messages: u64,
-    /// The earliest and latest log time.
+    /// Earliest and latest log time, ns.
     pub(crate) span: Option<(i64, i64)>,
-    /// Why it is not whole, if it is not.
+    /// Why the file is incomplete, if it is.
     pub(crate) cut: Option<Defect>,
-    /// It is a database.
+    /// Set for a database file.
     database: Option<Database>,
-    /// The limits on its memory.
+    /// Memory limits.
     limits: Limits,
 }
 
 /// The file that a database is read from.
 #[derive(Clone, Debug)]
 enum Database {
-    /// The recording's own.
+    /// The recording's own file.
     Plain,
-    /// One that it was unpacked to, since SQLite reads no packed one. It is removed when nobody reads it any more.
+    /// A temporary unpacked copy, since SQLite cannot read compressed files. It is removed when no longer used.
     Unpacked(Arc<TempPath>),
 }
 
-/// The messages of a file, one after the other.
+/// Stream of a file's messages.
 pub(crate) enum Stream {
     Mcap(Box<Walk>),
     Database(Box<Rows>),
 }
 
 impl Stream {
-    /// The next message; `None` after the last.
+    /// The next message; `None` after the last one.
     pub(crate) fn next(&mut self) -> Result<Option<Raw<'_>>, Damage> {
         match self {
             Self::Mcap(walk) => walk.next(),
@@ -77,7 +77,7 @@ impl Stream {
         }
     }
 
-    /// The bytes that have been taken.
+    /// Number of bytes read.
     pub(crate) fn offset(&self) -> u64 {
         match self {
             Self::Mcap(walk) => walk.offset(),
@@ -85,7 +85,7 @@ impl Stream {
         }
     }
 
-    /// Messages met, those of omitted topics included.
+    /// Number of messages so far, including those of omitted topics.
     pub(crate) fn met(&self) -> u64 {
         match self {
             Self::Mcap(walk) => walk.met,
@@ -94,11 +94,11 @@ impl Stream {
     }
 }
 
-/// Messages by channel.
+/// Number of messages by channel.
 pub(crate) type Counts = BTreeMap<u16, u64>;
 
 impl Recording {
-    /// Finds out what the file at `path` holds, and how many messages on each topic.
+    /// Finds out the contents of the file at `path`, with the number of messages per channel.
     pub(crate) fn open(path: &Path, limits: Limits) -> Result<(Self, Counts), ReadError> {
         let unreadable = |source| ReadError::open(path, source);
         // Asked before it is opened: a pipe would be waited for.
@@ -106,7 +106,7 @@ impl Recording {
         if !about.is_file() {
             return Err(ReadError::NotABag {
                 path: path.to_owned(),
-                found: "no regular file",
+                found: "not a regular file",
             });
         }
         let size = about.len();
@@ -164,7 +164,7 @@ impl Recording {
         Ok(Self::counted(path, walk, closed, limits))
     }
 
-    /// A file of the sqlite3 storage.
+    /// Opens a file of the sqlite3 storage.
     fn of_database(
         path: &Path,
         database: Database,
@@ -189,7 +189,7 @@ impl Recording {
         Ok((recording, found.counts))
     }
 
-    /// Reads the file through and counts. Its size and whether it was closed are known but for a packed one.
+    /// Reads the whole file and counts its messages. `size` and whether it was closed are unknown for a compressed file.
     fn counted(
         path: &Path,
         mut walk: Walk,
@@ -241,7 +241,7 @@ impl Recording {
         (recording, counts)
     }
 
-    /// Its messages, from the first to the last that can be read.
+    /// Stream of its messages, up to the last readable one.
     pub(crate) fn stream(&self) -> Result<Stream, ReadError> {
         if let Some(database) = &self.database {
             let channels = Arc::clone(&self.channels);
@@ -258,7 +258,7 @@ impl Recording {
 }
 
 impl Database {
-    /// The file to be opened, of the recording at `path`.
+    /// The file to open for the recording at `path`.
     fn file<'a>(&'a self, path: &'a Path) -> &'a Path {
         match self {
             Self::Plain => path,
@@ -267,14 +267,14 @@ impl Database {
     }
 }
 
-/// A temporary file with the bytes of a packed one.
+/// Unpacks a compressed file into a temporary file.
 fn unpack(mut packed: Input) -> io::Result<Arc<TempPath>> {
     let mut file = NamedTempFile::with_suffix(".db3")?;
     io::copy(&mut packed, &mut file)?;
     Ok(Arc::new(file.into_temp_path()))
 }
 
-/// Refuses what does not begin as an MCAP file does: the magic, then a whole header record.
+/// Checks that the input begins like an MCAP file: the magic, then a complete header record.
 fn check_beginning(path: &Path, input: &mut Input) -> Result<(), ReadError> {
     const LONGEST_HEADER: u64 = 1 << 20;
     let unreadable = |source| ReadError::open(path, source);
@@ -307,7 +307,7 @@ fn check_beginning(path: &Path, input: &mut Input) -> Result<(), ReadError> {
     }
 }
 
-/// The probable format of a file that is not MCAP, by its first bytes.
+/// Probable format of a file that is not MCAP, from its first bytes.
 fn guess(beginning: &[u8]) -> &'static str {
     const KINDS: [(&[u8], &str); 6] = [
         (b"\xFF\xD8\xFF", "a JPEG picture"),
@@ -316,7 +316,7 @@ fn guess(beginning: &[u8]) -> &'static str {
         (b"\x1F\x8B", "a gzip archive"),
         (
             b"#ROSBAG",
-            "a ROS 1 bag; 'rosbags-convert' makes a ROS 2 bag of it",
+            "a ROS 1 bag (convert it with 'rosbags-convert')",
         ),
         (b"rosbag2_bagfile", "the metadata of a bag"),
     ];

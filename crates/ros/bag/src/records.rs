@@ -1,26 +1,25 @@
-//! MCAP's framing: bytes into records.
+//! Framing of MCAP: splits bytes into records.
 //!
-//! A file is the magic, then records, then the magic again; a chunk's contents are records
-//! too. A record is an opcode (1 byte), a length (8 bytes, little endian) and that many bytes
-//! (MCAP specification, "Records"). A length is only what the file claims: the bytes are
-//! taken as they come, so a lying length costs no memory.
+//! A file is the magic, records, and the magic again; a chunk also contains records. A record is an opcode (1 byte), a length (8 bytes, little
+//! endian) and that many bytes (MCAP specification, "Records"). A length is only a claim of the file: bytes are read as they arrive, so a wrong
+//! length costs no memory.
 //!
-//! `mcap`'s own `sans_io::LinearReader` is as fast, but loads each record whole: an attachment longer than the limit would end
-//! the bag here, and a cut record would not say how many of its bytes are there. Inside a chunk it yields records before
-//! the chunk has been unpacked to its end.
+//! `mcap`'s own `sans_io::LinearReader` is as fast, but loads each record completely: an attachment larger than the limit would end the bag
+//! here, and a truncated record would not report how many of its bytes exist. Within a chunk it yields records before the whole chunk has been
+//! unpacked.
 
 use std::io::{self, Read};
 use std::ops::Range;
 
 use crate::defect::Defect;
 
-/// Opcode and length.
+/// Size of opcode and length, bytes.
 pub(crate) const FRAME: usize = 1 + 8;
 
-/// Where and how a file stops being readable.
+/// Position and reason at which a file becomes unreadable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Damage {
-    /// The byte from which on nothing can be read: the start of the first bad record.
+    /// Position of the first bad record, bytes.
     pub(crate) offset: u64,
     /// The reason.
     pub(crate) reason: Defect,
@@ -29,9 +28,9 @@ pub(crate) struct Damage {
 /// Splits a stream into records.
 pub(crate) struct Records<R> {
     input: R,
-    /// Where the next record starts.
+    /// Position of the next record, bytes.
     offset: u64,
-    /// The longest record taken.
+    /// Largest record that is read, bytes.
     limit: u64,
     body: Vec<u8>,
 }
@@ -39,14 +38,14 @@ pub(crate) struct Records<R> {
 /// One record.
 pub(crate) struct Record<'a> {
     pub(crate) opcode: u8,
-    /// Where it starts.
+    /// Position of the record, bytes.
     pub(crate) offset: u64,
-    /// Its bytes; none if it was not wanted.
+    /// Its bytes; empty if the record was skipped.
     pub(crate) body: &'a [u8],
 }
 
 impl<R: Read> Records<R> {
-    /// Records from `input`, whose first byte is at `offset`; none longer than `limit` bytes.
+    /// Records of `input`, whose first byte is at `offset`; none larger than `limit` bytes.
     pub(crate) fn new(input: R, offset: u64, limit: u64) -> Self {
         Self {
             input,
@@ -56,13 +55,12 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Where the next record starts.
+    /// Position of the next record, bytes.
     pub(crate) fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// The next record; `None` where the input ends between two. A record whose opcode is not
-    /// `wanted` is passed over, however long it is.
+    /// The next record; `None` if the input ends between two records. Records whose opcode is not `wanted` are skipped, whatever their length.
     pub(crate) fn next(&mut self, wanted: fn(u8) -> bool) -> Result<Option<Record<'_>>, Damage> {
         let start = self.offset;
         let damage = |reason| Damage {
@@ -113,7 +111,7 @@ impl<R: Read> Records<R> {
     }
 }
 
-/// The record at byte `at` of a chunk's records: its opcode, and where its bytes lie; `None` at the end.
+/// The record at byte `at` of a chunk's records: its opcode, and the range of its bytes; `None` at the end.
 pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<usize>)>, Defect> {
     let Some(rest) = records.get(at..).filter(|rest| !rest.is_empty()) else {
         return Ok(None);
@@ -133,7 +131,7 @@ pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<u
     }
 }
 
-/// Fills `bytes` as far as `input` goes, and returns how far.
+/// Reads into `bytes` until it is full or the input ends; returns the number of bytes.
 pub(crate) fn read_up_to(input: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < bytes.len() {

@@ -1,8 +1,7 @@
-//! One `.db3` file of rosbag2's sqlite3 storage, as Humble writes by default.
+//! One `.db3` file of rosbag2's sqlite3 storage, Humble's default.
 //!
-//! Its tables are `topics`, `messages` and, since Iron, `message_definitions`. A bag of Humble has no definitions: those of
-//! the types that this project knows are taken from it. The file is opened read only, and what it says of itself
-//! (views, functions, lengths) is not trusted.
+//! Its tables are `topics`, `messages` and, since Iron, `message_definitions`. A bag of Humble contains no definitions; this project's own
+//! definitions are used for known types. The file is opened read-only, and its contents (views, functions, lengths) are not trusted.
 
 use std::{collections::BTreeMap, collections::VecDeque, path::Path, sync::Arc};
 
@@ -22,18 +21,18 @@ use crate::{
 /// The first bytes of a database.
 pub(crate) const MAGIC: &[u8] = b"SQLite format 3\0";
 
-/// Messages, and their bytes, that are taken from the database at a time.
+/// Number and total size of messages read from the database at once.
 const BATCH: usize = 256;
 const BATCH_BYTES: usize = 4 << 20;
 
-/// The contents of a database.
+/// Contents of a database.
 pub(crate) struct Contents {
     pub(crate) channels: Channels,
-    /// Topics for which there was no room.
+    /// Number of topics omitted because of the memory limit.
     pub(crate) omitted: u64,
-    /// Messages by channel.
+    /// Number of messages by channel.
     pub(crate) counts: BTreeMap<u16, u64>,
-    /// The earliest and latest time.
+    /// Earliest and latest time, ns.
     pub(crate) span: Option<(i64, i64)>,
 }
 
@@ -61,10 +60,10 @@ fn open(path: &Path, limits: &Limits) -> rusqlite::Result<Connection> {
     Ok(connection)
 }
 
-/// Finds out what the database at `path` holds.
+/// Finds out the contents of the database at `path`.
 ///
 /// # Errors
-/// When it is no bag's or is damaged.
+/// The database is damaged or not a bag.
 pub(crate) fn contents(path: &Path, limits: &Limits) -> rusqlite::Result<Contents> {
     let connection = open(path, limits)?;
     let definitions = definitions(&connection, limits).unwrap_or_default();
@@ -140,10 +139,10 @@ fn text_of(row: &rusqlite::Row<'_>, at: usize) -> String {
     row.get(at).unwrap_or_default()
 }
 
-/// By type: encoding, text, hash.
+/// Definitions by type: encoding, text, hash.
 type Definitions = BTreeMap<String, (String, String, String)>;
 
-/// The definitions that the bag holds; an error if it has no table of them.
+/// The definitions stored in the bag; an error if it has no such table.
 fn definitions(connection: &Connection, limits: &Limits) -> rusqlite::Result<Definitions> {
     let mut statement = connection.prepare(
         "SELECT topic_type, encoding, encoded_message_definition, type_description_hash FROM message_definitions",
@@ -163,10 +162,10 @@ fn definitions(connection: &Connection, limits: &Limits) -> rusqlite::Result<Def
     Ok(found)
 }
 
-/// Types of this project that another distribution of ROS has otherwise: without a hash only a message can tell which it is.
+/// Types whose definition differs between ROS distributions: without a hash only the messages show which one it is.
 const OF_SEVERAL_VERSIONS: [&str; 1] = ["sensor_msgs/msg/Range"];
 
-/// The definition of a type that this project knows, if it is of the recorded hash; empty for another.
+/// This project's definition of a type, if it has the recorded hash; otherwise empty.
 fn known(type_name: &str, recorded: String) -> (String, String, String) {
     let is_its = |hash: &str| match recorded.is_empty() {
         true => !OF_SEVERAL_VERSIONS.contains(&type_name),
@@ -181,19 +180,19 @@ fn known(type_name: &str, recorded: String) -> (String, String, String) {
     }
 }
 
-/// The messages of a database, in the order in which they were written.
+/// Stream of a database's messages, in the order in which they were written.
 pub(crate) struct Rows {
     connection: Connection,
     channels: Arc<Channels>,
-    /// Channels by the number of the topic in the database.
+    /// Channels by the topic's id in the database.
     numbers: BTreeMap<i64, u16>,
-    /// The number of the last message taken.
+    /// Id of the last message read.
     last: i64,
     batch: VecDeque<Row>,
     current: Row,
-    /// Bytes taken.
+    /// Number of bytes read.
     bytes: u64,
-    /// Messages met.
+    /// Number of messages read.
     pub(crate) met: u64,
 }
 
@@ -205,7 +204,7 @@ struct Row {
 }
 
 impl Rows {
-    /// The messages of the database at `path`, whose topics are these.
+    /// The messages of the database at `path` with these topics.
     pub(crate) fn new(
         path: &Path,
         channels: Arc<Channels>,
@@ -229,12 +228,12 @@ impl Rows {
         })
     }
 
-    /// The bytes that have been taken.
+    /// Number of bytes read.
     pub(crate) fn offset(&self) -> u64 {
         self.bytes
     }
 
-    /// The next message; `None` after the last.
+    /// The next message; `None` after the last one.
     pub(crate) fn next(&mut self) -> Result<Option<Raw<'_>>, Damage> {
         if self.batch.is_empty() {
             self.fill().map_err(|error| Damage {
@@ -264,7 +263,7 @@ impl Rows {
         }))
     }
 
-    /// Takes the next messages from the database.
+    /// Reads the next messages from the database.
     fn fill(&mut self) -> rusqlite::Result<()> {
         let mut statement = self.connection.prepare(
             "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ?1 ORDER BY id",

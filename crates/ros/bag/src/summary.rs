@@ -1,6 +1,6 @@
-//! The summary at the end of a closed file: its topics, the number of their messages, their time span.
+//! The summary at the end of a closed file: topics, numbers of messages, time span.
 //!
-//! It is read as a stream, and believed only if its checksum and its counts agree.
+//! The summary is read as a stream, and used only if its checksum and its counts agree.
 
 use std::{
     collections::BTreeMap,
@@ -19,19 +19,19 @@ use crate::{
     walk::is_read,
 };
 
-/// The footer record and the magic after it: the last bytes of a closed file.
+/// Size of the footer record and the magic after it: the last bytes of a closed file.
 const TAIL: usize = 9 + 20 + 8;
 
-/// The data of a summary.
+/// Contents of a summary.
 pub(crate) struct Summary {
     pub(crate) definitions: Definitions,
-    /// Messages by channel.
+    /// Number of messages by channel.
     pub(crate) counts: BTreeMap<u16, u64>,
-    /// The earliest and latest log time.
+    /// Earliest and latest log time, ns.
     pub(crate) span: Option<(i64, i64)>,
 }
 
-/// Where the summary starts (0 for none) if the file ends as a closed one does.
+/// Position of the summary (0 for none), if the file has the end of a closed file.
 pub(crate) fn start(file: &mut File, size: u64) -> io::Result<Option<u64>> {
     let Some(start) = size.checked_sub(TAIL as u64) else {
         return Ok(None);
@@ -53,7 +53,7 @@ pub(crate) fn start(file: &mut File, size: u64) -> io::Result<Option<u64>> {
     })
 }
 
-/// Reads the summary; `None` if there is none, or none that can be trusted.
+/// Reads the summary; `None` if it is missing or inconsistent.
 pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> Option<Summary> {
     // The footer's last four bytes before the magic are the checksum of all from `start` to them.
     let end = size.checked_sub(8 + 4)?;
@@ -118,7 +118,7 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
     })
 }
 
-/// Passes bytes on, and sums them up.
+/// Reader that computes the checksum of the bytes passing through.
 struct Summed<R> {
     input: R,
     sum: crc32fast::Hasher,

@@ -4,29 +4,28 @@ use std::sync::Arc;
 
 use crate::OfferedQos;
 
-/// A bag's data on a topic beside its messages.
+/// Description of a topic in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
-    /// The full name: `/auv/state`.
+    /// Full name, such as `/auv/state`.
     pub name: String,
-    /// The kind of its messages.
+    /// Kind of its messages.
     pub kind: Arc<TopicKind>,
 }
 
-/// The type and the QoS of the messages of a topic. Topics of one kind share it: a bag of a million
-/// topics of one type holds that type once.
+/// Type and QoS of a topic's messages, shared by topics of the same kind: a bag with a million topics of one type stores that type once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TopicKind {
-    /// The ROS type: `planesman_msgs/msg/VehicleState`; empty if the file names none.
+    /// ROS type, such as `planesman_msgs/msg/VehicleState`; empty if the file does not name it.
     pub type_name: String,
-    /// The type's definition with all it depends on, so that a reader needs no ROS install.
+    /// Definition of the type and of all types it uses, so that a reader needs no ROS installation.
     pub definition: String,
-    /// How [`definition`](Self::definition) is written: `ros2msg`, `ros2idl`, or empty.
+    /// Format of [`definition`](Self::definition): `ros2msg`, `ros2idl`, or empty.
     pub definition_encoding: String,
-    /// How payloads are encoded: `cdr`.
+    /// Encoding of the payloads: `cdr`.
     pub message_encoding: String,
-    /// The type hash (`RIHS01_` and 64 hex digits); empty if the file has none.
+    /// Type hash (`RIHS01_` and 64 hex digits); empty if unknown.
     pub type_hash: String,
-    /// The QoS that the publishers offered.
+    /// QoS offered by the publishers.
     pub offered_qos: Vec<OfferedQos>,
 }

@@ -1,4 +1,4 @@
-//! Typed reading and writing of the messages that this project defines.
+//! Typed reading and writing of this project's message types.
 
 use std::sync::Arc;
 
@@ -7,13 +7,13 @@ use planesman_msgs::{self as msgs, TypeInfo, cdr};
 use crate::{BagWriter, Message, OfferedQos, Topic, TopicId, TopicKind, WriteError};
 
 impl Topic {
-    /// The topic `name` carrying messages of type `M`, offered with `qos`.
+    /// The topic `name` with messages of type `M` and the QoS `qos`.
     #[must_use]
     pub fn of<M: msgs::Message>(name: impl Into<String>, qos: OfferedQos) -> Self {
         Self::of_type(&TypeInfo::of::<M>(), name, qos)
     }
 
-    /// The topic `name` carrying messages of a type known at run time, offered with `qos`.
+    /// The topic `name` with messages of a type known at run time and the QoS `qos`.
     #[must_use]
     pub fn of_type(info: &TypeInfo, name: impl Into<String>, qos: OfferedQos) -> Self {
         Self {
@@ -31,11 +31,10 @@ impl Topic {
 }
 
 impl BagWriter {
-    /// Takes a message, received at `log_time` (nanoseconds) and sent then too.
+    /// Writes a message with `log_time` (ns) as time of reception and of publication.
     ///
     /// # Errors
-    /// [`WriteError::WrongType`] if the topic carries another type; else as
-    /// [`write_raw`](Self::write_raw).
+    /// [`WriteError::WrongType`] if the topic has another type; the errors of [`write_raw`](Self::write_raw).
     pub fn write<M: msgs::Message>(
         &mut self,
         topic: TopicId,
@@ -55,11 +54,10 @@ impl BagWriter {
 }
 
 impl Message {
-    /// The message in the payload.
+    /// Decodes the payload as an `M`.
     ///
     /// # Errors
-    /// When the payload does not hold exactly an `M`. The topic's type name is not asked:
-    /// a caller that takes several types looks at it first.
+    /// The payload is not exactly one `M`. The topic's type name is not checked; a caller that reads several types checks it first.
     pub fn decode<M: msgs::Message>(&self) -> Result<M, cdr::Error> {
         cdr::from_bytes(&self.payload)
     }

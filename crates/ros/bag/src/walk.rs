@@ -1,4 +1,4 @@
-//! The messages of one `.mcap` file, front to back. Memory holds one record, the chunk in it unpacked, and the topics.
+//! Reads the messages of an `.mcap` file from front to back. Memory contains one record, its unpacked chunk, and the topics.
 
 use std::{
     io::{self, Read, Take},
@@ -16,41 +16,41 @@ use crate::{
     records::{Damage, Records, record_at},
 };
 
-/// A message as it lies in the file.
+/// A message as stored in the file.
 pub(crate) struct Raw<'a> {
     pub(crate) topic: &'a Arc<Topic>,
     pub(crate) message: fields::Message<'a>,
 }
 
-/// The messages of a file, one after the other.
+/// Stream of a file's messages.
 pub(crate) struct Walk {
     records: Records<Take<Input>>,
     limits: Limits,
     pub(crate) definitions: Definitions,
-    /// A chunk's records unpacked, or one message.
+    /// Unpacked records of a chunk, or one message.
     unpacked: Vec<u8>,
-    /// Bytes of the chunks unpacked so far, and of the messages outside chunks.
+    /// Number of bytes unpacked from chunks so far, plus those of messages outside chunks.
     unpacked_bytes: u64,
     left: Left,
-    /// Messages met, those of omitted topics included.
+    /// Number of messages so far, including those of omitted topics.
     pub(crate) met: u64,
-    /// Whether there is no further record to take.
+    /// Whether the last record has been read.
     ended: bool,
-    /// Whether that is because the data section was ended properly.
+    /// Whether the data section has a proper end.
     pub(crate) data_ended: bool,
 }
 
-/// The unpacked bytes not yet returned.
+/// Unpacked bytes that have not been returned yet.
 enum Left {
     Nothing,
-    /// All: they are one message.
+    /// One message.
     Message,
-    /// The records from this byte on.
+    /// Records from this byte on.
     From(usize),
 }
 
 impl Walk {
-    /// The messages of an input up to the byte `readable`. Its topics are those that were `found`, if it was read before.
+    /// The messages of an input up to the byte `readable`. `found`: the topics, if the file was read before.
     pub(crate) fn new(
         mut input: Input,
         readable: u64,
@@ -73,7 +73,7 @@ impl Walk {
         })
     }
 
-    /// The next message; `None` after the last. A chunk is read whole or not at all.
+    /// The next message; `None` after the last one. A chunk is read completely or not at all.
     pub(crate) fn next(&mut self) -> Result<Option<Raw<'_>>, Damage> {
         let place = loop {
             match self.next_place() {
@@ -90,12 +90,12 @@ impl Walk {
         Ok(self.raw(place))
     }
 
-    /// The bytes of the file that have been taken.
+    /// Number of bytes of the file read.
     pub(crate) fn offset(&self) -> u64 {
         self.records.offset()
     }
 
-    /// The message whose bytes lie there; `None` for one whose topic is omitted.
+    /// The message at this place; `None` if its topic is omitted.
     fn raw(&self, place: Range<usize>) -> Option<Raw<'_>> {
         let message = fields::Message::read(self.unpacked.get(place)?).ok()?;
         match self.definitions.topic(message.channel_id) {
@@ -104,7 +104,7 @@ impl Walk {
         }
     }
 
-    /// Where the bytes of the next message lie that has been unpacked and not been given out.
+    /// Place of the next unpacked message that has not been returned yet.
     fn next_place(&mut self) -> Option<Range<usize>> {
         let record = |at| record_at(&self.unpacked, at).ok().flatten();
         match &mut self.left {
@@ -123,7 +123,7 @@ impl Walk {
         }
     }
 
-    /// Takes one record of the file.
+    /// Reads the next record of the file.
     fn next_record(&mut self) -> Result<(), Damage> {
         let Some(record) = self.records.next(is_read)? else {
             self.ended = true;
@@ -162,7 +162,7 @@ impl Walk {
         Ok(())
     }
 
-    /// Checks every record of the unpacked chunk and takes its schemas and channels.
+    /// Checks all records of the unpacked chunk and reads its schemas and channels.
     fn open_chunk(&mut self) -> Result<(), Defect> {
         let mut at = 0;
         while let Some((opcode, place)) = record_at(&self.unpacked, at)? {
@@ -179,7 +179,7 @@ impl Walk {
     }
 }
 
-/// Counts unpacked bytes.
+/// Adds unpacked bytes to the total and checks the limit.
 fn within(bytes: &mut u64, more: u64, limits: &Limits) -> Result<(), Defect> {
     *bytes = bytes.saturating_add(more);
     match *bytes > limits.unpacked {
@@ -188,7 +188,7 @@ fn within(bytes: &mut u64, more: u64, limits: &Limits) -> Result<(), Defect> {
     }
 }
 
-/// Checks that a message is as it should be.
+/// Checks that a message record is valid.
 fn checked(body: &[u8], definitions: &Definitions) -> Result<(), Defect> {
     let message = fields::Message::read(body)?;
     match definitions.topic(message.channel_id) {
@@ -197,7 +197,7 @@ fn checked(body: &[u8], definitions: &Definitions) -> Result<(), Defect> {
     }
 }
 
-/// The records that hold messages and topics; all others (attachments, indexes) are skipped.
+/// Whether a record contains messages or topics; others (attachments, indexes) are skipped.
 pub(crate) fn is_read(opcode: u8) -> bool {
     matches!(
         opcode,

@@ -1,20 +1,16 @@
-//! The writer of bags; flushed data stays readable.
+//! Writer of bags; flushed data stays readable.
 //!
-//! Messages gather in a chunk in memory. The chunk goes to the file as one whole record when it
-//! has grown to [`WriterOptions::chunk_size`], or when [`WriterOptions::flush_interval`] has
-//! passed since the last one went. At every moment the file is therefore a row of whole records,
-//! and after `kill -9` everything up to the last flushed chunk is readable. Nothing waits for
-//! the disk unless [`WriterOptions::fsync`] asks for it: a killed process loses nothing that was
-//! flushed, a power cut may. At each flush the path is looked at: a file that was removed or
-//! moved while it is written is an error.
+//! Messages are collected in a chunk in memory. The chunk is written to the file as one complete record when it reaches
+//! [`WriterOptions::chunk_size`], or [`WriterOptions::flush_interval`] after the previous one. So the file always consists of complete records,
+//! and after `kill -9` everything up to the last flushed chunk is readable. The writer does not wait for the disk unless
+//! [`WriterOptions::fsync`] is set: a killed process loses no flushed data, but a power cut may. At each flush the path is checked: a file that
+//! was removed or moved meanwhile is an error.
 //!
-//! A bag may be split: by [`WriterOptions::max_file_size`] and [`WriterOptions::max_file_duration`], or by
-//! [`BagWriter::split`]. Each of its files `NAME_0.mcap`, `NAME_1.mcap` is closed before the next one begins, and is a
-//! whole MCAP file with all topics of the bag so far.
+//! A bag may be split: by [`WriterOptions::max_file_size`] and [`WriterOptions::max_file_duration`], or by [`BagWriter::split`]. Each of the
+//! files `NAME_0.mcap`, `NAME_1.mcap` is closed before the next one begins. Each is a complete MCAP file with all topics of the bag so far.
 //!
-//! [`BagWriter::close`] writes the index and, last of all, `metadata.yaml`. A writer dropped
-//! without it flushes its messages, but leaves both out: such a bag is readable and says that it
-//! is not whole.
+//! [`BagWriter::close`] writes the index and finally `metadata.yaml`. A writer that is dropped without it flushes its messages but writes
+//! neither: such a bag is readable and reports that it is incomplete.
 
 mod account;
 mod sink;
@@ -45,29 +41,26 @@ use sink::{Gate, Sink, begin, create_new, reason};
 
 pub use sink::Compression;
 
-/// A message's frame and header beside its payload, for the size of a chunk.
+/// Size of a message's frame and header, bytes, counted towards the size of a chunk.
 const MESSAGE_OVERHEAD: u64 = 9 + 22;
 
-/// How a bag is written.
+/// Options of a bag's writer.
 #[derive(Clone, Debug)]
 pub struct WriterOptions {
-    /// How chunks are compressed.
+    /// Compression of the chunks.
     pub compression: Compression,
-    /// The size in bytes, before compression, at which a chunk is written. Larger chunks compress
-    /// better; a reader must hold one in memory. 768 KiB, as rosbag2's.
+    /// Uncompressed size at which a chunk is written, bytes. Larger chunks compress better, but a reader must keep one in memory. Default
+    /// 768 KiB, as in rosbag2.
     pub chunk_size: u64,
-    /// The longest time that a message waits in memory while others come, or while
-    /// [`BagWriter::flush_if_due`] is called. `None`: until the chunk is full, so that the file
-    /// depends on the messages alone.
+    /// Longest time that a message waits in memory, checked on each message and in [`BagWriter::flush_if_due`]. `None`: until the chunk is full,
+    /// so that the file depends only on the messages.
     pub flush_interval: Option<Duration>,
-    /// The size in bytes at which a bag's next file begins; what waits in memory counts uncompressed, the index of
-    /// the file does not. `None`: one file.
+    /// Size at which the bag's next file begins, bytes; waiting messages count uncompressed, the index does not count. `None`: one file.
     pub max_file_size: Option<u64>,
-    /// The time between a file's first and last message, by their log times, after which the bag's next file begins.
-    /// `None`: one file.
+    /// Time between a file's first and last log time after which the bag's next file begins. `None`: one file.
     pub max_file_duration: Option<Duration>,
-    /// Whether each flush waits until the disk has what was written, so that a power cut loses no more than
-    /// `kill -9` does. Not of a file begun by [`BagWriter::create_in`].
+    /// Whether each flush waits for the disk, so that a power cut loses no more than `kill -9` does. Not for a file started by
+    /// [`BagWriter::create_in`].
     pub fsync: bool,
 }
 
@@ -84,22 +77,22 @@ impl Default for WriterOptions {
     }
 }
 
-/// Why a bag could not be written. Each message names the path or topic and the rule.
+/// Errors of writing a bag. Each message names the path or topic and the rule.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// Something is already there.
-    #[error("{path} exists already; a recording is never written over another, name a new path")]
+    /// The path exists already.
+    #[error("{path} exists already; recordings are never overwritten: name a new path")]
     Exists {
-        /// The path asked for.
+        /// The requested path.
         path: PathBuf,
     },
-    /// The path has no usable last part.
-    #[error("{path} names no bag; the last part of the path becomes the bag's name")]
+    /// The path has no name at its end.
+    #[error("{path} does not end with a name; the last part of the path is the bag's name")]
     NoName {
-        /// The path asked for.
+        /// The requested path.
         path: PathBuf,
     },
-    /// The file system refused to create the bag.
+    /// An error of the file system while creating the bag.
     #[error("cannot create {path}: {source}")]
     Create {
         /// The path to create.
@@ -107,8 +100,7 @@ pub enum WriteError {
         /// The error of the operating system.
         source: io::Error,
     },
-    /// Writing failed (a full disk, say). The bag takes nothing more; what was flushed before is
-    /// readable.
+    /// A write error, for example a full disk. The bag accepts no more messages; flushed data is readable.
     #[error("cannot write {path}: {reason}")]
     Failed {
         /// The file.
@@ -116,17 +108,17 @@ pub enum WriteError {
         /// The error of the operating system.
         reason: String,
     },
-    /// `metadata.yaml` could not be written; the messages are.
-    #[error("the messages are written, their metadata is not: {0}")]
+    /// The messages were written, but not `metadata.yaml`.
+    #[error("the messages were written, but not their metadata: {0}")]
     Metadata(#[from] MetadataError),
-    /// A topic was added twice, with different descriptions.
+    /// A topic added twice with different descriptions.
     #[error("topic {name} is already in the bag with another type or QoS")]
     Conflict {
         /// The topic.
         name: String,
     },
-    /// A message of one type for a topic of another.
-    #[error("topic {name} carries {expected}; a {given} was given")]
+    /// A message whose type differs from that of the topic.
+    #[error("topic {name} has the type {expected}, not {given}")]
     WrongType {
         /// The topic.
         name: String,
@@ -135,11 +127,11 @@ pub enum WriteError {
         /// The message's type.
         given: String,
     },
-    /// A [`TopicId`] that another writer gave.
+    /// A [`TopicId`] of another writer.
     #[error("this bag has no topic number {0}")]
     UnknownTopic(usize),
     /// A time before the clock's epoch.
-    #[error("topic {name}: the time {nanoseconds} ns is before the clock's epoch; MCAP has none")]
+    #[error("topic {name}: the time {nanoseconds} ns is negative, which MCAP cannot store")]
     NegativeTime {
         /// The topic.
         name: String,
@@ -147,7 +139,7 @@ pub enum WriteError {
         nanoseconds: i64,
     },
     /// A message that cannot be serialized.
-    #[error("topic {name}: the message does not serialize: {reason}")]
+    #[error("topic {name}: the message cannot be serialized: {reason}")]
     Encode {
         /// The topic.
         name: String,
@@ -156,55 +148,55 @@ pub enum WriteError {
     },
 }
 
-/// A topic of one [`BagWriter`].
+/// Index of a topic in one [`BagWriter`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TopicId(usize);
 
-/// How a recording goes.
+/// State of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// Bytes in all files.
+    /// Total size of all files, bytes.
     pub bytes: u64,
-    /// Messages that still wait in memory.
+    /// Number of messages still in memory.
     pub waiting: u64,
-    /// Every topic, in the order added.
+    /// All topics, in the order in which they were added.
     pub topics: Vec<TopicHealth>,
-    /// Why nothing more is taken, once writing has failed.
+    /// Why writing has failed, if it has.
     pub failure: Option<String>,
 }
 
-/// How a topic's recording goes.
+/// State of a topic's recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TopicHealth {
     /// The topic.
     pub name: String,
-    /// Messages taken.
+    /// Number of messages written.
     pub messages: u64,
-    /// Messages known to be lost.
+    /// Number of messages reported as lost.
     pub dropped: u64,
 }
 
 impl Health {
-    /// Messages taken on all topics.
+    /// Number of messages written on all topics.
     #[must_use]
     pub fn messages(&self) -> u64 {
         self.topics.iter().map(|topic| topic.messages).sum()
     }
 
-    /// Messages known to be lost on all topics.
+    /// Number of messages reported as lost on all topics.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.topics.iter().map(|topic| topic.dropped).sum()
     }
 }
 
-/// A topic being written.
+/// A topic of the current file.
 struct Channel {
     topic: Topic,
-    /// Its number in the current file.
+    /// Channel number in the current file.
     mcap_id: u16,
     messages: u64,
-    /// Messages in the files before the current one.
+    /// Number of messages in earlier files.
     before: u64,
     dropped: u64,
 }
@@ -213,23 +205,23 @@ struct Channel {
 pub struct BagWriter {
     mcap: mcap::Writer<NoSeek<Sink>>,
     gate: Arc<Gate>,
-    /// The current `.mcap` file.
+    /// Path of the current `.mcap` file.
     file: PathBuf,
-    /// The same, open; none of a file that is to be moved, or no file.
+    /// Handle of that file; `None` for a file that will be moved, or is not a regular file.
     handle: Option<File>,
-    /// The bag's folder; none for a single file.
+    /// Folder of the bag; `None` for a single file.
     folder: Option<PathBuf>,
-    /// The files before the current one.
+    /// Earlier files of the bag.
     closed: Vec<FileInformation>,
-    /// Their bytes.
+    /// Total size of the earlier files, bytes.
     closed_bytes: u64,
     options: WriterOptions,
     channels: Vec<Channel>,
-    /// The topics by name.
+    /// Topic ids by name.
     ids: BTreeMap<String, TopicId>,
-    /// The first and last log time in the current file.
+    /// First and last log time in the current file.
     span: Option<(i64, i64)>,
-    /// Bytes and messages in the chunk that gathers.
+    /// Size, and number of messages, of the present chunk.
     pending_bytes: u64,
     pending_messages: u64,
     flushed: Instant,
@@ -246,12 +238,10 @@ impl fmt::Debug for BagWriter {
 }
 
 impl BagWriter {
-    /// Starts the bag `folder/` with its first file `NAME_0.mcap`, where NAME is the folder's own.
-    /// Missing folders above it are created.
+    /// Starts the bag `folder/` with its first file `NAME_0.mcap`, where NAME is the folder's name. Missing parent folders are created.
     ///
     /// # Errors
-    /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
-    /// system refuses.
+    /// [`WriteError::Exists`] if the path exists; [`WriteError::Create`] for an error of the file system.
     pub fn create(folder: &Path, options: WriterOptions) -> Result<Self, WriteError> {
         let Some(name) = bag_name(folder) else {
             return Err(WriteError::NoName {
@@ -271,11 +261,10 @@ impl BagWriter {
         Ok(writer)
     }
 
-    /// Starts a single `.mcap` file, without folder and `metadata.yaml`. The file holds the same.
+    /// Starts a single `.mcap` file with the same contents, without folder and `metadata.yaml`.
     ///
     /// # Errors
-    /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
-    /// system refuses.
+    /// [`WriteError::Exists`] if the path exists; [`WriteError::Create`] for an error of the file system.
     pub fn create_file(file: &Path, options: WriterOptions) -> Result<Self, WriteError> {
         let (output, handle) = create_new(file).map_err(|source| refused(file, source))?;
         let mut writer = Self::create_in(output, file, options)?;
@@ -284,7 +273,7 @@ impl BagWriter {
         Ok(writer)
     }
 
-    /// Starts a single `.mcap` file in `output`, which is to be moved to `file` once it is closed, and names itself so.
+    /// Starts a single `.mcap` file in `output`, which will be moved to `file` once it is closed; errors name `file`.
     ///
     /// # Errors
     /// [`WriteError::Failed`] if writing fails.
@@ -296,7 +285,7 @@ impl BagWriter {
         Self::start(file, Box::new(output), options)
     }
 
-    /// Writes the header into `output`, so that even a bag killed at once is a bag.
+    /// Writes the header into `output`, so that even a bag killed immediately is readable.
     fn start(
         file: &Path,
         output: Box<dyn Write + Send>,
@@ -331,11 +320,10 @@ impl BagWriter {
         Ok(writer)
     }
 
-    /// Adds a topic, or finds it again.
+    /// Adds a topic, or returns the id of an equal one.
     ///
     /// # Errors
-    /// [`WriteError::Conflict`] if the name is there with another description;
-    /// [`WriteError::Failed`] if writing fails.
+    /// [`WriteError::Conflict`] if the name exists with another description; [`WriteError::Failed`] if writing fails.
     pub fn add_topic(&mut self, topic: &Topic) -> Result<TopicId, WriteError> {
         if let Some(known) = self.ids.get(&topic.name) {
             return if self.topic(*known)? == topic {
@@ -360,7 +348,7 @@ impl BagWriter {
         Ok(id)
     }
 
-    /// Makes a topic known to the current file.
+    /// Adds a topic to the current file.
     fn add_channel(&mut self, topic: &Topic) -> Result<u16, WriteError> {
         let kind = &topic.kind;
         let offered = qos::to_text(&kind.offered_qos).map_err(|error| WriteError::Encode {
@@ -385,13 +373,10 @@ impl BagWriter {
         added.map_err(|error| self.fail(error))
     }
 
-    /// Takes a payload as DDS delivers it, with its four bytes of encapsulation in front.
-    /// `log_time` is when it was received and `publish_time` when it was sent, both in
-    /// nanoseconds.
+    /// Writes a CDR payload with its four bytes of encapsulation. `log_time`: time of reception, `publish_time`: time of publication, ns.
     ///
     /// # Errors
-    /// [`WriteError::NegativeTime`], [`WriteError::UnknownTopic`]; [`WriteError::Failed`] if
-    /// writing fails now or has failed before.
+    /// [`WriteError::NegativeTime`], [`WriteError::UnknownTopic`]; [`WriteError::Failed`] if writing fails now or failed before.
     pub fn write_raw(
         &mut self,
         topic: TopicId,
@@ -438,15 +423,14 @@ impl BagWriter {
         }
     }
 
-    /// Notes messages of `topic` that were lost before they could be written.
+    /// Records that messages of `topic` were lost before they could be written.
     pub fn note_dropped(&mut self, topic: TopicId, messages: u64) {
         if let Some(channel) = self.channels.get_mut(topic.0) {
             channel.dropped += messages;
         }
     }
 
-    /// Flushes if the flush interval has passed; for a recorder's timer, so that the last
-    /// messages before a silence are not kept in memory.
+    /// Flushes if the flush interval has passed. A recorder's timer calls this, so that the last messages before a silence do not stay in memory.
     ///
     /// # Errors
     /// [`WriteError::Failed`] if writing fails now or has failed before.
@@ -457,8 +441,7 @@ impl BagWriter {
         }
     }
 
-    /// Ends the chunk and hands it to the operating system: everything so far is readable, even
-    /// if this process is killed.
+    /// Ends the chunk and passes it to the operating system: all messages so far stay readable even if this process is killed.
     ///
     /// # Errors
     /// [`WriteError::Failed`] if writing fails now or has failed before.
@@ -474,7 +457,7 @@ impl BagWriter {
         self.settle()
     }
 
-    /// Checks that the path still leads to the file that is written, and waits for the disk if that is asked for.
+    /// Checks that the path still leads to the open file, and waits for the disk if `fsync` is set.
     fn settle(&mut self) -> Result<(), WriteError> {
         let settled = self.settled();
         settled.map_err(|error| self.fail(McapError::Io(error)))
@@ -496,7 +479,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// Whether a message of that time belongs into the next file.
+    /// Whether a message with this time belongs to the next file.
     fn is_full(&self, log_time: i64) -> bool {
         let Some((first, _)) = self.span else {
             return false; // No file is without messages.
@@ -510,8 +493,7 @@ impl BagWriter {
                 || self.options.max_file_size.is_some_and(|most| bytes >= most))
     }
 
-    /// Closes the current file and begins the bag's next one. A single file cannot be split, nor is a file without
-    /// messages: then nothing happens, and the answer is `false`.
+    /// Closes the current file and begins the bag's next one. Returns `false`, without effect, for a single file or a file without messages.
     ///
     /// # Errors
     /// [`WriteError::Failed`] if writing fails now or has failed before.
@@ -561,7 +543,7 @@ impl BagWriter {
         Ok(())
     }
 
-    /// How the recording goes.
+    /// State of the recording.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
@@ -580,13 +562,13 @@ impl BagWriter {
         }
     }
 
-    /// The `.mcap` file that is written now.
+    /// Path of the current `.mcap` file.
     #[must_use]
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// The topic behind an id of this writer.
+    /// The topic with this id.
     pub(crate) fn topic(&self, topic: TopicId) -> Result<&Topic, WriteError> {
         self.channels
             .get(topic.0)
@@ -594,11 +576,11 @@ impl BagWriter {
             .ok_or(WriteError::UnknownTopic(topic.0))
     }
 
-    /// Ends the bag: the last chunk, the index, and `metadata.yaml`, which is returned.
+    /// Closes the bag: writes the last chunk, the index, and `metadata.yaml`, which is returned.
     ///
     /// # Errors
-    /// [`WriteError::Failed`] if writing fails now or has failed before: then there is no
-    /// `metadata.yaml`. [`WriteError::Metadata`] if that alone cannot be written.
+    /// [`WriteError::Failed`] if writing fails now or failed before; `metadata.yaml` is then missing. [`WriteError::Metadata`] if only
+    /// `metadata.yaml` cannot be written.
     pub fn close(mut self) -> Result<BagMetadata, WriteError> {
         self.finish()?;
         let metadata = self.account();
@@ -614,7 +596,7 @@ impl BagWriter {
         Ok(metadata)
     }
 
-    /// Writes the account into the `.mcap` file itself, as rosbag2's storage does.
+    /// Writes the metadata also into the `.mcap` file itself, as rosbag2's storage does.
     fn embed(&mut self, account: &BagMetadata) -> Result<(), WriteError> {
         self.refuse_after_failure()?;
         let text = serde_yaml_ng::to_string(account).map_err(|error| WriteError::Failed {
@@ -628,12 +610,12 @@ impl BagWriter {
         embedded.map_err(|error| self.fail(error))
     }
 
-    /// Remembers the first failure, and closes the file to all that would follow.
+    /// Stores the first error, after which the file accepts no more data.
     fn fail(&mut self, error: McapError) -> WriteError {
         self.gate.closed.store(true, Ordering::Relaxed);
         let told = |error| match reason(error) {
             gone if gone == GONE => gone,
-            reason => format!("{reason}; it is readable up to what was flushed before"),
+            reason => format!("{reason}; everything flushed before is readable"),
         };
         let reason = self.failure.get_or_insert_with(|| told(error)).clone();
         WriteError::Failed {
@@ -654,7 +636,7 @@ impl BagWriter {
 }
 
 impl Drop for BagWriter {
-    /// Flushes what was taken, without index and metadata: this bag was not closed.
+    /// Flushes the messages, without index and metadata, since the bag was not closed.
     fn drop(&mut self) {
         if self.failure.is_none() && !self.gate.closed.load(Ordering::Relaxed) {
             // A failure cannot be reported here; the file is readable up to the flush before.
@@ -665,10 +647,10 @@ impl Drop for BagWriter {
     }
 }
 
-/// Why a file is not written any more whose path leads elsewhere.
+/// Error text for a file whose path has changed.
 const GONE: &str = "the file was moved or removed meanwhile";
 
-/// The bag's name: its folder's.
+/// Name of the bag: that of its folder.
 fn bag_name(folder: &Path) -> Option<&str> {
     folder.file_name().and_then(|name| name.to_str())
 }

@@ -1,4 +1,4 @@
-//! Every number a message type holds, by path.
+//! All numeric fields of a message type, by path.
 
 use std::collections::BTreeMap;
 
@@ -8,22 +8,22 @@ use planesman_rosidl::definition::{Arity, EMPTY_MESSAGE_FIELD, Element, Field};
 use crate::decoder::derived_names;
 use crate::{FieldPath, Types};
 
-/// Elements of a list of numbers that are listed, and of a list of messages.
+/// Number of listed elements of a list of numbers, and of a list of messages.
 const NUMBERS: u32 = 16;
 const MESSAGES: u32 = 4;
 
-/// The numbers of a message type.
+/// The numeric fields of a message type.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Catalogue {
-    /// Their paths in the order in which they lie. Of a list of numbers the first sixteen, of a
-    /// list of messages the first four; angles of quaternions and norms of vectors behind their parts.
+    /// Paths in the order of the definition: the first sixteen elements of a list of numbers, the first four of a list of messages; angles of
+    /// quaternions and norms of vectors follow their components.
     pub fields: Vec<FieldPath>,
-    /// Whether there are more than were asked for.
+    /// Whether there are more fields than requested.
     pub is_cut: bool,
 }
 
 impl Catalogue {
-    /// The numbers of the root type, at most `most`.
+    /// The first `most` numeric fields of the root type.
     ///
     /// ```
     /// use planesman_decode::{Catalogue, schema};
@@ -49,8 +49,8 @@ impl Catalogue {
 struct Listing<'t> {
     types: &'t Types,
     most: usize,
-    /// Whether a message holds no number, however deep. Such are passed over, or a
-    /// type that nests texts only could be walked forever.
+    /// Whether a message contains no number at any depth. Such messages are skipped; otherwise a type that nests only texts could be walked
+    /// forever.
     barren: BTreeMap<&'t TypeName, bool>,
     catalogue: Catalogue,
 }

@@ -1,8 +1,7 @@
-//! A cursor in a payload; reading beyond its end is an error.
+//! A position in a payload; reading beyond the end is an error.
 //!
-//! A payload begins with four bytes of encapsulation (RTPS 2.3, section 10.2): the first two name the encoding
-//! and the byte order. Lengths are 32-bit numbers; a length that lies is found out when its
-//! bytes are wanted, before anything is reserved for it.
+//! A payload begins with four bytes of encapsulation (RTPS 2.3, section 10.2): the first two give the encoding and the byte order. Lengths are
+//! 32-bit numbers; a wrong length is detected when its bytes are read, before memory is reserved for them.
 
 use planesman_rosidl::definition::Primitive;
 
@@ -11,24 +10,24 @@ use crate::layout::{Advance, size_of};
 /// Why a payload cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// Shorter than the encapsulation header.
+    /// A payload shorter than the encapsulation header.
     #[error("a payload of {0} bytes has no encapsulation header")]
     NoHeader(usize),
-    /// Another encoding than plain CDR.
+    /// An encoding other than plain CDR.
     #[error("encapsulation {id:#06x} ({name}) is not plain CDR (0x0000 or 0x0001)", name = encoding_name(*id))]
     Encapsulation {
-        /// The number in the header.
+        /// Encoding number in the header.
         id: u16,
     },
-    /// To be a JSON object.
-    #[error("the message is no JSON, or longer than 1 MiB")]
+    /// A message that is not a JSON object.
+    #[error("the message is not JSON, or longer than 1 MiB")]
     Json,
-    /// The message goes on behind the payload's end.
-    #[error("the message is cut off or not of this type: byte {at} of {length} is passed")]
+    /// The message continues after the payload's end.
+    #[error("the message is cut off or not of this type: it ends at byte {at} of {length}")]
     Short {
-        /// How far what was there had been read.
+        /// Position of the read, bytes.
         at: usize,
-        /// The payload's bytes behind the header.
+        /// Size of the payload without header, bytes.
         length: usize,
     },
 }
@@ -42,25 +41,25 @@ fn encoding_name(id: u16) -> &'static str {
         4 | 5 => "XML",
         // The beginning of a zstd frame.
         0x28b5 => {
-            "zstd: rosbag2 packed each message; the bag's folder, with its metadata.yaml, is read"
+            "zstd: rosbag2 compressed each message; open the bag's folder with its metadata.yaml instead"
         }
         _ => "unknown",
     }
 }
 
-/// A place in a payload.
+/// A position in a payload.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'a> {
-    /// Behind the encapsulation header.
+    /// The payload after the encapsulation header.
     body: &'a [u8],
     at: usize,
     little_endian: bool,
-    /// Bytes of a wide string's character.
+    /// Bytes per character of a wide string.
     wide: u64,
 }
 
 impl<'a> Cursor<'a> {
-    /// The beginning of a payload.
+    /// Starts at the beginning of a payload.
     pub(crate) fn new(payload: &'a [u8]) -> Result<Self, DecodeError> {
         let Some((&[first, second, _, _], body)) = payload.split_first_chunk::<4>() else {
             return Err(DecodeError::NoHeader(payload.len()));
@@ -77,7 +76,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// The same place in a payload whose wide strings have characters of so many bytes, where two are usual.
+    /// The same position, for wide strings with so many bytes per character instead of the usual two.
     pub(crate) fn with_wide_characters(mut self, bytes: u64) -> Self {
         self.wide = bytes;
         self
@@ -90,12 +89,12 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Bytes that are left.
+    /// Number of remaining bytes.
     pub(crate) fn left(&self) -> usize {
         self.body.len() - self.at
     }
 
-    /// Passes `bytes` bytes.
+    /// Skips `bytes` bytes.
     fn pass_bytes(&mut self, bytes: u64) -> Result<(), DecodeError> {
         if bytes > self.left() as u64 {
             return Err(self.short());
@@ -104,18 +103,18 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// Passes a part of fixed size.
+    /// Skips a part of fixed size.
     pub(crate) fn pass(&mut self, part: &Advance) -> Result<(), DecodeError> {
         self.pass_bytes(part.from(self.at))
     }
 
-    /// Passes a string and its length, in characters of one byte, or of as many as wide ones have; those have no terminator.
+    /// Skips a string with its length; wide strings have no terminator.
     pub(crate) fn pass_text(&mut self, wide: bool) -> Result<(), DecodeError> {
         let length = self.length()?;
         self.pass_bytes(length * if wide { self.wide } else { 1 })
     }
 
-    /// Takes a string of one-byte characters, without its terminator.
+    /// Reads a string of one-byte characters, without its terminator.
     pub(crate) fn text(&mut self) -> Result<&'a [u8], DecodeError> {
         let length = self.length()?;
         let start = self.at;
@@ -124,7 +123,7 @@ impl<'a> Cursor<'a> {
         Ok(bytes.strip_suffix(&[0]).unwrap_or(bytes))
     }
 
-    /// Takes a string of any characters, without its terminator; what is no text is replaced.
+    /// Reads any string, without its terminator; invalid characters are replaced.
     pub(crate) fn string(&mut self, wide: bool) -> Result<String, DecodeError> {
         if !wide {
             return Ok(String::from_utf8_lossy(self.text()?).into_owned());
@@ -144,7 +143,7 @@ impl<'a> Cursor<'a> {
         Ok(characters.map(read).collect())
     }
 
-    /// The length of a string or sequence.
+    /// Reads the length of a string or sequence.
     pub(crate) fn length(&mut self) -> Result<u64, DecodeError> {
         self.numbers(Primitive::Uint32, 1)?
             .get(0)
@@ -152,7 +151,7 @@ impl<'a> Cursor<'a> {
             .ok_or_else(|| self.short())
     }
 
-    /// Takes `count` numbers in a row. No number needs no padding.
+    /// Reads `count` consecutive numbers; zero numbers need no padding.
     pub(crate) fn numbers(
         &mut self,
         primitive: Primitive,
@@ -181,7 +180,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Numbers of one type in a row.
+/// Consecutive numbers of one type.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Numbers<'a> {
     bytes: &'a [u8],
@@ -190,7 +189,7 @@ pub(crate) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// Their bytes, and whether the least significant comes first.
+    /// Their bytes, and whether they are little endian.
     pub(crate) fn bytes(&self) -> (&'a [u8], bool) {
         (self.bytes, self.little_endian)
     }
@@ -200,7 +199,7 @@ impl<'a> Numbers<'a> {
         self.primitive
     }
 
-    /// The bits of number `index` of eight bytes.
+    /// The bits of the eight-byte number `index`.
     pub(crate) fn wide(&self, index: usize) -> Option<u64> {
         let bytes = *self.bytes.as_chunks().0.get(index)?;
         Some(match self.little_endian {
@@ -209,7 +208,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Number `index`; 64-bit integers are rounded to the nearest number there is.
+    /// Number `index`; 64-bit integers are rounded to the nearest `f64`.
     pub(crate) fn get(&self, index: usize) -> Option<f64> {
         let size = size_of(self.primitive);
         let bytes = self.bytes.get(index.checked_mul(size)?..)?.get(..size)?;
@@ -238,7 +237,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    /// Appends all of them.
+    /// Appends all numbers to `list`.
     pub(crate) fn append_to(self, list: &mut Vec<f64>) {
         if self.primitive == Primitive::Float64 && self.little_endian {
             // The usual ones, without looking at each what it is.

@@ -1,19 +1,18 @@
-//! Paths compiled for a message type, and payloads read by them.
+//! Compiles paths for a message type, and reads payloads.
 //!
-//! A path may end in a name that is no field but can be computed from what is before it:
+//! A path may end with a computed name that is not a field:
 //!
-//! | name | of | what |
+//! | name | of | meaning |
 //! |---|---|---|
 //! | `roll`, `pitch`, `yaw` | a message with numbers x, y, z, w | the angles of the quaternion, rad (REP 103: about fixed x, y, z in this order) |
 //! | `norm` | a message with numbers x, y, z and no w | `sqrt(x^2 + y^2 + z^2)` |
 //!
-//! A field of that name comes first.
+//! A real field of that name has priority.
 //!
-//! The text `value` of an element that a name or a `key` tells apart, as in `diagnostic_msgs/KeyValue`, is the number that it holds.
+//! The text `value` of an element with a name or `key`, as in `diagnostic_msgs/KeyValue`, is read as a number.
 //!
-//! A wide string's characters have two bytes as Fast DDS writes them since Jazzy (Fast CDR 2), four as it did before and as `rmw_cyclonedds`
-//! wrote `wchar_t`. A payload does not say which: it is read with four where that leaves less of
-//! it behind the message, else with two.
+//! Characters of wide strings have two bytes as written by Fast DDS since Jazzy (Fast CDR 2), or four as before and as `rmw_cyclonedds` wrote
+//! `wchar_t`. A payload does not tell which. Four bytes are assumed if fewer bytes then remain after the message, otherwise two.
 
 use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, Field, Kind};
@@ -26,38 +25,38 @@ use crate::program::{self, FieldSelection, Op};
 use crate::values::Values;
 use crate::{FieldPath, Types, json, key};
 
-/// Reads some numbers of messages of one type.
+/// Reads numbers of messages of one type.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     wanted: FieldSelection,
-    /// What is done with a payload for it.
+    /// Steps through a payload.
     ops: Vec<Op>,
-    /// The numbers asked for, then those that formulas need.
+    /// Number of slots: the requested numbers, then those needed by formulas.
     slots: usize,
-    /// Slots that are computed from others.
+    /// Slots computed from other slots.
     computed: Vec<(usize, Formula)>,
-    /// What tells by path whether its number is always of the same thing.
+    /// For each path, the texts that identify its number.
     identities: Vec<Vec<Identity>>,
-    /// Texts that the values hold.
+    /// Number of texts in the values.
     texts: usize,
     /// Whether the messages are JSON objects.
     is_json: bool,
-    /// How a whole message is passed, of a type with wide strings.
+    /// Steps to skip a whole message, for a type with wide strings.
     whole: Option<Vec<Op>>,
 }
 
-/// Where along a path a message or an element says what it is.
+/// A position along a path at which a message or an element is named.
 #[derive(Clone, Debug)]
 struct Identity {
-    /// The path's steps up to there.
+    /// Number of the path's steps up to there.
     steps: usize,
-    /// The text that names it.
+    /// Slot of the name.
     name: Option<usize>,
-    /// The text that tells how many numbers its list has.
+    /// Slot of the length of its list.
     length: Option<usize>,
 }
 
-/// Where a computed slot comes from: `[x, y, z]`, `w`; a list, and the slot of the element's number.
+/// Formula of a computed slot: the slots `[x, y, z]` and `w`; or a list, and the slot of the element's index.
 #[derive(Clone, Copy, Debug)]
 enum Formula {
     Same(usize),
@@ -73,7 +72,7 @@ enum Axis {
     Yaw,
 }
 
-/// The last names that may be computed.
+/// Names that can be computed.
 const DERIVED: [(&str, Option<Axis>); 4] = [
     ("roll", Some(Axis::Roll)),
     ("pitch", Some(Axis::Pitch)),
@@ -81,7 +80,7 @@ const DERIVED: [(&str, Option<Axis>); 4] = [
     ("norm", None),
 ];
 
-/// Why a path leads to no number.
+/// A path that does not lead to a number.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {reason}")]
 pub struct CompileError {
@@ -91,70 +90,70 @@ pub struct CompileError {
     pub reason: Reason,
 }
 
-/// Errors of a path for a message type.
+/// Why a path is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Reason {
-    /// No field of that name.
+    /// The message has no such field.
     #[error("{within} has no field '{name}'; it has {fields}{meant}")]
     NoField {
-        /// The message.
+        /// Name of the message.
         within: String,
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The names there are.
+        /// Names of its fields.
         fields: String,
-        /// The name that was probably meant, as a question; empty if none is similar.
+        /// The most similar name, as a question; empty if none is similar.
         meant: String,
     },
-    /// A name behind something that is no message.
-    #[error("there is nothing called '{0}' in a {1}")]
+    /// A name after something that is not a message.
+    #[error("'{0}' does not exist in a {1}")]
     NotAMessage(String, String),
-    /// An index behind something that is no list.
-    #[error("[{0}] of a {1}, which is no list")]
+    /// An index after something that is not a list.
+    #[error("[{0}] cannot index a {1}, which is not a list")]
     NotAList(usize, String),
-    /// An element that cannot be there.
-    #[error("there is no element [{index}] in {field_type}")]
+    /// An index outside the list.
+    #[error("{field_type} has no element [{index}]")]
     NoElement {
-        /// The element asked for.
+        /// Requested index.
         index: usize,
         /// The list's type.
         field_type: String,
     },
-    /// A name in brackets behind something whose elements have none.
-    #[error("[{name}] of {list}: nothing in the message names its elements")]
+    /// A name in brackets after a list whose elements have no names.
+    #[error("[{name}] of {list}: the message has no names for its elements")]
     NoNames {
-        /// The name asked for.
+        /// Requested name.
         name: String,
         /// The path of the list.
         list: String,
     },
-    /// A path that ends too early or at a text.
+    /// A path that leads to a text, a message or a list of them.
     #[error("it is a {0}, not a number{1}")]
     NotANumber(String, String),
 }
 
-/// The target of a path.
+/// Target of a path.
 enum Target {
     /// A number or list of numbers.
     Plain,
-    /// To be computed from fields of what the path without its last step leads to.
+    /// A number computed from the fields at the path without its last step.
     Norm,
     Angle(Axis),
-    /// To be found in the list that the path without its last step leads to, by the list of names at this path.
+    /// An element of the list at the path without its last step, found through the list of names at this path.
     Element(FieldPath, String),
 }
 
 impl Decoder {
-    /// The decoder that reads the numbers at `paths`, in this order, of messages of the type.
+    /// A decoder of the numbers at `paths`, in this order, for messages of the type.
     ///
     /// # Errors
-    /// The first path that leads to no number, and why.
+    /// The first path that does not lead to a number, with the reason.
     pub fn compile(types: &Types, paths: &[FieldPath]) -> Result<Self, CompileError> {
         Self::compile_into(types, paths, FieldSelection::default())
     }
 
-    /// The same, which reads what the numbers are of as well ([`Decoder::identity`]).
+    /// As [`Decoder::compile`]; the decoder also reads the names that identify the numbers ([`Decoder::identity`]).
     ///
     /// # Errors
     /// As [`Decoder::compile`].
@@ -220,9 +219,9 @@ impl Decoder {
         })
     }
 
-    /// What the number at path `index` is of, in the message read last: what the message is called, and the elements of lists that lead
-    /// to it, from the outside inwards; empty where there is no name. A number by its index in a list without names is of a list of so many.
-    /// Each with the steps of the path that lead there.
+    /// The names that identify the number at path `index` in the message read last: that of the message, and those of the list elements on the
+    /// path, from outside to inside. A missing name is empty. A number in a list without names is identified by the list's length. Each name
+    /// is returned with the path's steps up to it.
     pub fn identity<'v>(
         &'v self,
         index: usize,
@@ -297,7 +296,7 @@ impl Decoder {
         Ok(Self::of(types, wanted, slots, computed))
     }
 
-    /// The decoder of the names of the elements of the list at `path`, of the message itself at an empty one; `None` if they have none.
+    /// A decoder of the names of the elements of the list at `path` (empty path: of the message itself); `None` if they have no names.
     #[must_use]
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
         let mut wanted = FieldSelection::default();
@@ -326,7 +325,7 @@ impl Decoder {
         }
     }
 
-    /// Whether a payload is a message of the type, to its end: what is left is padding.
+    /// Whether a payload is exactly one message of the type, except for padding.
     #[must_use]
     pub fn fits(types: &Types, payload: &[u8]) -> bool {
         let whole = program::walk(types, &FieldSelection::default());
@@ -336,10 +335,10 @@ impl Decoder {
         })
     }
 
-    /// Reads a payload: `values` then holds what it has at the paths, and keeps its memory for the next.
+    /// Reads a payload into `values`, reusing their memory.
     ///
     /// # Errors
-    /// When the payload is not plain CDR, or ends before the last number asked for.
+    /// The payload is not plain CDR, or ends before the last requested number.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
         self.clear(values, self.texts);
         if self.is_json {
@@ -359,7 +358,7 @@ impl Decoder {
         Ok(())
     }
 
-    /// As [`Decoder::read`], of a message of the type that is at hand: the values of its payload, which is not made.
+    /// As [`Decoder::read`], for a message in memory; no payload is made.
     pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
         self.clear(values, 0);
         self.wanted.pick(message, values);
@@ -374,7 +373,7 @@ impl Decoder {
         values.texts.iter_mut().for_each(Name::clear);
     }
 
-    /// Fills the slots that are computed from others.
+    /// Fills the computed slots.
     fn compute(&self, values: &mut Values) {
         for (slot, formula) in &self.computed {
             let mut list = std::mem::take(&mut values.slots[*slot]);
@@ -389,7 +388,7 @@ impl Decoder {
     }
 }
 
-/// The bytes that the message leaves of its payload; none left is best, more than there are is worst.
+/// Number of bytes that remain after the message; 0 is best, a message longer than the payload is worst.
 fn left_behind(whole: &[Op], cursor: &Cursor<'_>) -> usize {
     let mut cursor = cursor.clone();
     match program::run(whole, &mut cursor, &mut Values::default()) {
@@ -407,7 +406,7 @@ fn norm(values: &Values, xyz: &[usize; 3]) -> Option<f64> {
     Some(libm::hypot(libm::hypot(x, y), z))
 }
 
-/// An angle of the quaternion, of whatever norm; none if that is zero.
+/// An angle of the quaternion, of any norm; `None` for zero norm.
 fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64> {
     let [x, y, z] = vector(values, xyz)?;
     let w = values.number(w)?;
@@ -422,13 +421,13 @@ fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64>
     })
 }
 
-/// The element of a list whose number is in another slot.
+/// The element of a list whose index is in another slot.
 fn element(values: &Values, list: usize, number: usize) -> Option<f64> {
     let number = values.number(number)? as usize;
     values.list(list).get(number).copied()
 }
 
-/// The target of the steps so far.
+/// Target of the steps so far.
 enum At<'t> {
     Message(&'t TypeName),
     Field(&'t Field),
@@ -436,7 +435,7 @@ enum At<'t> {
 }
 
 impl<'t> At<'t> {
-    /// A field or element that is one message counts as that message.
+    /// A field or element that is a single message counts as that message.
     fn entered(self) -> Self {
         match self {
             Self::Field(field) if field.field_type.arity == Arity::One => {
@@ -457,9 +456,8 @@ impl<'t> At<'t> {
 }
 
 impl Types {
-    /// Where messages of this type carry their stamp: `header.stamp`, or else the first field that
-    /// is a `builtin_interfaces/Time`. It holds `sec` and `nanosec`. `None` for a type without, or one whose
-    /// schema has a header or time of its own making.
+    /// Path of the stamp in messages of this type: `header.stamp`, or else the first field of type `builtin_interfaces/Time`; it contains `sec` and
+    /// `nanosec`. `None` if there is none, or if the schema redefines the header or time type.
     #[must_use]
     pub fn stamp(&self) -> Option<FieldPath> {
         let one = |field: &Field, package: &str, name: &str| {
@@ -484,11 +482,11 @@ impl Types {
         places.into_iter().flatten().find(is_stamp)
     }
 
-    /// Where the names are of what the numbers of the list at `path` belong to, as in a
-    /// `sensor_msgs/JointState`; `None` if `path` leads to a number, or a list whose elements have no names.
+    /// Path of the names for the numbers of the list at `path`, as in `sensor_msgs/JointState`; `None` if `path` leads to a number or a list
+    /// without names.
     ///
-    /// They are a list of texts in the list's own message or one around it, called `name`, `names` or `joint_names`, or
-    /// as the list is (`gain_names` of `gain_values`).
+    /// The names are a list of texts in the same message or an enclosing one, called `name`, `names` or `joint_names`, or named after the list
+    /// (`gain_names` for `gain_values`).
     #[must_use]
     pub fn names_of(&self, path: &FieldPath) -> Option<FieldPath> {
         names_of(self, path)
@@ -573,7 +571,7 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
         }
         At::Field(field) => match &field.field_type.element {
             Element::Primitive(_) => return Ok(Target::Plain),
-            _ => "; name an element [0], [1], ...".to_owned(),
+            _ => "; choose an element [0], [1], ...".to_owned(),
         },
         At::Message(name) => format!("; it has {}", names(types, name)),
         At::Element(_) => String::new(),
@@ -581,13 +579,13 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     Err(Reason::NotANumber(at.type_name(), hint))
 }
 
-/// Whether the text at `path` is the value of a key, as diagnostics have it.
+/// Whether the text at `path` is the value of a key, as in diagnostics.
 fn is_value(types: &Types, path: &FieldPath) -> bool {
     matches!(path.steps.last(), Some(Step::Field(name)) if name == "value")
         && has_key(types, &path.parent())
 }
 
-/// Whether what is at `path`, a list of messages or at an empty path the message itself, says what it is called.
+/// Whether the elements of the list at `path` (empty path: the message itself) have names.
 fn has_key(types: &Types, path: &FieldPath) -> bool {
     let mut message = types.root();
     let mut is_list = true;
@@ -606,13 +604,13 @@ fn has_key(types: &Types, path: &FieldPath) -> bool {
     is_list && !key::fields(types, message).is_empty()
 }
 
-/// The same of a list of messages. Points of a trajectory are instants, which the joints' names do not name.
+/// As `has_key`, for a list of messages. Points of a trajectory are times, to which the joints' names do not apply.
 fn names_of_messages(types: &Types, path: &FieldPath) -> Option<FieldPath> {
     let is_of_points = matches!(path.steps.last(), Some(Step::Field(name)) if name == "points");
     names_of(types, path).filter(|_| !is_of_points)
 }
 
-/// The path of the texts that name the elements of the list at `path`.
+/// Path of the texts that name the elements of the list at `path`.
 fn names_of(types: &Types, path: &FieldPath) -> Option<FieldPath> {
     let (Step::Field(list), before) = path.steps.split_last()? else {
         return None;
@@ -665,7 +663,7 @@ fn fields_of<'t>(types: &'t Types, message: &TypeName) -> impl Iterator<Item = &
     fields.iter().map(|it| it.name.as_str())
 }
 
-/// The names of a message's fields, the first of many.
+/// Names of a message's fields; only the first if there are many.
 fn names(types: &Types, message: &TypeName) -> String {
     const MAX_NAMES: usize = 30;
     let mut names: Vec<&str> = fields_of(types, message).collect();
@@ -676,7 +674,7 @@ fn names(types: &Types, message: &TypeName) -> String {
     names.join(", ")
 }
 
-/// The meaning of `name` in a message that has no such field.
+/// The computed meaning of `name` in a message without such a field.
 fn derived(types: &Types, message: &TypeName, name: &str) -> Option<Target> {
     let (_, axis) = DERIVED.into_iter().find(|(known, _)| *known == name)?;
     let has = |name| {

@@ -1,7 +1,7 @@
-//! Two payloads of one type, compared field by field.
+//! Compares two payloads of one type field by field.
 //!
-//! Both are walked in step, so that a field costs nothing unless it differs. Values are exact: 64-bit integers are not rounded, and
-//! floating-point numbers are the same when their bits are. Padding and byte order are no part of a value.
+//! Both payloads are walked in step, so an equal field costs little. Values are exact: 64-bit integers are not rounded, and floating-point
+//! numbers are equal if their bits are. Padding and byte order do not matter.
 
 use std::fmt;
 
@@ -11,20 +11,20 @@ use planesman_rosidl::definition::{Arity, EMPTY_MESSAGE_FIELD, Element, Primitiv
 use crate::Types;
 use crate::cursor::{Cursor, DecodeError};
 
-/// A value of a message as it is printed by `ros2 topic echo`.
+/// A value of a message, printed as by `ros2 topic echo`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Of a `float64`.
+    /// A `float64`.
     Float(f64),
-    /// Of a `float32`.
+    /// A `float32`.
     Single(f32),
-    /// Of an integer type.
+    /// An integer.
     Integer(i128),
-    /// Of a `bool`.
+    /// A `bool`.
     Bool(bool),
-    /// Of a string.
+    /// A string.
     Text(String),
-    /// The number of elements of a list.
+    /// Length of a list.
     Length(u64),
 }
 
@@ -42,7 +42,7 @@ impl Value {
         }
     }
 
-    /// Whether both are the same: floating-point numbers if their bits are, so that a NaN is itself, and -0.0 is not 0.0.
+    /// Whether both are equal; floating-point numbers by their bits: NaN equals itself, and -0.0 differs from 0.0.
     #[must_use]
     pub fn is(&self, other: &Self) -> bool {
         match (self, other) {
@@ -52,7 +52,7 @@ impl Value {
         }
     }
 
-    /// The floating-point numbers from one to the other, counted (ulps); `None` for other values and for NaN.
+    /// Number of floating-point numbers between the two (ulps); `None` for other values and for NaN.
     #[must_use]
     pub fn ulps(&self, other: &Self) -> Option<u64> {
         // Bits in the order of the numbers: -0.0 is next to 0.0.
@@ -87,7 +87,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// A number as Python writes it: the fewest digits that read back to the same bits.
+/// A number in Python's form: the fewest digits that give the same bits.
 fn float(f: &mut fmt::Formatter<'_>, value: f64) -> fmt::Result {
     let size = value.abs();
     if !value.is_finite() {
@@ -107,7 +107,7 @@ fn float(f: &mut fmt::Formatter<'_>, value: f64) -> fmt::Result {
     write!(f, "{value:?}")
 }
 
-/// Where two payloads differ.
+/// Position of a difference.
 #[derive(Clone, Debug)]
 pub struct Place<'t> {
     steps: Vec<Step<'t>>,
@@ -120,7 +120,7 @@ enum Step<'t> {
 }
 
 impl Place<'_> {
-    /// The path with `[]` for each element of a list: `rates[]`, the same for all of them.
+    /// The path with `[]` for each list index, such as `rates[]`; the same for all elements.
     #[must_use]
     pub fn of_list(&self) -> String {
         self.written(false)
@@ -149,11 +149,11 @@ impl fmt::Display for Place<'_> {
     }
 }
 
-/// Hands every field that differs to `take`, in the order of the definition, with both values. Of lists of unlike length the length
-/// differs, and the elements that both have are compared.
+/// Calls `take` for every differing field, in the order of the definition, with both values. For lists of different length the length
+/// differs, and the common elements are compared.
 ///
 /// # Errors
-/// A payload that is not plain CDR, or ends before its last field; and any of a type of JSON objects.
+/// A payload that is not plain CDR, or ends before its last field; any payload of JSON types.
 pub fn differences(
     types: &Types,
     [a, b]: [&[u8]; 2],
@@ -172,7 +172,7 @@ pub fn differences(
     walk.message(types.root())
 }
 
-/// The beginning of a payload, with the width of its wide strings: that which leaves less of the payload.
+/// The beginning of a payload, with the width of its wide strings that leaves fewer remaining bytes.
 fn cursor<'p>(types: &Types, payload: &'p [u8]) -> Result<Cursor<'p>, DecodeError> {
     let cursor = Cursor::new(payload)?;
     if !types.has_wide_text() {
@@ -296,7 +296,7 @@ impl<'t> Walk<'t, '_, '_> {
 }
 
 impl Types {
-    /// Whether messages of this type have a field of that path; elements of lists are written `[]`, `[3]`, or not at all.
+    /// Whether messages of this type have a field at this path; list elements are written `[]`, `[3]`, or without brackets.
     #[must_use]
     pub fn has_field(&self, path: &str) -> bool {
         let mut at = Some(self.root());
@@ -313,7 +313,7 @@ impl Types {
     }
 }
 
-/// Numbers of a payload, exactly.
+/// Exact numbers of a payload.
 impl crate::cursor::Numbers<'_> {
     fn value(&self, index: usize) -> Option<Value> {
         let number = self.get(index)?;

@@ -1,4 +1,4 @@
-//! Messages that are JSON objects, as MCAP files of other programs than ROS have them: their type is that of the first few.
+//! Messages that are JSON objects, as in MCAP files of programs other than ROS; their type is inferred from the first few.
 
 use std::collections::BTreeMap;
 
@@ -8,16 +8,16 @@ use serde_json::{Map, Value};
 use crate::cursor::DecodeError;
 use crate::schema::{self, SchemaError, Types};
 
-/// The longest object taken, bytes; it takes some twenty times its text while it is read.
+/// Largest object that is parsed, bytes; parsing takes some twenty times its size in memory.
 const LONGEST: usize = 1 << 20;
 
-/// The root type's name.
+/// Name of the root type.
 const ROOT: &str = "json/msg/Object";
 
-/// The type of these objects, with every member that one of them has. Numbers are `float64`; a `header` with a stamp is that of ROS.
+/// The type of these objects, with all members that occur in any of them. Numbers are `float64`; a `header` with a stamp becomes ROS's header.
 ///
 /// # Errors
-/// When there is none, one is no object, or members stand deeper than types may.
+/// No objects, a value that is not an object, or members nested too deeply.
 pub fn types<P: AsRef<[u8]>>(objects: impl IntoIterator<Item = P>) -> Result<Types, SchemaError> {
     let mut all = Map::new();
     for object in objects {
@@ -41,7 +41,7 @@ pub fn types<P: AsRef<[u8]>>(objects: impl IntoIterator<Item = P>) -> Result<Typ
     Ok(types)
 }
 
-/// A payload's object.
+/// Parses a payload as an object.
 pub(crate) fn object_of(payload: &[u8]) -> Result<Value, DecodeError> {
     match payload.len() > LONGEST {
         true => Err(DecodeError::Json),
@@ -60,7 +60,7 @@ fn merge(into: &mut Map<String, Value>, from: Map<String, Value>) {
     }
 }
 
-/// Writes the definition of an object's type at `place`, those of its members behind.
+/// Writes the definition of an object's type at `place`, followed by those of its members.
 fn define(object: &Map<String, Value>, place: usize, texts: &mut Vec<String>) {
     for (name, value) in object.iter().filter(|it| is_name(it.0)) {
         let (one, list) = match value {
@@ -83,7 +83,7 @@ fn define(object: &Map<String, Value>, place: usize, texts: &mut Vec<String>) {
     }
 }
 
-/// The name of a type: those of a header and a stamp are ROS' own.
+/// Name of a type; header and stamp get the names of ROS.
 fn name_of(number: usize, fields: &str) -> String {
     match fields {
         "float64 nanosec\nfloat64 sec\n" => "builtin_interfaces/Time".to_owned(),

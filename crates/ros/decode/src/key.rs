@@ -1,8 +1,7 @@
-//! What a message is called, among the others of its list or its topic.
+//! Names of messages, which identify them in a list or on a topic.
 //!
-//! The first of [`NAMES`] that it holds, as a text or whole number, is its name: the frame `base_link`, the motor `motor_id=3`. A frame stands
-//! behind the one that it lies in (`odom->base_link`), a marker's number behind its namespace. A message with none of them is called by the
-//! frame of its header.
+//! The first field of [`NAMES`] in a message, a text or an integer, is its name: the frame `base_link`, the motor `motor_id=3`. A frame follows
+//! its parent frame (`odom->base_link`), a marker's number follows its namespace. A message without such a field is named by its header's frame.
 
 use planesman_msgs as msgs;
 use planesman_rosidl::TypeName;
@@ -10,7 +9,7 @@ use planesman_rosidl::definition::{Arity, Element, Field, Primitive};
 
 use crate::{FieldPath, Types, path::Step};
 
-/// The fields by which messages are told apart, the first that is there.
+/// Fields that name messages, in order of priority.
 const NAMES: [&str; 14] = [
     "child_frame_id",
     "name",
@@ -28,13 +27,13 @@ const NAMES: [&str; 14] = [
     "device_id",
 ];
 
-/// Between the frame that another lies in and that other.
+/// Separator between a parent frame and its child.
 const WITHIN: &str = "->";
 
-/// The path to a frame, as a name or around one.
+/// Paths to a frame: a name by itself, or the parent.
 const FRAMES: [&[&str]; 2] = [&["header", "frame_id"], &["frame_id"]];
 
-/// Paths to the parts of a message's name, in their order; `has` tells whether there is a text or whole number.
+/// Paths to the parts of a message's name, in order; `has` tells whether a path leads to a text or integer.
 fn parts(has: impl Fn(&[&'static str]) -> bool) -> Vec<Vec<&'static str>> {
     let own = NAMES.into_iter().find(|name| has(&[name]));
     let frame = || FRAMES.into_iter().find(|path| has(path)).map(<[_]>::to_vec);
@@ -46,7 +45,7 @@ fn parts(has: impl Fn(&[&'static str]) -> bool) -> Vec<Vec<&'static str>> {
     around.into_iter().chain(own.map(|own| vec![own])).collect()
 }
 
-/// The fields whose texts or numbers are what a message of that type is called.
+/// The fields that make up the name of a message of that type.
 pub(crate) fn fields(types: &Types, message: &TypeName) -> Vec<FieldPath> {
     let has = |path: &[&str]| element(types, message, path).is_some_and(is_name);
     let path = |names: Vec<&str>| FieldPath {
@@ -58,7 +57,7 @@ pub(crate) fn fields(types: &Types, message: &TypeName) -> Vec<FieldPath> {
     parts(has).into_iter().map(path).collect()
 }
 
-/// What a field holds that is one thing.
+/// Type of a single-valued field.
 fn element<'t>(types: &'t Types, message: &TypeName, path: &[&str]) -> Option<&'t Element> {
     let (first, rest) = path.split_first()?;
     let is_it = |field: &&Field| field.name == *first && field.field_type.arity == Arity::One;
@@ -81,40 +80,40 @@ fn is_name(element: &Element) -> bool {
     }
 }
 
-/// What tells a message or an element from the others.
+/// Kind of a name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NameKind {
-    /// A text, or nothing.
+    /// A text, possibly empty.
     #[default]
     Named,
-    /// A whole number, perhaps behind a text: `motor_id=3`.
+    /// An integer, possibly after a text: `motor_id=3`.
     Numbered,
-    /// The length of its list, whose elements have no names: `3 numbers`.
+    /// Length of a list without names: `3 numbers`.
     Counted,
 }
 
-/// What a message or an element is called.
+/// Name of a message or an element.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Name {
-    /// As it is written in a path; empty where there is no name.
+    /// Text as written in a path; empty if there is no name.
     pub text: String,
-    /// What the text is made of. Foreign names may have blanks and `=`, so the text does not tell.
+    /// Kind of the text. Foreign names may contain blanks and `=`, so the text alone is ambiguous.
     pub kind: NameKind,
 }
 
 impl Name {
-    /// Of what has no name.
+    /// No name.
     pub(crate) const NONE: &Self = &Self {
         text: String::new(),
         kind: NameKind::Named,
     };
 
-    /// Sets it to none, in the same memory.
+    /// Clears the name, keeping its memory.
     pub(crate) fn clear(&mut self) {
         self.set("", NameKind::Named);
     }
 
-    /// Appends a part: a text, or a number with the field that holds it.
+    /// Appends a part: a text, or a number with its field's name.
     pub(crate) fn append(&mut self, part: Result<&str, (&str, f64)>) {
         if !self.text.is_empty() {
             self.text.push_str(WITHIN);
@@ -129,7 +128,7 @@ impl Name {
         }
     }
 
-    /// Sets it, in the memory of the one before.
+    /// Sets the name, reusing its memory.
     pub(crate) fn set(&mut self, text: &str, kind: NameKind) {
         self.text.clear();
         self.text.push_str(text);
@@ -137,7 +136,7 @@ impl Name {
     }
 }
 
-/// What a message at hand is called.
+/// Name of a message in memory.
 pub(crate) fn of_message(of: &dyn msgs::Field) -> Name {
     let at = |path: &[&str]| path.iter().try_fold(of, |of, name| of.field(name));
     let number = |of: &dyn msgs::Field| {
@@ -158,7 +157,7 @@ pub(crate) fn of_message(of: &dyn msgs::Field) -> Name {
     name
 }
 
-/// Whether a message of that name is meant by `wanted`: the whole, `odom->base_link`, or the last part, `base_link`.
+/// Whether `wanted` matches a name: the whole name, `odom->base_link`, or its last part, `base_link`.
 #[must_use]
 pub fn is_called(name: &str, wanted: &str) -> bool {
     let wanted = wanted.trim_start_matches('/');

@@ -1,30 +1,29 @@
-//! Sizes in CDR, where a size depends on where a part begins.
+//! Sizes in CDR, which depend on where a part begins.
 //!
-//! Plain CDR (XCDR version 1; OMG CORBA 3.0.3, section 15.3) aligns each number to its own size, counted from behind
-//! the encapsulation header, and nothing else: a struct is its fields, an array its elements. The
-//! largest number has 8 bytes, so how far a part of fixed size reaches depends only on where it
-//! begins modulo 8. Eight numbers describe it ([`Advance`]), and parts in a row compose.
+//! Plain CDR (XCDR version 1; OMG CORBA 3.0.3, section 15.3) aligns each number to its own size, counted from the end of the encapsulation
+//! header. A struct is its fields, an array its elements. The largest number has 8 bytes, so the size of a part depends only on its start modulo
+//! 8. Eight numbers describe this ([`Advance`]), and consecutive parts compose.
 
 use planesman_rosidl::definition::Primitive;
 
-/// The size of a part of fixed size, with its padding, by its offset modulo 8.
+/// Size of a part, with padding, as a function of its offset modulo 8.
 ///
-/// Saturates at the end of `u64`, which no payload reaches.
+/// Saturates at the maximum of `u64`, which no payload reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Advance([u64; 8]);
 
 impl Advance {
-    /// Of nothing.
+    /// An empty part.
     pub(crate) const NONE: Self = Self([0; 8]);
 
-    /// Of a number of `size` bytes: 1, 2, 4 or 8.
+    /// A number of `size` bytes: 1, 2, 4 or 8.
     pub(crate) fn number(size: usize) -> Self {
         Self(std::array::from_fn(|at| {
             (at.next_multiple_of(size) - at + size) as u64
         }))
     }
 
-    /// Of this part and then `next`.
+    /// This part followed by `next`.
     pub(crate) fn then(self, next: Self) -> Self {
         Self(std::array::from_fn(|at| {
             let first = self.0[at];
@@ -32,7 +31,7 @@ impl Advance {
         }))
     }
 
-    /// Of `count` such parts in a row, by squaring.
+    /// `count` such parts in a row, by repeated squaring.
     pub(crate) fn times(self, mut count: u64) -> Self {
         let (mut product, mut power) = (Self::NONE, self);
         while count > 0 {
@@ -45,13 +44,13 @@ impl Advance {
         product
     }
 
-    /// Bytes of a part that begins at byte `at`.
+    /// Size of a part that begins at byte `at`.
     pub(crate) fn from(&self, at: usize) -> u64 {
         self.0[at % 8]
     }
 }
 
-/// The bytes of a number.
+/// Size of a number, bytes.
 pub(crate) fn size_of(primitive: Primitive) -> usize {
     match primitive {
         Primitive::Bool

@@ -1,22 +1,20 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A bag's channel holds the definition of its messages as text. From that text ([`schema`])
-//! and the paths of the fields one wants ([`path`]), [`Decoder::compile`] makes a small program
-//! that walks a payload just as far as it must and picks the numbers out; no message type is
+//! A bag's channel contains the definition of its messages as text. From that text ([`schema`]) and the paths of the requested fields
+//! ([`path`]), [`Decoder::compile`] makes a small program that walks a payload as far as necessary and reads the numbers. No message type is
 //! compiled in.
 //!
-//! - [`schema`]: `ros2msg` and `ros2idl` texts, read.
-//! - [`message_types`]: types by name, where no schema comes with them; [`standard`]: the definitions of ROS' own messages, for bags that hold none.
+//! - [`schema`]: reads `ros2msg` and `ros2idl` texts.
+//! - [`message_types`]: types by name, if there is no schema; [`standard`]: definitions of ROS's own messages, for bags without them.
 //! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
-//! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
-//! - [`difference`]: the fields in which two payloads of a type differ.
-//! - [`json`]: the type of messages that are JSON objects.
-//! - [`catalogue`]: every number a message type holds.
+//! - [`decoder`]: compiles paths and reads payloads; roll, pitch and yaw of a quaternion, norm of a vector.
+//! - [`difference`]: fields in which two payloads of a type differ.
+//! - [`json`]: type of messages that are JSON objects.
+//! - [`catalogue`]: all numeric fields of a message type.
 //!
-//! Inside: `key` knows what a message is called, `layout` knows sizes and alignment, `program` what to do with a payload, `cursor` where one is in it.
+//! Internal: `key` names messages, `layout` computes sizes and alignment, `program` walks a payload, `cursor` is a position in it.
 //!
-//! Nothing that comes from outside is believed: a schema is checked before use, a length costs no
-//! more than the bytes that are there.
+//! External data is not trusted: a schema is checked before use, and a wrong length costs no more than the bytes that exist.
 
 pub mod catalogue;
 mod cursor;

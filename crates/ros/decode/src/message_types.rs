@@ -1,8 +1,7 @@
-//! Message types by name: those that are compiled in, those of the ROS installation, else ROS' own.
+//! Message types by name: those compiled in, those of the ROS installation, then ROS's own.
 //!
-//! An installation lists its packages in the ament index: each prefix in `AMENT_PREFIX_PATH` holds
-//! `share/PACKAGE/msg/TYPE.msg` (REP 122). The type hash, by which DDS peers know each other's types, is computed
-//! from the definitions found.
+//! An installation lists its packages in the ament index: each prefix in `AMENT_PREFIX_PATH` contains `share/PACKAGE/msg/TYPE.msg` (REP 122).
+//! The type hash, by which DDS peers identify types, is computed from these definitions.
 
 use std::fs;
 use std::io::Read;
@@ -13,25 +12,25 @@ use planesman_rosidl::{Library, TypeName, parse_message};
 
 use crate::{Types, schema, standard};
 
-/// The longest definition file taken, bytes, and the most files of one type.
+/// Largest definition file that is read, bytes, and the maximum number of files per type.
 const LONGEST: u64 = 1 << 20;
 const MAX_TYPES: usize = 1000;
 
-/// Why a message type is not known.
+/// Why a message type is unknown.
 #[derive(Debug, thiserror::Error)]
 pub enum TypeError {
-    /// A name that is none of a message type.
-    #[error("'{0}' is not a message type; write package/msg/Type")]
+    /// Not the name of a message type.
+    #[error("'{0}' is not a message type; package/msg/Type is expected")]
     NotAType(String),
-    /// A type that refers to more types than are read.
-    #[error("{0} refers to more than {most} types", most = MAX_TYPES)]
+    /// A type that uses too many other types.
+    #[error("{0} uses more than {most} types", most = MAX_TYPES)]
     TooMany(String),
     /// A type that is not compiled in, without a ROS installation.
     #[error(
         "no message type '{0}' is compiled in, and AMENT_PREFIX_PATH names no ROS installation"
     )]
     NoInstallation(TypeName),
-    /// A type that is neither compiled in nor installed, and the file that would define it.
+    /// A type that is neither compiled in nor installed; contains the file that would define it.
     #[error(
         "no message type '{name}' is compiled in, and no prefix in AMENT_PREFIX_PATH has {}", .file.display()
     )]
@@ -46,13 +45,13 @@ pub enum TypeError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Error of the file system.
         error: std::io::Error,
     },
-    /// The definition of a type that is compiled in cannot be read.
+    /// The compiled-in definition of a type cannot be read.
     #[error(transparent)]
     Schema(#[from] schema::SchemaError),
-    /// An installed definition that is refused.
+    /// An invalid installed definition.
     #[error(transparent)]
     Definition(#[from] planesman_rosidl::Error),
 }
@@ -60,16 +59,16 @@ pub enum TypeError {
 /// A message type known at run time.
 #[derive(Clone, Debug)]
 pub struct MessageType {
-    /// Its definition, with all it refers to.
+    /// Its definition, with all types it uses.
     pub types: Types,
-    /// Its hash, `RIHS01_...`.
+    /// Type hash, `RIHS01_...`.
     pub hash: String,
 }
 
-/// The message type of that name (`sensor_msgs/msg/Imu`).
+/// The message type with this name, such as `sensor_msgs/msg/Imu`.
 ///
 /// # Errors
-/// When it is neither compiled in nor in the ament index, or cannot be read there.
+/// The type is neither compiled in nor in the ament index, or cannot be read.
 pub fn find(type_name: &str) -> Result<MessageType, TypeError> {
     if let Some(info) = planesman_msgs::type_info(type_name) {
         return Ok(MessageType {
@@ -87,7 +86,7 @@ pub fn find(type_name: &str) -> Result<MessageType, TypeError> {
     })
 }
 
-/// What a message of that name may be, where a bag does not say: the types compiled in, installed, and of ROS' distributions.
+/// Possible definitions of a type for a bag without definitions: compiled in, installed, and those of the ROS distributions.
 #[must_use]
 pub fn versions(type_name: &str) -> Vec<Types> {
     let compiled = planesman_msgs::type_info(type_name);
@@ -98,7 +97,7 @@ pub fn versions(type_name: &str) -> Vec<Types> {
     all.chain(standard::versions(type_name)).collect()
 }
 
-/// The type as it is in the ament index.
+/// The type from the ament index.
 fn installed(type_name: &str) -> Result<MessageType, TypeError> {
     let index = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let prefixes: Vec<PathBuf> = std::env::split_paths(&index)
@@ -107,7 +106,7 @@ fn installed(type_name: &str) -> Result<MessageType, TypeError> {
     in_index(type_name, &prefixes)
 }
 
-/// The type as installed below the first prefix that has it.
+/// The type from the first prefix that contains it.
 fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, TypeError> {
     let root = TypeName::parse(type_name)
         .filter(|name| name.kind == Kind::Msg)

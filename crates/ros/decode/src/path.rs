@@ -1,44 +1,44 @@
-//! The path of a field within a message: names behind dots, element numbers or names in brackets.
+//! Path of a field in a message: names separated by dots, indices or names of elements in brackets.
 //!
-//! A name stands in brackets as it is, with its blanks and signs: `values[motor driver: left]`. One that is a whole number, has brackets or quotes
-//! or begins or ends with a blank stands in double quotes, each of its own written twice: `values["7"]`, `values["a[0]"]`.
+//! A name in brackets is written as it is, with blanks and other characters: `values[motor driver: left]`. A name that is an integer, contains
+//! brackets or quotes, or begins or ends with a blank is written in double quotes, with its own quotes doubled: `values["7"]`, `values["a[0]"]`.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Where a field is in a message: `twist.twist.angular.y`, `position[0]`, `position[shoulder]`, `transforms[1].header`.
+/// Path of a field: `twist.twist.angular.y`, `position[0]`, `position[shoulder]`, `transforms[1].header`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FieldPath {
-    /// Its steps, from the message inwards.
+    /// Steps from the message inwards.
     pub steps: Vec<Step>,
 }
 
-/// One step into a message.
+/// One step of a path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Step {
-    /// To the field of that name.
+    /// The field with this name.
     Field(String),
-    /// To an element of a list.
+    /// The list element with this index.
     Index(usize),
-    /// To the element of that name, where another list of the message names the elements, or each has a name; as the first step, to the
-    /// message itself if that is its name.
+    /// The element with this name, if another list of the message names the elements or each element has a name. As first step: the message
+    /// itself, if it has this name.
     Named(String),
 }
 
-/// Why a text is no path.
+/// Why a text is not a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
-    /// A name with other characters, or none.
-    #[error("a field's name is letters, digits and underscores")]
+    /// An empty name, or one with other characters.
+    #[error("a field name consists of letters, digits and underscores")]
     Name,
-    /// Brackets around neither a whole number nor a name.
+    /// Brackets that contain neither an integer nor a name.
     #[error(
-        "an index is a whole number, or the name of an element; a name that is a number, has brackets or quotes, or begins or ends with a blank \
-         stands in double quotes: [\"7\"]"
+        "in brackets an integer or the name of an element is expected; a name that is a number, contains brackets or quotes, or begins or ends with a blank \
+         must be in double quotes: [\"7\"]"
     )]
     Index,
-    /// Something behind a name that is neither a dot nor brackets.
-    #[error("an index stands in brackets")]
+    /// A name followed by something other than a dot or brackets.
+    #[error("an index must be in brackets")]
     Bracket,
 }
 
@@ -76,7 +76,7 @@ impl FromStr for FieldPath {
     }
 }
 
-/// The step in the brackets that a text begins with, and what stands behind them.
+/// The step in the brackets at the beginning of a text, and the rest of the text.
 fn bracketed(text: &str) -> Option<(Result<Step, PathError>, &str)> {
     let within = text.strip_prefix('[')?;
     let Some(quoted) = within.strip_prefix('"') else {
@@ -104,7 +104,7 @@ fn bracketed(text: &str) -> Option<(Result<Step, PathError>, &str)> {
     }
 }
 
-/// A step, unless its name has signs that cannot be written.
+/// A step, unless its name contains characters that cannot be written.
 fn printable(step: Step) -> Result<Step, PathError> {
     match &step {
         Step::Named(name) if name.is_empty() || name.contains(char::is_control) => {
@@ -114,14 +114,14 @@ fn printable(step: Step) -> Result<Step, PathError> {
     }
 }
 
-/// Whether a name in brackets would be taken for something else.
+/// Whether a name in brackets needs quotes to be unambiguous.
 fn needs_quotes(name: &str) -> bool {
     name.bytes().all(|it| it.is_ascii_digit())
         || name.contains(['[', ']', '"'])
         || name.trim() != name
 }
 
-/// Whether `name` is letters, digits and underscores, beginning with none of the digits.
+/// Whether `name` consists of letters, digits and underscores and does not begin with a digit.
 fn is_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
@@ -145,18 +145,18 @@ impl fmt::Display for FieldPath {
 }
 
 impl FieldPath {
-    /// The path of the field `name` within what this path leads to.
+    /// Path of the field `name` below this path.
     #[must_use]
     pub fn field(&self, name: &str) -> Self {
         self.with(Step::Field(name.to_owned()))
     }
 
-    /// The path of element `index` of what this path leads to.
+    /// Path of element `index` below this path.
     pub(crate) fn element(&self, index: usize) -> Self {
         self.with(Step::Index(index))
     }
 
-    /// The path of that step within what this path leads to.
+    /// Path of one more step below this path.
     #[must_use]
     pub fn with(&self, step: Step) -> Self {
         let mut steps = self.steps.clone();
@@ -164,7 +164,7 @@ impl FieldPath {
         Self { steps }
     }
 
-    /// The paths to what its steps choose by a name, each with that name.
+    /// Paths of the elements that are chosen by name, each with its name.
     pub fn named(&self) -> impl Iterator<Item = (Self, &str)> {
         let steps = self.steps.iter().enumerate();
         steps.filter_map(|(number, step)| match step {
@@ -173,7 +173,7 @@ impl FieldPath {
         })
     }
 
-    /// The path of its first steps.
+    /// Path of the first `steps` steps.
     #[must_use]
     pub fn first(&self, steps: usize) -> Self {
         Self {
@@ -181,7 +181,7 @@ impl FieldPath {
         }
     }
 
-    /// The same, but with what its first steps lead to chosen by a name: in place of an index, in front where there is none.
+    /// The path with the element after its first `steps` steps chosen by name instead of by index; a missing step is inserted.
     #[must_use]
     pub fn choosing(&self, steps: usize, name: &str) -> Self {
         let mut chosen = self.clone();
@@ -193,7 +193,7 @@ impl FieldPath {
         chosen
     }
 
-    /// The path without its last step.
+    /// Path without its last step.
     pub(crate) fn parent(&self) -> Self {
         let (_, before) = self.steps.split_last().unwrap_or((&Step::Index(0), &[]));
         Self {
@@ -201,7 +201,7 @@ impl FieldPath {
         }
     }
 
-    /// The list this path's last step is an element of, and that element's number; `None` if the last
+    /// The list that the last step indexes, and the index; `None` if the last step is a name.
     /// step is a name.
     #[must_use]
     pub fn in_list(&self) -> Option<(Self, usize)> {

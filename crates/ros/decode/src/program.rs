@@ -1,7 +1,6 @@
-//! The program for a payload: skip this, read that, in the order of the fields.
+//! Program that walks a payload: skips and reads fields in their order.
 //!
-//! Fields that nobody asked for melt into one step as long as their size is fixed; behind the
-//! last number asked for nothing is walked at all.
+//! Consecutive skipped fields of fixed size are merged into one step; nothing is walked after the last requested number.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,147 +16,146 @@ use crate::path::Step;
 use crate::values::Values;
 use crate::{FieldPath, Types};
 
-/// One step through a payload. `slot` is the list a number goes to.
+/// One step through a payload. `slot`: the list that a number is written to.
 #[derive(Clone, Debug)]
 pub(crate) enum Op {
-    /// Passes fields of fixed size.
+    /// Skips fields of fixed size.
     Pass(Advance),
-    /// Passes a string.
+    /// Skips a string.
     PassText { wide: bool },
     /// Reads a number.
     Number { primitive: Primitive, slot: usize },
-    /// Reads the number that a text holds.
+    /// Reads the number in a text.
     NumberInText { slot: usize },
-    /// Reads some or all, or passes all, of a list of numbers.
+    /// Reads some or all elements of a list of numbers, or skips the list.
     Numbers {
         count: Count,
         primitive: Primitive,
         whole: Option<usize>,
-        /// Element and slot.
+        /// Index and slot of each element to read.
         picks: Vec<(usize, usize)>,
         length: Option<usize>,
     },
     /// Reads a list of texts.
     Texts(TextList),
-    /// Appends a text, or a number with its field, to the name of the message.
+    /// Appends a text, or a number with its field's name, to the message's name.
     Name {
         primitive: Option<Primitive>,
         field: String,
     },
-    /// Reads within the elements of a list of messages, or the one message, that are so called; does not advance.
+    /// Reads within the elements of a list (or the single message) that have certain names; does not advance.
     Named(NamedElements),
-    /// Reads within the element whose number is in the slot; does not advance.
+    /// Reads within the element whose index is in the slot; does not advance.
     At {
         count: Count,
         slot: usize,
         pass: Pass,
         within: Vec<Op>,
     },
-    /// Keeps what the message that begins here is called; does not advance.
+    /// Stores the name of the message that begins here; does not advance.
     Identity { key: Arc<[Op]>, slots: Vec<usize> },
-    /// Reads within some elements of a list of messages or strings, and passes the others.
+    /// Reads within some elements of a list of messages or strings, and skips the others.
     Elements {
         count: Count,
         pass: Pass,
-        /// Element and what to do within it, in ascending order.
+        /// Index of each element and the steps within it, in ascending order.
         picks: Vec<(usize, Vec<Op>)>,
-        /// Whether something is wanted behind the list.
+        /// Whether something after the list is requested.
         to_the_end: bool,
     },
 }
 
-/// What is wanted of a list of texts: the number of the first that is so called goes to the slot.
+/// Requests for a list of texts: the index of the first text with a certain value goes to a slot.
 #[derive(Clone, Debug)]
 pub(crate) struct TextList {
     count: Count,
     wanted: Vec<(String, usize)>,
-    /// All are kept.
+    /// Whether all texts are kept.
     are_kept: bool,
-    /// Texts by their number, and where they go.
+    /// Index of a text, and its slot.
     picks: Vec<(usize, usize)>,
 }
 
-/// What is wanted of messages by what they are called.
+/// Requests for messages by name.
 #[derive(Clone, Debug)]
 pub(crate) struct NamedElements {
     count: Count,
     key: Arc<[Op]>,
     pass: Pass,
     picks: Vec<(String, Vec<Op>)>,
-    /// All names are kept.
+    /// Whether all names are kept.
     are_kept: bool,
 }
 
-/// The number of elements of a list.
+/// Number of elements of a list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Count {
     Fixed(u32),
-    /// As the payload says.
+    /// As given in the payload.
     Written,
 }
 
-/// How an element is passed.
+/// How to skip an element.
 #[derive(Clone, Debug)]
 pub(crate) enum Pass {
     Fixed(Advance),
     Walked(Arc<[Op]>),
 }
 
-/// The numbers asked for, as a tree of the steps that lead to them.
+/// The requested numbers, as a tree of path steps.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct FieldSelection {
     slot: Option<usize>,
-    /// Texts whose numbers in this list of texts are wanted, with their slots.
+    /// Texts whose index in this list of texts is requested, with their slots.
     names: Vec<(String, usize)>,
-    /// All texts of this list are wanted.
+    /// Whether all texts of this list are requested.
     all_names: bool,
-    /// What this message, or this text, says that it is: where that goes.
+    /// Slots for the name of this message or text.
     identity: Vec<usize>,
-    /// How many numbers this list has: where that goes.
+    /// Slot for the length of this list.
     length: Option<usize>,
-    /// This is what its message is called.
+    /// Whether this is the name of its message.
     is_name: bool,
     fields: BTreeMap<String, FieldSelection>,
     elements: BTreeMap<usize, FieldSelection>,
-    /// Of a list of messages those that are so called; the message itself if it is.
+    /// For a list of messages: requests by name; for a single message: requests if it has this name.
     named: BTreeMap<String, FieldSelection>,
-    /// Of a list of messages that a list of texts names: where the numbers of those so called go.
+    /// For a list of messages named by a list of texts: slots for the indices, by name.
     numbers: BTreeMap<String, usize>,
 }
 
 impl FieldSelection {
-    /// Asks for the number or list at `path` to go to `slot`; returns where it goes if it was
-    /// asked for before.
+    /// Requests the number or list at `path` in `slot`; returns its slot if it was requested before.
     pub(crate) fn add(&mut self, path: &FieldPath, slot: usize) -> usize {
         *self.at(path).slot.get_or_insert(slot)
     }
 
-    /// Asks for the number of the text `name` in the list of texts at `path` to go to `slot`.
+    /// Requests the index of the text `name` in the list of texts at `path` in `slot`.
     pub(crate) fn add_name(&mut self, path: &FieldPath, name: &str, slot: usize) {
         self.at(path).names.push((name.to_owned(), slot));
     }
 
-    /// Says where the number of the element `name` of the list at `path` goes.
+    /// Requests the index of the element `name` of the list at `path`.
     pub(crate) fn add_number(&mut self, path: &FieldPath, name: &str, slot: usize) {
         self.at(path).numbers.insert(name.to_owned(), slot);
     }
 
-    /// Asks for all texts of the list at `path`.
+    /// Requests all texts of the list at `path`.
     pub(crate) fn add_all_names(&mut self, path: &FieldPath) {
         self.at(path).all_names = true;
     }
 
-    /// Asks for what the message at `path`, or the text there, says that it is to go to the text slot.
+    /// Requests the name of the message (or the text) at `path` in a text slot.
     pub(crate) fn add_identity(&mut self, path: &FieldPath, slot: usize) {
         self.at(path).identity.push(slot);
     }
 
-    /// Asks for the length of the list of numbers at `path` to go to the text slot.
+    /// Requests the length of the list of numbers at `path` in a text slot.
     pub(crate) fn add_length(&mut self, path: &FieldPath, slot: usize) {
         self.at(path).length = Some(slot);
     }
 
-    /// Takes it of a message that is at hand, or of a field of one. A slot that is not met stays as it was.
+    /// Reads the requests from a message in memory, or from one of its fields. A slot without a value stays unchanged.
     pub(crate) fn pick(&self, of: &dyn Field, values: &mut Values) {
         if let Some(list) = self.slot.and_then(|slot| values.slots.get_mut(slot)) {
             of.append_to(list);
@@ -240,15 +238,14 @@ impl FieldSelection {
     }
 }
 
-/// The steps that read what is `wanted` of a message of the root type. The paths lead to
-/// numbers or lists of numbers.
+/// The steps that read the requests from a message of the root type. The paths lead to numbers or lists of numbers.
 pub(crate) fn compile(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     let mut ops = walk(types, wanted);
     trim(&mut ops);
     ops
 }
 
-/// The same, and then to the message's end.
+/// As `compile`, then to the end of the message.
 pub(crate) fn walk(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     let mut compiler = Compiler {
         types,
@@ -261,7 +258,7 @@ pub(crate) fn walk(types: &Types, wanted: &FieldSelection) -> Vec<Op> {
     ops
 }
 
-/// Takes away what only passes at the end.
+/// Removes steps at the end that only skip.
 fn trim(ops: &mut Vec<Op>) {
     while let Some(last) = ops.last_mut() {
         match last {
@@ -287,7 +284,7 @@ fn trim(ops: &mut Vec<Op>) {
 
 struct Compiler<'t> {
     types: &'t Types,
-    /// How the messages met so far are passed: each is worked out once, however often it is nested.
+    /// Steps to skip each message type, computed once however often it is nested.
     passes: BTreeMap<&'t TypeName, Pass>,
 }
 
@@ -361,7 +358,7 @@ impl<'t> Compiler<'t> {
         });
     }
 
-    /// Reads within the messages that are called by their names, and goes back to before them.
+    /// Steps that read within the messages with certain names, and return to before them.
     fn called(
         &mut self,
         count: Count,
@@ -403,7 +400,7 @@ impl<'t> Compiler<'t> {
         }));
     }
 
-    /// The steps that find out what a message of that type is called; none of a type without a name.
+    /// The steps that determine the name of a message of that type; `None` for a type without names.
     fn key(&mut self, name: &TypeName) -> Option<Arc<[Op]>> {
         let mut wanted = FieldSelection::default();
         for path in key::fields(self.types, name) {
@@ -506,7 +503,7 @@ fn push_pass(ops: &mut Vec<Op>, part: Advance) {
     }
 }
 
-/// The number that a text is, with its unit behind it or not: `11.9 V`.
+/// The number in a text, with or without a unit: `11.9 V`.
 fn number_in(text: &str) -> Option<f64> {
     let is_of_unit =
         |sign: char| sign.is_alphabetic() || sign.is_whitespace() || "%°/".contains(sign);
@@ -519,7 +516,7 @@ fn put(values: &mut Values, slot: usize, number: Option<f64>) {
     }
 }
 
-/// Walks a payload. A slot that is not met stays as it was.
+/// Walks a payload. A slot without a value stays unchanged.
 pub(crate) fn run(
     ops: &[Op],
     cursor: &mut Cursor<'_>,
@@ -664,7 +661,7 @@ impl NamedElements {
     }
 }
 
-/// What the message at the cursor is called, into the values' name.
+/// Reads the name of the message at the cursor.
 fn named(key: &[Op], cursor: &Cursor<'_>, values: &mut Values) -> Result<(), DecodeError> {
     values.name.clear();
     run(key, &mut cursor.clone(), values)
@@ -680,7 +677,7 @@ impl Count {
 }
 
 impl Pass {
-    /// Passes `count` elements. Each takes a byte at least, so that the payload's end ends the walk.
+    /// Skips `count` elements. Each takes at least one byte, so the end of the payload ends the loop.
     fn pass(&self, count: u64, cursor: &mut Cursor<'_>) -> Result<(), DecodeError> {
         match self {
             Self::Fixed(one) => cursor.pass(&one.times(count)),

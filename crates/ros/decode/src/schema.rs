@@ -1,9 +1,9 @@
-//! A message type with all it refers to, read from the text that a bag's channel holds.
+//! A message type with all types it uses, read from the text in a bag's channel.
 
 use planesman_rosidl::definition::Element;
 use planesman_rosidl::{Error, Library, Message, TypeName, parse_idl_schema, parse_schema};
 
-/// A message type and every type it refers to, checked: all are defined, none contains itself.
+/// A message type with all types it uses, checked: all are defined, none contains itself.
 #[derive(Clone, Debug)]
 pub struct Types {
     library: Library,
@@ -12,22 +12,22 @@ pub struct Types {
     pub(crate) is_json: bool,
 }
 
-/// The longest text taken, bytes; the longest of the standard messages has 30 000 with all it refers to.
+/// Largest schema that is read, bytes; the largest standard message has 30 000 with all types it uses.
 const LONGEST: usize = 1 << 20;
 
 /// Why a schema cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SchemaError {
-    /// Another language than `ros2msg` and `ros2idl`.
-    #[error("its schema is written in '{0}'; ros2msg and ros2idl are read")]
+    /// A language other than `ros2msg` and `ros2idl`.
+    #[error("its schema language '{0}' is not supported; supported: ros2msg, ros2idl")]
     Encoding(String),
-    /// A text longer than any definition.
-    #[error("its schema has {0} bytes; at most {LONGEST} are taken")]
+    /// A text larger than the limit.
+    #[error("its schema has {0} bytes; the limit is {LONGEST}")]
     TooLong(usize),
-    /// A message that is to be a JSON object, and is none.
-    #[error("its messages are no JSON objects")]
+    /// A message that should be a JSON object and is not.
+    #[error("its messages are not JSON objects")]
     NotJson,
-    /// The text breaks a rule.
+    /// A text that violates a rule.
     #[error(transparent)]
     Text(#[from] Error),
 }
@@ -35,7 +35,7 @@ pub enum SchemaError {
 /// Reads the schema of `type_name` (`std_msgs/msg/Float64`), written in `encoding` (`ros2msg` or `ros2idl`).
 ///
 /// # Errors
-/// Another encoding, or a text that breaks a rule, with its line.
+/// An unsupported language, or a text that violates a rule, with its line.
 pub fn read(type_name: &str, encoding: &str, text: &str) -> Result<Types, SchemaError> {
     if text.len() > LONGEST {
         return Err(SchemaError::TooLong(text.len()));
@@ -52,7 +52,7 @@ impl Types {
     /// The type `root` of a library.
     ///
     /// # Errors
-    /// When the library does not pass [`Library::check`] or has no such type.
+    /// The library fails [`Library::check`] or does not contain the type.
     pub fn of(library: Library, root: &str) -> Result<Self, Error> {
         let not_defined = || Error {
             file: root.to_owned(),
@@ -75,21 +75,21 @@ impl Types {
         &self.root
     }
 
-    /// The type's hash, `RIHS01_...`, by which versions of a type are told apart.
+    /// Type hash, `RIHS01_...`, which identifies the version of a type.
     #[must_use]
     pub fn hash(&self) -> String {
         // The library was checked, and the root is in it.
         self.library.type_hash(&self.root).unwrap_or_default()
     }
 
-    /// Whether there is a wide string anywhere.
+    /// Whether the type contains a wide string at any depth.
     pub(crate) fn has_wide_text(&self) -> bool {
         let fields = self.library.messages().flat_map(|message| &message.fields);
         let mut elements = fields.map(|field| &field.field_type.element);
         elements.any(|element| matches!(element, Element::String { wide: true, .. }))
     }
 
-    /// The definition of a type that is referred to; `None` for no other.
+    /// Definition of a type that is used here; `None` for others.
     #[must_use]
     pub(crate) fn message(&self, name: &TypeName) -> Option<&Message> {
         self.library.message(name)

@@ -2,25 +2,25 @@
 
 use crate::{Decoder, FieldPath, Types, Values};
 
-/// Reads the stamp of messages of one type.
+/// Decoder of the stamps of messages of one type.
 #[derive(Debug)]
 pub struct StampDecoder(Decoder);
 
 impl StampDecoder {
-    /// Of the stamp that the type has ([`Types::stamp`]); `None` for a type without.
+    /// Decoder of the type's stamp ([`Types::stamp`]); `None` for a type without one.
     #[must_use]
     pub fn of(types: &Types) -> Option<Self> {
         Self::at(types, &types.stamp()?)
     }
 
-    /// Of a `builtin_interfaces/Time` at a path; `None` where the type has none there.
+    /// Decoder of the `builtin_interfaces/Time` at a path; `None` if the type has none there.
     #[must_use]
     pub fn at(types: &Types, stamp: &FieldPath) -> Option<Self> {
         let parts = ["sec", "nanosec"].map(|name| stamp.field(name));
         Decoder::compile(types, &parts).ok().map(Self)
     }
 
-    /// A message's stamp, ns; `None` of a payload that is not of the type.
+    /// Stamp of a message, ns; `None` for a payload of another type.
     #[must_use]
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Option<i64> {
         self.0.read(payload, values).ok()?;
@@ -29,7 +29,7 @@ impl StampDecoder {
 }
 
 impl Values {
-    /// The stamp whose seconds are at `index`, nanoseconds behind.
+    /// The stamp whose seconds are at `index` and whose nanoseconds follow.
     #[must_use]
     pub fn nanoseconds(&self, index: usize) -> Option<i64> {
         let seconds = self.number(index)? as i64;

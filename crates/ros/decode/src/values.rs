@@ -1,17 +1,17 @@
-//! The values of a payload, by the paths that were asked for.
+//! Values of a payload, by requested path.
 
 use std::fmt::Write as _;
 
 use crate::key::{Name, NameKind};
 
-/// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
+/// The values read by a decoder: a list per path; one number for a number, none for a missing element.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     pub(crate) slots: Vec<Vec<f64>>,
     pub(crate) names: Vec<String>,
-    /// What messages are called, by slot; empty where one is not there.
+    /// Names of messages, by slot; empty if missing.
     pub(crate) texts: Vec<Name>,
-    /// What the message looked at is called.
+    /// Name of the present message.
     pub(crate) name: Name,
 }
 
@@ -32,19 +32,19 @@ impl Values {
         }
     }
 
-    /// The values at path `index`: all elements of a list, one for a number, none if it is missing.
+    /// Values at path `index`: all elements of a list, one for a number, none if missing.
     #[must_use]
     pub fn list(&self, index: usize) -> &[f64] {
         self.slots.get(index).map_or(&[], Vec::as_slice)
     }
 
-    /// The names that a decoder of names read.
+    /// Names read by a decoder of names.
     #[must_use]
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// The number path `index` led to, the first of a list; `None` if it is not there.
+    /// The number at path `index`, the first one of a list; `None` if missing.
     #[must_use]
     pub fn number(&self, index: usize) -> Option<f64> {
         self.list(index).first().copied()

@@ -31,13 +31,13 @@ type Middleware<A> = ros2_client::action::ActionClient<
     Wire<<A as Action>::Feedback>,
 >;
 
-/// Asks one action of another node. Clones share one connection.
+/// Client of an action of another node. Clones share one connection.
 pub struct ActionClient<A: Action> {
     shared: Rc<Shared>,
     /// The action's absolute name.
     name: Rc<str>,
     middleware: Weak<Middleware<A>>,
-    /// One call of each service at a time: the middleware gives every response to whoever waits first.
+    /// One call of each service at a time: the middleware gives a response to the caller that has waited longest.
     turns: Rc<[Mutex<()>; 3]>,
 }
 
@@ -52,7 +52,7 @@ impl<A: Action> Clone for ActionClient<A> {
     }
 }
 
-/// An action's services, each with its own turn.
+/// The services of an action, each with its own queue of calls.
 #[derive(Clone, Copy)]
 enum Part {
     Send,
@@ -65,7 +65,7 @@ impl Part {
 }
 
 impl<A: Action> ActionClient<A> {
-    /// Opens the action, and hands feedback on as it comes, of whosever goal.
+    /// Opens the action, and passes on all feedback, of any goal.
     pub(crate) fn open(
         shared: &Rc<Shared>,
         name: &str,
@@ -117,7 +117,7 @@ impl<A: Action> ActionClient<A> {
         Ok(client)
     }
 
-    /// Whether a server of it has been discovered.
+    /// Whether a server has been discovered.
     #[must_use]
     pub fn is_served(&self) -> bool {
         Part::ALL
@@ -125,12 +125,10 @@ impl<A: Action> ActionClient<A> {
             .all(|part| is_served(&self.shared, &self.service(part)))
     }
 
-    /// Waits for a server, sends it a goal, and tells under which identifier it was accepted;
-    /// `None`: it was rejected.
+    /// Waits for a server, sends a goal, and returns its identifier; `None` if the goal was rejected.
     ///
     /// # Errors
-    /// When no answer has come after `timeout`, the goal holds a number that is not finite, or the
-    /// middleware fails.
+    /// No answer within `timeout`, a number in the goal that is not finite, or an error of the middleware.
     pub async fn send(&self, goal: A::Goal, timeout: Duration) -> Result<Option<GoalId>> {
         if let Some(field) = goal.first_non_finite() {
             return Err(Error::NotFinite {
@@ -147,10 +145,10 @@ impl<A: Action> ActionClient<A> {
         Ok(response.accepted.then_some(id))
     }
 
-    /// Waits for what comes of a goal.
+    /// Waits for the result of a goal.
     ///
     /// # Errors
-    /// When no answer has come after `timeout`, or the middleware fails.
+    /// No answer within `timeout`, or an error of the middleware.
     pub async fn result(&self, id: GoalId, timeout: Duration) -> Result<(GoalStatus, A::Result)> {
         let (status, Wire(result)) = self
             .call(Part::Result, timeout, async |middleware| {
@@ -160,7 +158,7 @@ impl<A: Action> ActionClient<A> {
         Ok((status, result))
     }
 
-    /// Asks for a goal to be cancelled, and tells whether that is granted.
+    /// Requests that a goal be cancelled; returns whether the server accepts.
     ///
     /// # Errors
     /// As [`ActionClient::result`].

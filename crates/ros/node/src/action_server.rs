@@ -1,15 +1,13 @@
 //! Action servers: goals with feedback, cancelling and a result.
 //!
-//! An action `NAME` is three services and two topics below `NAME/_action` (design.ros2.org, "Actions"):
-//! `send_goal`, `cancel_goal`, `get_result`; `feedback`, `status`. The middleware gives them their names and
-//! types; what they mean is here:
+//! An action `NAME` consists of three services and two topics below `NAME/_action` (design.ros2.org, "Actions"): `send_goal`, `cancel_goal`,
+//! `get_result`; `feedback`, `status`. The middleware defines their names and types; this module defines their behaviour:
 //!
-//! - Every goal is accepted and becomes an event with a [`Goal`], which the node ends by
-//!   [`Goal::succeed`], [`Goal::abort`] or [`Goal::cancel`], at once if it cannot be done: a result can say
-//!   why, a rejection cannot. Only a goal under an identifier known already, or with a number that is
-//!   not finite, is rejected.
-//! - A request to cancel is granted for every goal under way that it names; each becomes an event.
-//! - Results are kept for the last [`REMEMBERED`] goals that have ended; who asks before that, waits.
+//! - Every goal is accepted and becomes an event with a [`Goal`], which the node ends with [`Goal::succeed`], [`Goal::abort`] or
+//!   [`Goal::cancel`]; immediately if it cannot be done, because a result can give the reason and a rejection cannot. Only a goal with a known
+//!   identifier, or with a number that is not finite, is rejected.
+//! - A cancel request is accepted for every running goal that it names; each becomes an event.
+//! - Results are kept for the last [`REMEMBERED`] goals that have ended; a request for the result of a running goal waits.
 
 use crate::error::{Error, Result};
 use std::{
@@ -65,16 +63,16 @@ enum Request<A: Action> {
     Refused(ReadError),
 }
 
-/// One served action.
+/// The server of one action.
 pub(crate) struct ActionServer<A: Action> {
     shared: Rc<Shared>,
-    /// The absolute name: `/auv/depth_controller/manoeuvre`.
+    /// Absolute name, such as `/auv/depth_controller/manoeuvre`.
     name: String,
     middleware: Weak<RefCell<Middleware<A>>>,
     goals: RefCell<Goals<A::Result, RmwRequestId>>,
 }
 
-/// A goal under way. It ends by one of the three methods that say how.
+/// A running goal. One of three methods ends it.
 pub struct Goal<A: Action> {
     server: Rc<ActionServer<A>>,
     id: GoalId,
@@ -82,19 +80,19 @@ pub struct Goal<A: Action> {
 }
 
 impl<A: Action> Goal<A> {
-    /// The identifier its client gave it.
+    /// Identifier given by the client.
     #[must_use]
     pub fn id(&self) -> GoalId {
         self.id
     }
 
-    /// The request.
+    /// The goal's request.
     #[must_use]
     pub fn request(&self) -> &A::Goal {
         &self.request
     }
 
-    /// Tells how it goes.
+    /// Publishes feedback.
     pub fn feedback(&self, feedback: A::Feedback) {
         if self.server.is_finite("feedback", &feedback)
             && let Some(middleware) = self.server.middleware.upgrade()
@@ -104,17 +102,17 @@ impl<A: Action> Goal<A> {
         }
     }
 
-    /// Ends it: what was asked for has been done.
+    /// Ends the goal as succeeded.
     pub fn succeed(self, result: A::Result) {
         self.end(GoalStatus::Succeeded, result);
     }
 
-    /// Ends it: it is given up.
+    /// Ends the goal as aborted.
     pub fn abort(self, result: A::Result) {
         self.end(GoalStatus::Aborted, result);
     }
 
-    /// Ends it: its client has had it cancelled.
+    /// Ends the goal as cancelled, as its client requested.
     pub fn cancel(self, result: A::Result) {
         self.end(GoalStatus::Canceled, result);
     }
@@ -137,7 +135,7 @@ impl<A: Action> Goal<A> {
 }
 
 impl<A: Action> ActionServer<A> {
-    /// Brings the action up, and hands goals and requests to cancel on as they come.
+    /// Starts the server, which passes on goals and cancel requests.
     pub(crate) fn serve(
         shared: &Rc<Shared>,
         name: &str,
@@ -183,9 +181,7 @@ impl<A: Action> ActionServer<A> {
                         }
                     }
                     Request::Result(asker, request) => server.answer_result(asker, &request),
-                    Request::Refused(error) => {
-                        server.warn(&format!("a request is refused: {error}"))
-                    }
+                    Request::Refused(error) => server.warn(&format!("request refused: {error}")),
                 }
             }
         });
@@ -217,7 +213,7 @@ impl<A: Action> ActionServer<A> {
             Ok(())
         });
         if !accepted {
-            self.warn(&format!("goal {goal_id:?} is rejected"));
+            self.warn(&format!("goal {goal_id:?} rejected"));
             return None;
         }
         Some(Goal {
@@ -227,7 +223,7 @@ impl<A: Action> ActionServer<A> {
         })
     }
 
-    /// Answers a request to cancel, and names the goals it is granted for.
+    /// Answers a cancel request; returns the goals to cancel.
     fn cancel(
         self: &Rc<Self>,
         asker: RmwRequestId,
@@ -236,7 +232,7 @@ impl<A: Action> ActionServer<A> {
         let cancelled = match readable(request) {
             Ok(request) => self.goals.borrow_mut().cancel(&request),
             Err(error) => {
-                self.warn(&format!("a request to cancel is refused: {error}"));
+                self.warn(&format!("cancel request refused: {error}"));
                 Err(CancelGoalResponse::ERROR_REJECTED)
             }
         };
@@ -284,7 +280,7 @@ impl<A: Action> ActionServer<A> {
         });
     }
 
-    /// Sends an answer as soon as its asker is known to listen.
+    /// Sends an answer as soon as the client is known to receive it.
     fn answer(
         self: &Rc<Self>,
         service: &str,
@@ -322,7 +318,7 @@ impl<A: Action> ActionServer<A> {
         match message.first_non_finite() {
             None => true,
             Some(field) => {
-                self.warn(&format!("a {what} is refused: {field} is not finite"));
+                self.warn(&format!("{what} refused: {field} is not finite"));
                 false
             }
         }
@@ -355,8 +351,7 @@ fn next_request<A: Action>(
     received(middleware.result_server(), cx, Request::Result)
 }
 
-/// The next request of one service. The waker stays with its reader, so the stream need not outlive
-/// the call; it never ends.
+/// The next request of one service. The waker stays with its reader, so the stream need not outlive the call; the stream never ends.
 fn received<A: Action, Asked, Answer>(
     server: &Server<Asked, Answer>,
     cx: &mut Context<'_>,
@@ -373,7 +368,7 @@ where
     }
 }
 
-/// The same request as a type whose fields can be read: the middleware's are private.
+/// The same request as a type with readable fields: those of the middleware's type are private.
 fn readable(request: &action_msgs::CancelGoalRequest) -> serde_json::Result<CancelGoalRequest> {
     serde_json::from_value(serde_json::to_value(request)?)
 }
@@ -387,7 +382,7 @@ fn time(time: &Time) -> builtin_interfaces::Time {
     builtin_interfaces::Time::from_nanos(time.nanos())
 }
 
-/// The action's type as the middleware takes it, its hashes announced for all its endpoints.
+/// Type of the action for the middleware; announces the type hashes of all its endpoints.
 pub(crate) fn announce_action<A: Action>() -> Result<ActionTypeName> {
     fn announce_service<S: Service>() {
         announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
@@ -405,7 +400,7 @@ pub(crate) fn announce_action<A: Action>() -> Result<ActionTypeName> {
         [package, "action", name] => Ok(ActionTypeName::new(package, name)),
         _ => Err(Error::TypeName {
             name: A::TYPE_NAME.to_owned(),
-            form: "an action is written package/action/Name",
+            form: "package/action/Name is expected",
         }),
     }
 }

@@ -1,9 +1,9 @@
-//! Pending answers: to a client that is not matched yet, or when the middleware has no room.
+//! Pending answers of services: to a client that is not matched yet, or while the middleware's queue is full.
 //!
-//! A client asks as soon as it knows of us. Our writer may be matched with its reader a little later; what is written
-//! before that is lost. So the first answer to a client waits for it. And a client that acknowledges nothing fills the
-//! send window; an answer then waits for room. The node goes on meanwhile: one task looks after all that wait, at
-//! most [`MAX_WAITING`], and [`MAX_WAITING_PER_CLIENT`] of a client.
+//! A client may send a request as soon as it has discovered this node. The node's writer may be matched with the client's reader a little later;
+//! what is written before that is lost. So the first answer to a client waits for the match. A client that acknowledges nothing fills the send
+//! window; further answers wait for space. The node continues meanwhile: one task handles all waiting answers, at most [`MAX_WAITING`], and
+//! [`MAX_WAITING_PER_CLIENT`] per client.
 
 use std::{ops::Range, rc::Rc, time::Duration};
 
@@ -16,16 +16,16 @@ use crate::{
     waiting::Waiting,
 };
 
-/// Time between two looks, and how many there are for an answer.
+/// Interval of retries, and their maximum number per answer.
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 const POLLS: u32 = 500;
 
-/// Answers that wait, in all and for one client; a further one is not sent.
+/// Maximum number of waiting answers, in total and per client; further answers are not sent.
 const MAX_WAITING: usize = 100;
 const MAX_WAITING_PER_CLIENT: usize = 10;
 
-/// Sends an answer of the service `name` to whoever asked `request`: now, or as soon as who asked is known to listen and
-/// there is room, or never, with a warning. `send` must not wait.
+/// Sends an answer of the service `name` to the client of `request`: now, or once the client is matched and there is space, or never, with a
+/// warning. `send` must not block.
 pub(crate) fn answer(
     shared: &Rc<Shared>,
     name: &str,
@@ -51,7 +51,7 @@ pub(crate) fn answer(
     let of_the_client = all.iter().filter(|other| other.client == client).count();
     if all.len() >= MAX_WAITING || of_the_client >= MAX_WAITING_PER_CLIENT {
         let text = format!(
-            "no answer sent: {of_the_client} wait for this client, {} for all, to listen or to have room",
+            "no answer sent: already {of_the_client} answers wait for this client, {} for all clients",
             all.len()
         );
         return shared.warn(name, &text);
@@ -68,7 +68,7 @@ pub(crate) fn answer(
     }
 }
 
-/// Sends what can be sent now.
+/// Sends the answers that can be sent now.
 fn look(shared: &Rc<Shared>) {
     let mut all = shared.answers.waiting.take();
     if all.iter().any(|waiting| !waiting.matched) {
@@ -108,10 +108,10 @@ fn check(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
     }
 }
 
-/// The bytes of an identity that name host and process, in all middlewares tested.
+/// Bytes of an identity that identify host and process, in all middlewares tested.
 const PROCESS: Range<usize> = 0..8;
 
-/// The ends of services now, DDS topic and identity: readers that our writers are matched with, and writers.
+/// Present endpoints of services, as DDS topic and identity: readers matched with our writers, and writers.
 #[derive(Default)]
 struct Known {
     readers: Vec<(String, GUID)>,
@@ -143,9 +143,9 @@ impl Known {
         }
     }
 
-    /// Whether the reader of this client's answers is known. A client names itself by that reader (Fast DDS), or by the
-    /// writer of its requests; then each such writer of its process needs a reader of answers there, since any of them
-    /// may be its own. In Cyclone DDS' mapping only [`PROCESS`] is the writer's; the rest is a number of the client's.
+    /// Whether the reader of this client's answers is known. A client identifies itself by that reader (Fast DDS), or by the writer of its
+    /// requests; then each such writer of its process needs a reader of answers there, since any of them may be its own. In Cyclone DDS's mapping
+    /// only [`PROCESS`] identifies the writer; the rest is a number of the client.
     fn listens(&self, client: GUID, service: &str) -> bool {
         let (requests, replies) = (requests_topic(service), replies_topic(service));
         if self.readers.contains(&(replies.clone(), client)) {

@@ -1,7 +1,7 @@
 //! ROS arguments: `--ros-args -r from:=to -p name:=value --params-file F --log-level L ... --`.
 //!
-//! The syntax is `rcl`'s ("ROS Command Line Arguments", design.ros2.org). What stands
-//! outside `--ros-args ... --` is the program's own and is handed back untouched.
+//! The syntax is that of `rcl` ("ROS Command Line Arguments", design.ros2.org). Arguments outside `--ros-args ... --` belong to the program and
+//! are returned unchanged.
 
 use std::path::PathBuf;
 use std::{ffi::OsString, str::FromStr};
@@ -30,11 +30,11 @@ pub enum RemapKind {
 /// One remapping rule, `[node:]from:=to`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remap {
-    /// The node it is for, any if `None`.
+    /// Node that the rule applies to; any node if `None`.
     pub node: Option<String>,
     /// Its target.
     pub kind: RemapKind,
-    /// The name to replace, as written.
+    /// Name to replace, as written.
     pub from: String,
     /// The replacement, as written.
     pub to: String,
@@ -47,7 +47,7 @@ impl FromStr for Remap {
         let refuse = |reason| BadArgument::new(text, reason);
         let (left, to) = text
             .split_once(":=")
-            .ok_or_else(|| refuse("a remap is written from:=to"))?;
+            .ok_or_else(|| refuse("from:=to is expected"))?;
         let (kind, left) = if let Some(rest) = left.strip_prefix("rostopic://") {
             (RemapKind::Topic, rest)
         } else if let Some(rest) = left.strip_prefix("rosservice://") {
@@ -60,7 +60,7 @@ impl FromStr for Remap {
             None => (None, left),
         };
         if from.is_empty() || to.is_empty() {
-            return Err(refuse("a side of the remap is empty"));
+            return Err(refuse("a side of from:=to is empty"));
         }
         let kind = match from {
             "__node" | "__name" => RemapKind::Node,
@@ -76,12 +76,12 @@ impl FromStr for Remap {
     }
 }
 
-/// A source of parameter values, in the order given: later ones win.
+/// A source of parameter values, in the given order: later ones have priority.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterSource {
     /// `-p [node:]name:=value`
     Assignment {
-        /// The node it is for, any if `None`.
+        /// Node that it applies to; any node if `None`.
         node: Option<String>,
         /// The parameter.
         name: String,
@@ -92,12 +92,12 @@ pub enum ParameterSource {
     File(PathBuf),
 }
 
-/// Everything between `--ros-args` and `--`.
+/// The arguments between `--ros-args` and `--`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosArguments {
-    /// Remapping rules in the order given; the first that applies wins.
+    /// Remapping rules in the given order; the first that matches applies.
     pub remaps: Vec<Remap>,
-    /// Parameter values in the order given; the last wins.
+    /// Parameter values in the given order; the last one has priority.
     pub parameters: Vec<ParameterSource>,
     /// `--log-level LEVEL`
     pub log_level: LevelFilter,
@@ -105,15 +105,15 @@ pub struct RosArguments {
     pub logger_levels: Vec<(String, LevelFilter)>,
     /// Whether the log goes to `/rosout` (`--disable-rosout-logs`).
     pub rosout: bool,
-    /// Whether the log goes to stderr (`--disable-stdout-logs`, which in ROS means the console).
+    /// Whether the log goes to stderr (`--disable-stdout-logs`; in ROS it means the console).
     pub console: bool,
-    /// The enclave whose keys and permissions the node has under DDS Security (`--enclave /NAME`).
+    /// Enclave with the node's keys and permissions under DDS Security (`--enclave /NAME`).
     pub enclave: String,
-    /// Whether the log goes to files (`--enable-external-lib-logs`, `--disable-external-lib-logs`), where that is said.
+    /// Whether the log goes to files (`--enable-external-lib-logs`, `--disable-external-lib-logs`); `None` if not specified.
     pub log_files: Option<bool>,
     /// The beginning of the log file's name (`--log-file-name`).
     pub log_file_prefix: Option<String>,
-    /// Arguments without effect here, as warnings for the log.
+    /// Warnings about arguments without effect here.
     pub ignored: Vec<String>,
 }
 
@@ -134,11 +134,10 @@ impl Default for RosArguments {
     }
 }
 
-/// Splits a program's arguments (with its name first, as [`std::env::args_os`] gives them)
-/// into its own and ROS's.
+/// Splits a program's arguments (including its name, as in [`std::env::args_os`]) into the program's own and those of ROS.
 ///
 /// # Errors
-/// The first ROS argument that is unknown, lacks its value, or cannot be read; any argument but a path that is not UTF-8.
+/// The first ROS argument that is unknown, lacks its value, or cannot be parsed; an argument, except a path, that is not UTF-8.
 pub fn split(
     arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> Result<(Vec<String>, RosArguments), BadArgument> {
@@ -156,8 +155,8 @@ pub fn split(
     Ok((own, ros))
 }
 
-/// ROS's arguments among `arguments` (without the program's name), for a program that has
-/// none of its own: others are passed over with a warning, as rcl does.
+/// The ROS arguments among `arguments` (without the program's name), for a program without arguments of its own: others are ignored with a
+/// warning, as in rcl.
 ///
 /// # Errors
 /// As [`split`].
@@ -165,12 +164,12 @@ pub fn only(
     arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> Result<RosArguments, BadArgument> {
     let (own, mut ros) = split(arguments)?;
-    let line = |argument: String| format!("{argument}: ROS's arguments follow --ros-args");
+    let line = |argument: String| format!("{argument}: ROS arguments must follow --ros-args");
     ros.ignored.extend(own.into_iter().map(line));
     Ok(ros)
 }
 
-/// ROS's arguments of this process, for a program that has none of its own.
+/// The ROS arguments of this process, for a program without arguments of its own.
 ///
 /// # Errors
 /// As [`split`].
@@ -185,7 +184,7 @@ fn text(argument: OsString) -> Result<String, BadArgument> {
     })
 }
 
-/// Reads up to the `--` that closes the section, or to the end.
+/// Parses arguments up to the closing `--`, or to the end.
 fn take_section(
     arguments: &mut impl Iterator<Item = OsString>,
     ros: &mut RosArguments,
@@ -221,7 +220,7 @@ fn take_section(
             "--log-file-name" => {
                 let prefix = value()?;
                 if prefix.contains('/') {
-                    let reason = "a log file's name has no slash; its folder is ROS_LOG_DIR";
+                    let reason = "a log file's name must not contain a slash; set its folder with ROS_LOG_DIR";
                     return Err(BadArgument::new(&prefix, reason));
                 }
                 ros.log_files = ros.log_files.or(Some(true));
@@ -229,7 +228,7 @@ fn take_section(
             }
             "--log-config-file" => {
                 let file = value()?;
-                let text = "log files have no configuration";
+                let text = "log files cannot be configured";
                 ros.ignored.push(format!("{argument} {file}: {text}"));
             }
             _ => return Err(BadArgument::new(&argument, "not a ROS argument")),
@@ -241,13 +240,13 @@ fn take_section(
 fn assignment(text: &str) -> Result<ParameterSource, BadArgument> {
     let (left, value) = text
         .split_once(":=")
-        .ok_or_else(|| BadArgument::new(text, "a parameter is written name:=value"))?;
+        .ok_or_else(|| BadArgument::new(text, "name:=value is expected"))?;
     let (node, name) = match left.split_once(':') {
         Some((node, name)) => (Some(node.to_owned()), name),
         None => (None, left),
     };
     if name.is_empty() {
-        return Err(BadArgument::new(text, "the parameter has no name"));
+        return Err(BadArgument::new(text, "the parameter's name is missing"));
     }
     let value =
         file::parse_value(name, value).map_err(|e| BadArgument::new(text, &e.to_string()))?;
@@ -272,7 +271,7 @@ fn set_level(text: &str, ros: &mut RosArguments) -> Result<(), BadArgument> {
         _ => {
             return Err(BadArgument::new(
                 text,
-                "a log level is debug, info, warn, error or fatal",
+                "debug, info, warn, error or fatal is expected",
             ));
         }
     };

@@ -1,10 +1,10 @@
-//! An argument that cannot be used.
+//! Error for an invalid argument.
 
-/// An argument that cannot be used, and why.
+/// An invalid argument, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("'{argument}': {reason}")]
 pub struct BadArgument {
-    /// The argument, or the name it held.
+    /// The argument, or the name in it.
     pub argument: String,
     /// The reason.
     pub reason: String,

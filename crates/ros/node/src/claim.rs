@@ -1,11 +1,10 @@
-//! A claim to an exclusive role in a domain: the launcher of a loop, the vehicle.
+//! Claim to an exclusive role in a domain, such as the launcher of a loop or the vehicle.
 //!
-//! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the
-//! claims of others. A claim counts only while its participant has the endpoint that goes with the role: for the vehicle
-//! a writer of its state. Of two claims to one role the one at the later stage has priority (asked for, held, in use),
-//! then the one of the lower identity; no clock decides. Both sides apply the same rule, and a stage only ever rises. A
-//! node that finds a claim with priority over its own must end, and names the other. **A role in use is never given up**:
-//! two loops that meet when both fly go on, and each tells.
+//! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the claims of others. A claim
+//! counts only while its participant has the endpoint of the role: for the vehicle a writer of its state. Of two claims to one role, the one at
+//! the later stage has priority (asked for, held, in use), then the one with the lower identity; clocks play no part. Both sides apply the same
+//! rule, and a stage never goes back. A node that finds a claim with priority over its own must end, and names the other. **A role in use is
+//! never given up**: two loops that meet in flight both continue, and both report it.
 
 use std::{
     cell::RefCell,
@@ -24,17 +23,17 @@ use crate::{
     shared::Shared,
 };
 
-/// Lifetime of a claim after its last message: a few periods of the diagnostics.
+/// Lifetime of a claim after its last message: a few periods of the diagnostics, s.
 const CLAIM_LIFETIME: Duration = Duration::from_millis(2500);
 
 /// The stage of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Asked for; another node may hold it.
+    /// Requested; another node may hold the role.
     Asked,
-    /// Held; no other node was found.
+    /// Held; no other claim was found.
     Held,
-    /// The claimed role is in use.
+    /// The role is in use.
     Used,
 }
 
@@ -55,18 +54,18 @@ impl Stage {
     }
 }
 
-/// One side of a claim.
+/// One party of a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Party {
     stage: Stage,
-    /// Of the participant whose message it came in.
+    /// Participant that sent the claim.
     id: ParticipantId,
-    /// `process 4711 on host`.
+    /// Name, such as `process 4711 on host`.
     who: String,
 }
 
 impl Party {
-    /// Whether this goes before `other`.
+    /// Whether this claim has priority over `other`.
     fn precedes(&self, other: &Self) -> bool {
         let rank = |party: &Self| (Reverse(party.stage), party.id);
         rank(self) < rank(other)
@@ -92,14 +91,14 @@ impl Party {
     }
 }
 
-/// All parties that claim the same role.
+/// All claims to the same role.
 #[derive(Debug)]
 struct Book {
     own: Party,
     others: BTreeMap<ParticipantId, (Party, Instant)>,
 }
 
-/// Largest number of other claims.
+/// Maximum number of other claims.
 const MAX_CLAIMS: usize = 100;
 
 impl Book {
@@ -111,14 +110,14 @@ impl Book {
         }
     }
 
-    /// The others whose claims are alive.
+    /// The other claims that are alive.
     fn living(&self, now: Instant) -> impl Iterator<Item = &Party> {
         let living = self.others.values();
         let living = living.filter(move |(_, seen)| now.duration_since(*seen) < CLAIM_LIFETIME);
         living.map(|(party, _)| party)
     }
 
-    /// The claim with priority over ours, of those that are `evident`; none over a role in use.
+    /// The claim with priority over ours, among those that are `evident`; none if our role is in use.
     fn holder(&self, now: Instant, evident: impl Fn(&Party) -> bool) -> Option<&Party> {
         self.living(now)
             .filter(|_| self.own.stage < Stage::Used)
@@ -126,22 +125,22 @@ impl Book {
     }
 }
 
-/// Whether the status of that name, `NODE: NAME`, is a claim's.
+/// Whether the status with this name, `NODE: NAME`, is a claim.
 #[must_use]
 pub fn is_status(name: &str) -> bool {
     let name = name.split_once(": ").map_or(name, |(_, it)| it);
     name.starts_with(PREFIX)
 }
 
-/// How the status of a claim begins; its subject follows.
+/// Beginning of a claim's status name; the subject follows.
 const PREFIX: &str = "claim to ";
 
-/// A node's claim. Dropping it leaves it standing until the node ends.
+/// A node's claim. It stays in force until the node ends, even if this value is dropped.
 #[derive(Clone)]
 pub struct Claim {
     shared: Rc<Shared>,
     subject: Rc<str>,
-    /// The DDS topic on which whoever has the role has a writer.
+    /// DDS topic on which the holder of the role has a writer.
     evidence: Rc<str>,
     book: Rc<RefCell<Book>>,
 }
@@ -169,7 +168,7 @@ impl Claim {
         claim
     }
 
-    /// Reads the claims in a diagnostics message of a participant.
+    /// Reads the claims in a participant's diagnostics.
     pub(crate) fn observe(&self, array: &DiagnosticArray, sender: ParticipantId) {
         let name = self.status_name();
         for status in &array.status {
@@ -182,7 +181,7 @@ impl Claim {
         }
     }
 
-    /// The claim has come further; it never goes back.
+    /// Advances the stage of the claim; it never goes back.
     pub fn advance_to(&self, stage: Stage) {
         let own = self.book.borrow().own.stage;
         if stage > own {
@@ -191,7 +190,7 @@ impl Claim {
         }
     }
 
-    /// The party with priority over us: `process 4711 on host`.
+    /// The party with priority over this node, such as `process 4711 on host`.
     #[must_use]
     pub fn holder(&self) -> Option<String> {
         let book = self.book.borrow();
@@ -199,7 +198,7 @@ impl Claim {
         holder.map(|party| party.who.clone())
     }
 
-    /// Whoever else claims it.
+    /// Any other party that claims the role.
     #[must_use]
     pub fn rival(&self) -> Option<String> {
         let book = self.book.borrow();
@@ -208,7 +207,7 @@ impl Claim {
         rival.map(|party| party.who.clone())
     }
 
-    /// Whether the claimant has the endpoint that goes with the role.
+    /// Whether the party has the endpoint of the role.
     fn is_evident(&self, party: &Party) -> bool {
         let participant = self.shared.participant();
         participant.is_some_and(|it| discovered::writes(&it, &self.evidence, party.id))

@@ -1,4 +1,4 @@
-//! The node's time: the machine's, `/clock` when `use_sim_time` is set, or the node's own where it makes `/clock`.
+//! The node's time: the machine's, `/clock` if `use_sim_time` is set, or set by the node itself if it publishes `/clock`.
 
 use crate::error::{Error, Result};
 use std::{
@@ -12,19 +12,19 @@ use std::{
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 
-/// Longest sleep until a time of the machine's clock, s: somebody may set that clock meanwhile.
+/// Longest sleep until a time of the machine's clock, because somebody may set that clock meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-/// Where the node's time comes from. The log reads it from any thread.
+/// Source of the node's time. The log reads it from any thread.
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
-    /// Whether the time is `/clock`.
+    /// Whether the time comes from `/clock`.
     simulated: AtomicBool,
     /// Whether the node sets its time itself.
     own: AtomicBool,
-    /// The newest simulated time, ns; 0 until one has come.
+    /// Latest simulated time, ns; 0 before the first.
     latest: AtomicI64,
-    /// Who waits for a simulated time.
+    /// Tasks that wait for a simulated time.
     waiting: Mutex<Vec<Waker>>,
 }
 
@@ -38,18 +38,18 @@ impl Clock {
         }
     }
 
-    /// Whether it is not the machine's time.
+    /// Whether the time is not the machine's.
     pub(crate) fn is_simulated(&self) -> bool {
         self.simulated.load(Relaxed) || self.own.load(Relaxed)
     }
 
-    /// Takes the time from `/clock`, or from the machine.
+    /// Selects `/clock` or the machine as source.
     pub(crate) fn set_simulated(&self, simulated: bool) {
         self.simulated.store(simulated, Relaxed);
         self.wake();
     }
 
-    /// A `/clock` has come. A node that sets its time itself does not listen to it.
+    /// Handles a `/clock` message. A node that sets its time itself ignores it.
     pub(crate) fn on_clock(&self, time: &Time) {
         if !self.own.load(Relaxed) {
             self.latest.store(time.nanos(), Relaxed);
@@ -57,14 +57,14 @@ impl Clock {
         }
     }
 
-    /// From now on the node sets its time itself.
+    /// Sets the time; from then on the node sets its time itself.
     pub(crate) fn set(&self, time: &Time) {
         self.latest.store(time.nanos(), Relaxed);
         self.own.store(true, Relaxed);
         self.wake();
     }
 
-    /// Waits until the node's time is `due` or later, for a time of the machine's clock by `sleep`.
+    /// Waits until the node's time is at least `due`; `sleep` waits on the machine's clock.
     pub(crate) async fn reaches(&self, due: &Time, sleep: impl AsyncFn(Duration)) {
         loop {
             let left = due.nanos().saturating_sub(self.now().nanos());
@@ -104,32 +104,32 @@ impl Clock {
     }
 }
 
-/// The last second of stamps: `builtin_interfaces/msg/Time` counts seconds in 32 bits, up to 2038-01-19 03:14:07 UTC.
+/// Last second of stamps: `builtin_interfaces/msg/Time` has 32-bit seconds, up to 2038-01-19 03:14:07 UTC.
 const LAST_SECOND: u64 = i32::MAX as u64;
 
-/// Checks that the machine's clock can be told in stamps.
+/// Checks that the machine's time can be represented in stamps.
 ///
 /// # Errors
-/// Before 1970 and after 2262, where the middleware's timestamps begin and end. After 2038 the node runs, with stamps that
-/// stand still; a warning says so.
+/// A time before 1970 or after 2262, the limits of the middleware's timestamps. After 2038 the node runs with constant stamps, and logs a
+/// warning.
 pub(crate) fn check_machine() -> Result<()> {
     let Ok(since) = SystemTime::now().duration_since(UNIX_EPOCH) else {
         return Err(Error::Clock("before 1970, where DDS timestamps begin"));
     };
     if i64::try_from(since.as_nanos()).is_err() {
         return Err(Error::Clock(
-            "past 2262-04-11, where timestamps of 64 bits in ns end",
+            "past 2262-04-11, the end of 64-bit timestamps in ns",
         ));
     }
     if since.as_secs() >= LAST_SECOND {
         log::warn!(
-            "this machine's clock is past 2038-01-19, where ROS 2's stamps end: they stand still unless time is simulated"
+            "this machine's clock is past 2038-01-19, the end of ROS 2 stamps: stamps no longer advance unless time is simulated"
         );
     }
     Ok(())
 }
 
-/// The machine's time since 1970.
+/// The machine's time since 1970, UTC.
 #[must_use]
 pub fn wall() -> Time {
     let now = SystemTime::now()

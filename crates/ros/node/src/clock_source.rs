@@ -1,4 +1,4 @@
-//! Where the node's clock gets its time: the machine, or `/clock`.
+//! Source of the node's time: the machine, or `/clock`.
 
 use crate::error::Result;
 use std::{rc::Rc, sync::Arc};
@@ -13,7 +13,7 @@ use crate::{
     subscription::{self, Unread, non_finite},
 };
 
-/// Takes the node's time from `/clock`, subscribed to now if need be, or from the machine.
+/// Sets the time source to `/clock`, subscribing if necessary, or to the machine.
 ///
 /// The middleware's own `/clock` subscription has another type and never receives anything.
 pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> Result<()> {

@@ -1,5 +1,4 @@
-//! The definition of a type that others publish: this project's own, one of an installed package, or one that the
-//! publisher's node describes.
+//! Definitions of types that others publish: from this project, from an installed package, or described by the publisher's node.
 
 use std::{
     cell::RefCell,
@@ -28,69 +27,71 @@ use crate::{
     service::Client,
 };
 
-/// Time for a topic's publishers to describe its type.
+/// Timeout for a topic's publishers to describe its type.
 const DESCRIPTION_TIMEOUT: Duration = Duration::from_secs(2);
-/// Time between two looks for nodes that do.
+/// Interval of looking for nodes that describe types.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
-/// Nodes that are asked for a type.
+/// Maximum number of nodes asked about a type.
 const MAX_DESCRIBERS: usize = 8;
 
-/// A type's definition with all that it refers to, and its hash.
+/// Definition of a type with all types it uses, and its hash.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
-    /// As a bag has it (`ros2msg`); empty if there is none.
+    /// Definition as stored in bags (`ros2msg`); empty if there is none.
     pub text: String,
-    /// `RIHS01_...`, computed from the text; of a type without a text as its publisher says, or empty.
+    /// `RIHS01_...`, computed from the text; for a type without text the publisher's, or empty.
     pub type_hash: String,
 }
 
-/// Why there is no definition of a type.
+/// Why a type has no definition.
 #[derive(Debug, thiserror::Error)]
 pub enum DefinitionError {
-    /// What is not written as a type's name.
-    #[error("'{0}' is no type's name")]
+    /// Invalid ROS type name.
+    #[error("'{0}' is not a type name")]
     Name(String),
-    /// No type of this project.
-    #[error("this program does not know it")]
+    /// The type is not part of this project.
+    #[error("the type is unknown to this program")]
     Unknown,
-    /// No file of that path in an installed package.
-    #[error("no {0} in AMENT_PREFIX_PATH")]
+    /// No installed package contains the file.
+    #[error(
+        "no {0} in the folders of AMENT_PREFIX_PATH; source the workspace of this package first"
+    )]
     NotInstalled(String),
-    /// The publisher's type has another hash.
-    #[error("the publisher's is of another version ({announced}, not {known})")]
+    /// The publisher's type has a different hash.
+    #[error("the publisher uses another version of the type ({announced}, not {known})")]
     Version {
-        /// As the publisher announces it.
+        /// Hash announced by the publisher.
         announced: String,
-        /// Of the definition at hand.
+        /// Hash of the known definition.
         known: String,
     },
-    /// The texts define no such type.
+    /// The texts do not define the type.
     #[error(transparent)]
     Text(#[from] planesman_rosidl::Error),
-    /// The publisher's node leaves the text of a type out.
-    #[error("it gives no text of {0}")]
+    /// The publisher's node omits the text of a type.
+    #[error("the publisher's node returned no definition of {0}")]
     NoText(String),
-    /// The publisher's node refuses; its words.
+    /// The publisher's node refuses; contains its message.
     #[error("{0}")]
     Refused(String),
     /// The publisher's node does not answer.
     #[error(transparent)]
     NoAnswer(#[from] crate::Error),
-    /// It is not known here, and no node of its publishers serves `~/get_type_description`.
-    #[error("{0}, and no node of its publishers describes its type")]
+    /// The type is unknown here, and no publisher's node serves `~/get_type_description`.
+    #[error("{0}, and no publisher's node describes the type")]
     Undescribed(Box<Self>),
 }
 
-/// Where definitions are found.
+/// Sources of definitions.
 #[derive(Clone, Default)]
 pub struct Definitions {
     packages: Rc<[PathBuf]>,
-    /// By the service's name.
+    /// Clients by service name.
     describers: Rc<RefCell<BTreeMap<String, Client<GetTypeDescription>>>>,
 }
 
 impl Definitions {
-    /// With the installed packages in `AMENT_PREFIX_PATH`.
+    /// With the installed packages of `AMENT_PREFIX_PATH`.
     #[must_use]
     pub fn from_environment() -> Self {
         let paths = env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
@@ -100,15 +101,15 @@ impl Definitions {
         }
     }
 
-    /// The definition of the topic's type among the types of this project and those of installed packages.
+    /// Definition of the topic's type from this project or an installed package.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is no definition.
     pub fn local(&self, topic: &PublishedTopic) -> Result<Definition, DefinitionError> {
         local(&topic.type_name, topic.type_hash.as_deref(), &self.packages)
     }
 
-    /// The definition of the topic's type, also by what the nodes of its publishers say of it; `Err` tells why there is none.
+    /// Finds the definition of the topic's type, also by asking the publishers' nodes.
     pub fn find<E: 'static>(
         &self,
         rt: &Runtime<E>,
@@ -157,7 +158,7 @@ impl Definitions {
     }
 }
 
-/// The definition as one node describes it.
+/// Definition as described by one node.
 async fn ask(
     client: &Client<GetTypeDescription>,
     topic: &PublishedTopic,
@@ -178,11 +179,11 @@ async fn ask(
     }
 }
 
-/// The definition of `type_name` that has the hash that its publisher announces, if it announces one, among the types
-/// of this project and those of the packages in `prefixes` (`AMENT_PREFIX_PATH`).
+/// Definition of `type_name` from this project or from the packages in `prefixes` (`AMENT_PREFIX_PATH`). Its hash must match the one that the
+/// publisher announces, if any.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is no definition.
 fn local(
     type_name: &str,
     announced: Option<&str>,
@@ -193,7 +194,7 @@ fn local(
         .or_else(|_| fitting(installed(type_name, prefixes)?, announced))
 }
 
-/// This project's own definition; that of a part of a service or action is made of the whole's text.
+/// This project's own definition; for a part of a service or action it is made from the text of the whole.
 fn own(type_name: &str) -> Result<Definition, DefinitionError> {
     if let Some(info) = type_info(type_name) {
         return Ok(Definition {
@@ -207,10 +208,10 @@ fn own(type_name: &str) -> Result<Definition, DefinitionError> {
     described(type_name, None, &known.sources)
 }
 
-/// The definition by the texts in an answer of `~/get_type_description`.
+/// Definition from the texts in an answer of `~/get_type_description`.
 ///
 /// # Errors
-/// Why the texts define no such type.
+/// The texts do not define the type.
 fn described(
     type_name: &str,
     announced: Option<&str>,
@@ -251,7 +252,7 @@ fn definition(library: &Library, name: &TypeName) -> Result<Definition, Definiti
     })
 }
 
-/// Adds the type in a file's text; of a part of a service or action (`Fit_Event`) the text is that of the whole.
+/// Adds the type in a file's text; for a part of a service or action (`Fit_Event`) the text is that of the whole.
 fn add(library: &mut Library, name: &TypeName, text: &str) -> Result<(), Error> {
     let (package, whole) = (&name.package, whole(name));
     match name.kind {
@@ -261,7 +262,7 @@ fn add(library: &mut Library, name: &TypeName, text: &str) -> Result<(), Error> 
     }
 }
 
-/// The name of the file that defines the type.
+/// Name of the file that defines the type.
 fn whole(name: &TypeName) -> &str {
     match name.kind {
         Kind::Msg => &name.name,
@@ -269,7 +270,7 @@ fn whole(name: &TypeName) -> &str {
     }
 }
 
-/// The definition in the files of installed packages.
+/// Definition from the files of installed packages.
 fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, DefinitionError> {
     let name = parse_name(type_name)?;
     let mut library = Library::new();
@@ -350,8 +351,8 @@ mod tests {
         for (name, reason) in [
             ("a_msgs/msg/Loop", "Loop"),
             ("a_msgs/msg/Nothing", "no share/a_msgs/msg/Nothing.msg"),
-            ("a_msgs/msg/../x", "no type's name"),
-            ("nothing", "no type's name"),
+            ("a_msgs/msg/../x", "not a type name"),
+            ("nothing", "not a type name"),
         ] {
             let refusal = local(name, None, &prefixes).expect_err(name).to_string();
             assert!(refusal.contains(reason), "{refusal}");

@@ -1,8 +1,8 @@
-//! A node's own status on `/diagnostics`, written and read.
+//! A node's status on `/diagnostics`: writing and reading.
 //!
-//! Each node has a status `<full name>: connections` with a pair per topic: key
-//! `pub /auv/state`, value `readers=2 published=400 refused=0 dropped=0`; key
-//! `sub /auv/plane_command`, value `writers=1 received=400 refused=0`. More statuses are the node's own.
+//! Each node has a status `<full name>: connections` with one key-value pair per topic: `pub /auv/state` has the value
+//! `readers=2 published=400 refused=0 dropped=0`, `sub /auv/plane_command` has `writers=1 received=400 refused=0`. Nodes add statuses of their
+//! own.
 
 use planesman_msgs::{
     diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},
@@ -14,15 +14,15 @@ use crate::{
     shared::Shared,
 };
 
-/// Ends the name of the status that lists the connections.
+/// End of the name of the status that lists the connections.
 const CONNECTIONS: &str = ": connections";
 
-/// How a node or a part of it is, as `diagnostic_msgs/msg/DiagnosticStatus` grades it.
+/// Level of a status, as in `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Works.
     Ok,
-    /// Works, but look.
+    /// Works, but needs attention.
     Warn,
     /// Does not work.
     Error,
@@ -41,20 +41,20 @@ impl From<Level> for u8 {
     }
 }
 
-/// One topic of a node as its diagnostics show it.
+/// One topic of a node in its diagnostics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Connection {
-    /// Whether the node sends or receives.
+    /// Whether the node publishes or subscribes.
     pub direction: Direction,
-    /// The topic's absolute name.
+    /// Absolute name of the topic.
     pub topic: String,
-    /// Readers of what the node sends, or writers of what it receives.
+    /// Number of matched readers or writers.
     pub peers: usize,
-    /// Messages sent or received.
+    /// Number of messages sent or received.
     pub messages: u64,
-    /// Messages refused for what they hold.
+    /// Number of messages refused because of their content.
     pub refused: u64,
-    /// Messages that could not be sent.
+    /// Number of messages that could not be sent.
     pub dropped: u64,
 }
 
@@ -117,7 +117,7 @@ impl Connection {
     }
 }
 
-/// A node's topics as its diagnostics show them.
+/// A node's topics in its diagnostics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Connections {
     /// The node's full name.
@@ -127,7 +127,7 @@ pub struct Connections {
 }
 
 impl Connections {
-    /// The connections in a node's diagnostics, `None` when it tells none.
+    /// The connections in a node's diagnostics; `None` without such a status.
     #[must_use]
     pub fn from_diagnostics(array: &DiagnosticArray) -> Option<Self> {
         array.status.iter().find_map(|status| {
@@ -142,7 +142,7 @@ impl Connections {
         })
     }
 
-    /// The connection of `topic` in that direction.
+    /// The connection of `topic` in this direction.
     #[must_use]
     pub fn find(&self, direction: Direction, topic: &str) -> Option<&Connection> {
         self.list
@@ -151,7 +151,7 @@ impl Connections {
     }
 }
 
-/// The node's topics as they are now.
+/// The node's present connections.
 pub(crate) fn connections(shared: &Shared) -> Connections {
     let participant = shared.participant();
     let matched = participant.as_ref().map(Matched::with).unwrap_or_default();
@@ -167,12 +167,15 @@ pub(crate) fn connections(shared: &Shared) -> Connections {
     }
 }
 
-/// Everything the node has to say now.
+/// The node's complete diagnostics message.
 pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     let Connections { node, list } = connections(shared);
     let shared_topics = topics_of_others_too(shared);
     for topic in &shared_topics {
-        shared.complain(topic, "another node publishes here too; only one is to");
+        shared.complain(
+            topic,
+            "another node publishes here too; only one publisher is allowed",
+        );
     }
     let mut status = vec![connections_status(&node, &list, &shared_topics)];
     status.extend(shared.statuses.borrow().values().cloned());
@@ -185,7 +188,7 @@ pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     }
 }
 
-/// All messages that the node has published and received, but for what nodes say of themselves.
+/// Number of messages that the node has published and received, without those about nodes themselves.
 pub(crate) fn messages(shared: &Shared) -> u64 {
     let endpoints = shared.endpoints.borrow();
     let of_the_loop = |topic: &str| !["/diagnostics", "/rosout"].contains(&topic);
@@ -193,7 +196,7 @@ pub(crate) fn messages(shared: &Shared) -> u64 {
     counted.map(|endpoint| endpoint.passed.get()).sum()
 }
 
-/// Topics on which others publish although this node is to be the only one.
+/// Topics with other publishers on which this node should be the only one.
 fn topics_of_others_too(shared: &Shared) -> Vec<String> {
     let Some(participant) = shared.participant() else {
         return Vec::new();
@@ -258,7 +261,7 @@ pub(crate) fn status(
     }
 }
 
-/// Sets the status `name` of the node, which goes out soon if its level changes.
+/// Sets the status `name` of the node; a change of level is published soon.
 pub(crate) fn set_status(
     shared: &Shared,
     name: &str,
@@ -274,8 +277,7 @@ pub(crate) fn set_status(
     }
 }
 
-/// Shows what the middleware has refused of that which came from the network: `now` in
-/// all, `before` when it was last shown.
+/// Publishes how much network traffic the middleware has refused: `now` in total, `before` when last published.
 pub(crate) fn set_refusals<const N: usize>(
     shared: &Shared,
     before: [(&str, u64); N],
@@ -284,7 +286,7 @@ pub(crate) fn set_refusals<const N: usize>(
     let (level, message) = if before == now {
         (Level::Ok, "running")
     } else {
-        (Level::Warn, "malformed or excessive traffic is refused")
+        (Level::Warn, "malformed or excessive traffic was refused")
     };
     let values = now.map(|(what, count)| (what, count.to_string()));
     set_status(shared, "middleware", level, message, &values);

@@ -1,4 +1,4 @@
-//! Topics that others publish in the domain, by discovery.
+//! Topics published by other participants, from discovery.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,34 +10,34 @@ use rustdds::{
 
 use crate::endpoint::announced_hash;
 
-/// The first bytes of all its endpoints' identities.
+/// First bytes of the identities of a participant's endpoints.
 pub(crate) type ParticipantId = [u8; 12];
 
-/// A topic that other participants publish, by one type.
+/// A topic of one type published by other participants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PublishedTopic {
-    /// Its absolute name.
+    /// Absolute name.
     pub name: String,
-    /// Its type: `std_msgs/msg/Float64`.
+    /// Type, such as `std_msgs/msg/Float64`.
     pub type_name: String,
-    /// The type's hash, by the first publisher that announces one.
+    /// Type hash announced by the first publisher that announces one.
     pub type_hash: Option<String>,
-    /// What each publisher offers.
+    /// QoS of each publisher.
     pub offers: Vec<Offer>,
-    /// Their participants, by the first bytes of the endpoints' identities.
+    /// The publishers' participants.
     participants: Vec<ParticipantId>,
 }
 
-/// The quality of service that a publisher offers, as far as discovery tells it.
+/// QoS of a publisher, as far as discovery transmits it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Offer {
-    /// Whether lost samples are sent again.
+    /// Whether lost samples are retransmitted.
     pub reliable: bool,
-    /// Whether late joiners get earlier samples.
+    /// Whether late joiners receive earlier samples.
     pub latched: bool,
 }
 
-/// The topics that others publish, in order of name and type.
+/// Topics published by others, sorted by name and type.
 pub(crate) fn published_topics(participant: &DomainParticipant) -> Vec<PublishedTopic> {
     let own = participant.guid().prefix;
     let writers = participant.discovered_writers_where(|writer| {
@@ -71,8 +71,8 @@ pub(crate) fn prefix(endpoint: GUID) -> Option<ParticipantId> {
     endpoint.to_bytes().first_chunk().copied()
 }
 
-/// The nodes that publish on the DDS topic, in order: those that serve parameters in its writers' participants, and one
-/// without a name for each participant that has none.
+/// The nodes that publish on the DDS topic, sorted: those that serve parameters in the writers' participants, and an unnamed one for each
+/// participant without such a node.
 pub(crate) fn publishing_nodes(participant: &DomainParticipant, topic: &str) -> Vec<String> {
     let own = participant.guid().prefix;
     let writers = participant.discovered_writers_where(|writer| {
@@ -98,7 +98,7 @@ pub(crate) fn publishing_nodes(participant: &DomainParticipant, topic: &str) -> 
     nodes
 }
 
-/// Whether that participant has a writer on the DDS topic.
+/// Whether the participant has a writer on the DDS topic.
 pub(crate) fn writes(participant: &DomainParticipant, topic: &str, other: ParticipantId) -> bool {
     let writers = participant.discovered_writers_where(|writer| {
         let data = &writer.publication_topic_data;
@@ -107,7 +107,7 @@ pub(crate) fn writes(participant: &DomainParticipant, topic: &str, other: Partic
     !writers.is_empty()
 }
 
-/// The participants in which a node of this full name is: those that serve its parameters.
+/// The participants that contain a node with this full name: those that serve its parameters.
 pub(crate) fn homes_of(participant: &DomainParticipant, node: &str) -> Vec<ParticipantId> {
     let topic = format!("rq{node}/get_parametersRequest");
     let servers = participant
@@ -116,7 +116,7 @@ pub(crate) fn homes_of(participant: &DomainParticipant, node: &str) -> Vec<Parti
     homes.filter_map(prefix).collect()
 }
 
-/// Whether both participants have a node of the same full name.
+/// Whether both participants contain a node with the same full name.
 pub(crate) fn have_a_name_in_common(
     participant: &DomainParticipant,
     one: ParticipantId,
@@ -138,15 +138,14 @@ fn offer(writer: &DiscoveredWriterData) -> Offer {
     }
 }
 
-/// The services by which the nodes of a topic's publishers describe their types; those of other nodes in the same
-/// process are among them.
+/// Services by which the nodes of a topic's publishers describe their types; may include those of other nodes in the same process.
 pub(crate) fn describers(participant: &DomainParticipant, topic: &PublishedTopic) -> Vec<String> {
     services(participant, "/get_type_description", |prefix| {
         topic.participants.contains(prefix)
     })
 }
 
-/// The services of other participants whose names end so, in order.
+/// Services of other participants whose names end with `ending`, sorted.
 pub(crate) fn services_of_others(participant: &DomainParticipant, ending: &str) -> Vec<String> {
     let own = prefix(participant.guid());
     services(participant, ending, |prefix| Some(*prefix) != own)
@@ -175,7 +174,7 @@ fn services(
     names
 }
 
-/// `std_msgs::msg::dds_::Float64_` as ROS writes it; `None` for a type that is not ROS's.
+/// ROS name of a DDS type such as `std_msgs::msg::dds_::Float64_`; `None` for a type that is not of ROS.
 fn ros_type(dds_type: &str) -> Option<String> {
     let parts: Vec<&str> = dds_type.split("::").collect();
     match parts[..] {

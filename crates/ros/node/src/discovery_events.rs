@@ -1,4 +1,4 @@
-//! Logs events of discovery in `rclcpp`'s words: a peer whose QoS does not fit, a reader that does not acknowledge.
+//! Logs discovery events in `rclcpp`'s words: incompatible QoS of a peer, a reader that does not acknowledge.
 
 use std::{cell::RefCell, collections::HashSet};
 
@@ -9,10 +9,10 @@ use rustdds::{
 
 use crate::shared::Shared;
 
-/// Pairs remembered; then all are logged again.
+/// Maximum number of pairs remembered; beyond it all are logged again.
 const MAX_PAIRS: usize = 1000;
 
-/// Logs each event once for a pair of endpoints.
+/// Logs each event once per pair of endpoints.
 #[derive(Default)]
 pub(crate) struct DiscoveryEvents {
     told: RefCell<HashSet<(GUID, GUID)>>,
@@ -56,7 +56,7 @@ impl DiscoveryEvents {
             } => {
                 if let Some(topic) = topic_of_reader(shared, *remote_reader) {
                     let text = format!(
-                        "the subscription {} does not acknowledge: it has lost {count} messages",
+                        "the subscription {} does not acknowledge and has lost {count} messages",
                         gid(*remote_reader)
                     );
                     shared.warn(&topic, &text);
@@ -75,7 +75,7 @@ impl DiscoveryEvents {
     }
 }
 
-/// The policy by rclcpp's name.
+/// Name of the policy in rclcpp.
 fn last_policy(offered: &QosPolicies, requested: &QosPolicies) -> String {
     let policy = match offered.compliance_failure_wrt(requested) {
         Some(QosPolicyId::Durability) => "DURABILITY",
@@ -88,7 +88,7 @@ fn last_policy(offered: &QosPolicies, requested: &QosPolicies) -> String {
     format!("{policy}_QOS_POLICY")
 }
 
-/// The ROS topic of another node's reader, `None` for services.
+/// ROS topic of another node's reader; `None` for services.
 fn topic_of_reader(shared: &Shared, reader: GUID) -> Option<String> {
     let found = shared
         .participant()?
@@ -97,7 +97,7 @@ fn topic_of_reader(shared: &Shared, reader: GUID) -> Option<String> {
     ros_topic(found.subscription_topic_data.topic_name())
 }
 
-/// The ROS topic of another node's writer, `None` for services.
+/// ROS topic of another node's writer; `None` for services.
 fn topic_of_writer(shared: &Shared, writer: GUID) -> Option<String> {
     let found = shared
         .participant()?
@@ -110,7 +110,7 @@ fn ros_topic(dds_topic: &str) -> Option<String> {
     dds_topic.strip_prefix("rt").map(str::to_owned)
 }
 
-/// An endpoint as `ros2 topic info --verbose` writes its GID.
+/// GID of an endpoint in the form of `ros2 topic info --verbose`.
 fn gid(endpoint: GUID) -> String {
     let bytes = endpoint.to_bytes().map(|byte| format!("{byte:02x}"));
     bytes.join(".")

@@ -1,28 +1,28 @@
-//! The DDS domain and the discovery range of a node, from ROS's variables.
+//! The DDS domain and the discovery range of a node, from environment variables of ROS.
 
 use crate::error::{Error, Result};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _};
 
-/// The highest domain whose ports fit below 65536.
+/// Highest domain id whose ports are below 65536.
 const HIGHEST: u16 = 232;
 
-/// Most static peers: each is asked once a second, at the ports of 32 participants.
+/// Maximum number of static peers: each is contacted once a second, at the ports of 32 participants.
 const MAX_PEERS: usize = 256;
 
-/// The domain and the networks a node speaks on.
+/// Domain and networks of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Domain {
     /// `ROS_DOMAIN_ID`, 0 to 232.
     pub id: u16,
-    /// Only peers on this machine, over the loopback interface.
+    /// Whether only peers on this machine are used, over the loopback interface.
     pub local: bool,
 }
 
 impl Domain {
-    /// As `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY` say.
+    /// From `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`.
     ///
     /// # Errors
-    /// When one of them holds something else than ROS defines, or a range not to be had here.
+    /// A variable has a value that ROS does not define, or a range that is not supported here.
     pub fn from_environment() -> Result<Self> {
         Self::from_variables(|name| std::env::var(name).ok())
     }
@@ -49,7 +49,7 @@ impl Domain {
             "OFF" => {
                 return Err(Error::environment(
                     "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF",
-                    "nodes would not find each other, static peers neither; use LOCALHOST or SUBNET",
+                    "with OFF nodes do not find each other, not even static peers; use LOCALHOST or SUBNET",
                 ));
             }
             other => {
@@ -74,11 +74,11 @@ impl Domain {
     }
 }
 
-/// The addresses in `ROS_STATIC_PEERS`, separated by semicolons: others are looked for there by unicast, for networks
-/// without multicast. A name is looked up once, at the start. Where several addresses belong to it, all are taken.
+/// The addresses in `ROS_STATIC_PEERS`, separated by semicolons. Discovery contacts them by unicast, for networks without multicast. Names are
+/// resolved once, at the start; all addresses of a name are used.
 ///
 /// # Errors
-/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MAX_PEERS`].
+/// An entry that is neither an IPv4 address nor a name of one, or more than [`MAX_PEERS`] addresses.
 pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<Vec<Ipv4Addr>> {
     let text = variable("ROS_STATIC_PEERS").unwrap_or_default();
     let mut peers = Vec::new();
@@ -95,7 +95,7 @@ pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<
             .collect();
         if found.is_empty() {
             return Err(refused(format!(
-                "'{entry}' has no IPv4 address, and no other is spoken to"
+                "'{entry}' has no IPv4 address; only IPv4 is supported"
             )));
         }
         for address in found {
@@ -105,7 +105,7 @@ pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<
         }
         if peers.len() > MAX_PEERS {
             return Err(refused(format!(
-                "more than {MAX_PEERS} addresses; name those alone that run nodes"
+                "more than {MAX_PEERS} addresses; list only those of machines that run nodes"
             )));
         }
     }

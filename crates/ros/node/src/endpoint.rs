@@ -1,4 +1,4 @@
-//! One publisher or subscription of the node: its description, its counters, its peers.
+//! A publisher or subscription of the node: description, counters, peers.
 
 use std::cell::Cell;
 use std::time::Duration;
@@ -11,43 +11,43 @@ use rustdds::{
 
 use crate::qos::Qos;
 
-/// Which end of a topic this is.
+/// Direction of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
-    /// The node sends.
+    /// Publishes.
     Publisher,
-    /// The node receives.
+    /// Subscribes.
     Subscription,
 }
 
-/// A topic's type as both ROS and DDS name it.
+/// Names of a topic's type in ROS and in DDS.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct TypeNames {
     /// `planesman_msgs/msg/VehicleState`
     pub(crate) ros: String,
     /// `planesman_msgs::msg::dds_::VehicleState_`
     pub(crate) dds: String,
-    /// `RIHS01_...`, unknown for types we only record.
+    /// `RIHS01_...`; `None` for types that are only recorded.
     pub(crate) hash: Option<String>,
 }
 
-/// One publisher or subscription and its counts.
+/// A publisher or subscription with its counters.
 #[derive(Debug)]
 pub(crate) struct Endpoint {
     pub(crate) direction: Direction,
-    /// The absolute ROS name.
+    /// Absolute ROS name.
     pub(crate) topic: String,
     pub(crate) types: TypeNames,
     qos: QosPolicies,
-    /// Messages handed to the middleware, or to the node.
+    /// Number of messages passed to the middleware, or to the node.
     pub(crate) passed: Cell<u64>,
-    /// Messages that hold what must not pass, or cannot be decoded.
+    /// Number of messages refused because of their content, or not decodable.
     pub(crate) refused: Cell<u64>,
-    /// Messages the middleware had no room for.
+    /// Number of messages for which the middleware had no space.
     pub(crate) dropped: Cell<u64>,
-    /// Whether nobody else is to publish here.
+    /// Whether other publishers are reported as errors.
     pub(crate) sole: Cell<bool>,
-    /// Of a subscription that follows one publisher: how long that must be silent for another to be heard.
+    /// For a subscription that follows one publisher: time of silence after which another one is accepted.
     pub(crate) follows_one: Option<Duration>,
 }
 
@@ -66,13 +66,12 @@ impl Endpoint {
         }
     }
 
-    /// The topic's name on DDS: `rt/auv/state`.
+    /// DDS name of the topic, such as `rt/auv/state`.
     pub(crate) fn dds_topic(&self) -> String {
         format!("rt{}", self.topic)
     }
 
-    /// How many endpoints of other participants it exchanges data with: same topic, same
-    /// type, what is offered meets what is requested, and the middleware has matched them.
+    /// Number of matched endpoints of other participants, with the same topic and type and compatible QoS.
     pub(crate) fn peers(&self, matched: &Matched) -> usize {
         let topic = self.dds_topic();
         match self.direction {
@@ -99,7 +98,7 @@ impl Endpoint {
         }
     }
 
-    /// How many writers on the topic, of whatever type, are not of `participant`.
+    /// Number of writers on the topic, of any type, that are not of `participant`.
     pub(crate) fn others(&self, participant: &DomainParticipant) -> usize {
         let (topic, own) = (self.dds_topic(), participant.guid().prefix);
         participant
@@ -110,8 +109,8 @@ impl Endpoint {
             .len()
     }
 
-    /// The type mismatch of the writer `gid`, empty if there is none; `None` while the
-    /// writer is not discovered. The middleware matches by topic alone.
+    /// Type mismatch of the writer `gid`, empty if there is none; `None` while the writer is not discovered. The middleware matches by topic
+    /// only.
     pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
         let guid = GUID::from(gid);
         let writer = participant
@@ -119,12 +118,12 @@ impl Endpoint {
             .pop()?;
         let theirs = &writer.publication_topic_data.type_name;
         if *theirs != self.types.dds {
-            let reason = format!("a publisher sends {theirs}, not {}", self.types.dds);
+            let reason = format!("a publisher has the type {theirs}, not {}", self.types.dds);
             return Some(reason);
         }
         let objection = match (announced_hash(&writer), &self.types.hash) {
             (Some(theirs), Some(ours)) if theirs != *ours => format!(
-                "a publisher's {} is of another version ({theirs}, ours is {ours})",
+                "a publisher uses another version of {} ({theirs}, this node has {ours})",
                 self.types.ros
             ),
             _ => String::new(),
@@ -133,8 +132,8 @@ impl Endpoint {
     }
 }
 
-/// The endpoints of others that this participant's are matched with. Asked for once for all
-/// endpoints: the middleware looks through everything it has discovered.
+/// Endpoints of others matched with this participant's. Read once for all endpoints, since the middleware searches everything it has
+/// discovered.
 #[derive(Default)]
 pub(crate) struct Matched {
     readers: Vec<DiscoveredReaderData>,
@@ -162,7 +161,7 @@ pub(crate) fn announced_hash(writer: &DiscoveredWriterData) -> Option<String> {
     Some(hash.to_owned())
 }
 
-/// Adds one.
+/// Increments a counter.
 pub(crate) fn count(counter: &Cell<u64>) {
     counter.set(counter.get().saturating_add(1));
 }

@@ -1,4 +1,4 @@
-//! Why a node does not start, or cannot do what it is asked for.
+//! Errors of nodes.
 
 use std::{fmt::Display, io, time::Duration};
 
@@ -6,25 +6,25 @@ use planesman_parameters::Refusal;
 
 use crate::bad_argument::BadArgument;
 
-/// The results of this crate.
+/// Result type of this crate.
 pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// An error of any kind, of what is built on a node.
+/// Any error of a program built on this crate.
 pub type BoxedError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a node does not start, or cannot do what it is asked for.
+/// Why a node did not start, or could not do something.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// An argument, or a name.
+    /// An invalid argument or name.
     #[error(transparent)]
     Argument(#[from] BadArgument),
-    /// A parameter against its declaration.
+    /// A parameter value that its declaration refuses.
     #[error(transparent)]
     Parameter(#[from] Refusal),
-    /// The parameters together, against the node's own rule.
+    /// Parameter values that the node's own rule refuses.
     #[error("parameters: {0}")]
     Parameters(BoxedError),
-    /// A parameter file that cannot be read, or holds something else.
+    /// A parameter file that cannot be read, or is invalid.
     #[error("--params-file {path}: {reason}")]
     ParameterFile {
         /// As given.
@@ -32,29 +32,29 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
-    /// An environment variable.
+    /// An invalid environment variable.
     #[error("{variable}: {reason}")]
     Environment {
-        /// Its name, with its value where that is refused.
+        /// Name of the variable, with a refused value.
         variable: String,
         /// What is expected.
         reason: String,
     },
-    /// The operating system refuses.
+    /// An error of the operating system.
     #[error("{what}: {reason}")]
     System {
-        /// What cannot be done.
+        /// What failed.
         what: String,
-        /// The system's words.
+        /// Error of the system.
         reason: io::Error,
     },
-    /// The system gives no thread for timers, or no file.
-    #[error("the system gives no thread, or no file, for timers (see ulimit -u and -n)")]
+    /// The system provides no thread or no file for timers.
+    #[error("the system refuses a thread or a file for timers (see ulimit -u and -n)")]
     Timers,
-    /// The machine's clock cannot be told in DDS's timestamps.
+    /// The machine's time cannot be represented in DDS timestamps.
     #[error("this machine's clock is {0}: set it")]
     Clock(&'static str),
-    /// A name that the middleware refuses.
+    /// A name refused by the middleware.
     #[error("{name}: {reason}")]
     Name {
         /// The name.
@@ -62,52 +62,52 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
-    /// What is not written as a type's name.
+    /// Invalid ROS type name.
     #[error("'{name}': {form}")]
     TypeName {
         /// As given.
         name: String,
-        /// How one is written.
+        /// Expected form.
         form: &'static str,
     },
-    /// The loop has no such topic.
+    /// The loop has no topic with this name and type.
     #[error("the loop has no topic '{topic}' of {type_name}")]
     NotOfTheLoop {
         /// The topic.
         topic: String,
-        /// The type asked for.
+        /// The requested type.
         type_name: &'static str,
     },
-    /// The middleware refuses.
+    /// An error of the middleware.
     #[error("{what}: {reason}")]
     Middleware {
-        /// What it was to do.
+        /// What failed.
         what: String,
-        /// Its words.
+        /// Error of the middleware.
         reason: String,
     },
     /// The node has been shut down.
     #[error("the node has shut down")]
     ShutDown,
-    /// What the middleware or the system says as it fails.
+    /// A fatal error of the middleware or the system.
     #[error("{0}")]
     Failed(String),
-    /// A request with a number that is not finite.
-    #[error("{service}: not {done}: {field} is not finite")]
+    /// A request that contains a number that is not finite.
+    #[error("{service}: not {done}, because {field} is not finite")]
     NotFinite {
         /// The service or action.
         service: String,
         /// `called` or `asked`.
         done: &'static str,
-        /// The field.
+        /// The field that is not finite.
         field: String,
     },
-    /// No answer came in time.
+    /// No answer within the timeout.
     #[error("{service}: no answer within {timeout:?}")]
     NoAnswer {
         /// The service.
         service: String,
-        /// The time waited.
+        /// The timeout.
         timeout: Duration,
     },
     /// A call failed.
@@ -128,7 +128,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: the system refuses to do `what`.
+    /// For `map_err`: an error of the system while doing `what`.
     pub(crate) fn system<E: Into<io::Error>>(what: impl Into<String>) -> impl FnOnce(E) -> Self {
         move |reason| Self::System {
             what: what.into(),
@@ -136,7 +136,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: the middleware refuses the name.
+    /// For `map_err`: a name refused by the middleware.
     pub(crate) fn name<E: Display>(name: &str) -> impl FnOnce(E) -> Self {
         move |reason| Self::Name {
             name: name.to_owned(),
@@ -144,7 +144,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: the middleware refuses.
+    /// For `map_err`: an error of the middleware.
     pub(crate) fn middleware(reason: impl std::fmt::Debug) -> Self {
         Self::Middleware {
             what: "the middleware refuses".to_owned(),
@@ -152,7 +152,7 @@ impl Error {
         }
     }
 
-    /// For `map_err`: the call of the service fails.
+    /// For `map_err`: a failed call of the service.
     pub(crate) fn call<E: Display>(service: &str) -> impl FnOnce(E) -> Self {
         move |reason| Self::Call {
             service: service.to_owned(),

@@ -1,11 +1,11 @@
-//! A file size limit is a write error, not the end of the process.
+//! Turns the file size limit into a write error instead of the end of the process.
 //!
-//! Beyond `RLIMIT_FSIZE` (`ulimit -f`) the system sends SIGXFSZ, which kills. With a handler in
-//! place the write fails with "File too large" instead, and can be recognised by name.
+//! Beyond `RLIMIT_FSIZE` (`ulimit -f`) the system sends SIGXFSZ, which ends the process. With a handler for the signal, the write fails with
+//! "File too large" instead.
 
 use std::sync::{Arc, Once};
 
-/// Makes writes beyond the file size limit fail, for as long as the process runs.
+/// Makes writes beyond the file size limit fail, until the process ends.
 pub fn limit_is_an_error() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

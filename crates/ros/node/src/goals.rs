@@ -1,7 +1,7 @@
-//! The goals of an action server: their outcomes, and the clients that wait for them.
+//! The goals of an action server: their outcomes, and the waiting clients.
 //!
-//! No middleware here but its names for a goal and a request. The states and codes are those of
-//! `action_msgs` (design.ros2.org, "Actions").
+//! This module uses only the middleware's identifiers of goals and requests. States and codes are those of `action_msgs` (design.ros2.org,
+//! "Actions").
 
 use planesman_msgs::{
     action_msgs::srv::{CancelGoalRequest, CancelGoalResponse},
@@ -9,34 +9,34 @@ use planesman_msgs::{
 };
 use ros2_client::action::{GoalId, GoalStatusEnum as GoalStatus};
 
-/// Goals that have ended and whose results are kept.
+/// Number of ended goals whose results are kept.
 pub const REMEMBERED: usize = 32;
 
-/// One goal; `W` says who waits.
+/// One goal; `W` identifies a waiting client.
 struct Entry<R, W> {
     id: GoalId,
     accepted: Time,
-    /// Whether its client has been told that it is accepted.
+    /// Whether the client has been told that the goal is accepted.
     answered: bool,
     status: GoalStatus,
-    /// Once it has ended.
+    /// Result, once the goal has ended.
     result: Option<R>,
     waiting: Vec<W>,
 }
 
-/// The goals in the order in which they came.
+/// Goals in order of arrival.
 pub(crate) struct Goals<R, W> {
     entries: Vec<Entry<R, W>>,
 }
 
-/// The answer to a request for a result.
+/// Answer to a request for a result.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Outcome<R> {
-    /// This has come of it.
+    /// The goal has ended.
     Ended(GoalStatus, R),
-    /// It is under way; the asker is noted.
+    /// The goal is running; the client waits.
     UnderWay,
-    /// No such goal is known.
+    /// The goal is unknown.
     Unknown,
 }
 
@@ -47,7 +47,7 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Enters a goal as under way, unless its identifier is known already.
+    /// Adds a running goal, unless its identifier is already known.
     pub(crate) fn accept(&mut self, id: GoalId, now: Time) -> bool {
         if self.entry(id).is_some() {
             return false;
@@ -63,17 +63,17 @@ impl<R: Clone, W> Goals<R, W> {
         true
     }
 
-    /// Marks a goal as known to its client.
+    /// Marks a goal's acceptance as sent to the client.
     pub(crate) fn answered(&mut self, id: GoalId) {
         if let Some(entry) = self.entry(id) {
             entry.answered = true;
         }
     }
 
-    /// Marks the goals that a request means as being cancelled.
+    /// Marks the goals of a cancel request as being cancelled.
     ///
     /// # Errors
-    /// The code that answers the request when there are none.
+    /// The code of the answer, if there are no such goals.
     pub(crate) fn cancel(
         &mut self,
         request: &CancelGoalRequest,
@@ -102,8 +102,7 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Ends a goal, and gives who waits for its result. Of the goals that have ended, the
-    /// oldest beyond [`REMEMBERED`] is forgotten.
+    /// Ends a goal, and returns the clients waiting for its result. Of the ended goals, the oldest beyond [`REMEMBERED`] is dropped.
     pub(crate) fn end(&mut self, id: GoalId, status: GoalStatus, result: R) -> Vec<W> {
         let Some(entry) = self.entry(id).filter(|entry| entry.result.is_none()) else {
             return Vec::new();
@@ -120,7 +119,7 @@ impl<R: Clone, W> Goals<R, W> {
         waiting
     }
 
-    /// The outcome of a goal; `asker` waits while there is none.
+    /// Outcome of a goal; if there is none yet, `asker` is added to the waiting clients.
     pub(crate) fn outcome(&mut self, id: GoalId, asker: W) -> Outcome<R> {
         match self.entry(id) {
             None => Outcome::Unknown,
@@ -134,8 +133,8 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Every goal that its client knows or that has ended, with its state, the newest last. A client like rclpy's takes no
-    /// status of a goal whose acceptance it has not received.
+    /// Goals whose acceptance the client has received, or that have ended, with their states, newest last. Clients like rclpy's ignore the status
+    /// of a goal before its acceptance.
     pub(crate) fn statuses(&self) -> impl Iterator<Item = (GoalId, Time, GoalStatus)> {
         let entries = self.entries.iter();
         let entries = entries.filter(|entry| entry.answered || entry.result.is_some());

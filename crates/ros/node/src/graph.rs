@@ -1,8 +1,7 @@
-//! What the node tells of itself on `ros_discovery_info`: its name and its endpoints. ROS tools list nodes by it.
+//! The node's entry on `ros_discovery_info`, its name and endpoints, by which ROS tools list nodes.
 //!
-//! It is told whenever an endpoint is new, and anew whenever a reader has lost this participant and found it again, as
-//! after a pause that was longer than the lease: Fast DDS takes no sample twice that it has had before, though the node
-//! is no longer in its lists.
+//! The entry is published whenever an endpoint is added, and again when a reader has lost this participant and rediscovered it, for example
+//! after a pause longer than the lease. Fast DDS ignores a repeated sample, although the node is no longer in its lists.
 
 use std::{
     cell::{Cell, RefCell},
@@ -19,29 +18,28 @@ use rustdds::{DomainParticipant, DomainParticipantStatusEvent as Event, GUID, To
 
 use crate::error::{Error, Result};
 
-/// Least time between two repetitions: anybody can make a reader's acknowledgements up.
+/// Minimum time between two repetitions: anyone can fake a reader's acknowledgements.
 const REPETITION_PERIOD: Duration = Duration::from_millis(50);
 
-/// Readers remembered; then all are met anew.
+/// Maximum number of readers remembered; beyond it all count as new.
 const MAX_READERS: usize = 1000;
 
 pub(crate) struct Graph {
     context: Context,
     writer: Publisher<ParticipantEntitiesInfo>,
-    /// Those that have been matched.
+    /// Readers that have been matched.
     readers: RefCell<HashSet<GUID>>,
     repeated: Cell<Option<Instant>>,
 }
 
 impl Graph {
-    /// Makes the context's own writer, which cannot be asked to repeat what it has told, silent. To be called before there
-    /// is a context.
+    /// Replaces the context's own writer, which cannot repeat its samples. Must be called before a context exists.
     pub(crate) fn replace_writer_of_context(participant: &DomainParticipant) {
         participant.withhold_next_writer(TOPIC_NAME);
     }
 
     /// # Errors
-    /// When the middleware refuses.
+    /// An error of the middleware.
     pub(crate) fn new(
         participant: &DomainParticipant,
         context: Context,
@@ -65,7 +63,7 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Tells what there is now.
+    /// Publishes the present entry.
     pub(crate) fn tell(&self) {
         let info = self.context.participant_entities_info();
         if let Err(error) = self.writer.publish(info) {
@@ -73,7 +71,7 @@ impl Graph {
         }
     }
 
-    /// Tells it anew where a reader matches again.
+    /// Publishes the entry again when a reader matches again.
     pub(crate) fn on(&self, event: &Event) {
         if let Event::RemoteReaderMatched {
             local_writer,

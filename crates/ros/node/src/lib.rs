@@ -1,4 +1,4 @@
-//! The node runtime, shared by all nodes of the suite.
+//! Runtime shared by all nodes of the suite.
 //!
 //! A node's program is a `match` over its events:
 //!
@@ -47,38 +47,38 @@
 //! }
 //! ```
 //!
-//! | module | what it holds |
+//! | module | contents |
 //! |---|---|
 //! | [`runtime`] | the node: one thread, one event at a time |
-//! | [`args`] | `--ros-args` |
-//! | [`names`], `name_rules` | expanding and remapping names; their form |
+//! | [`args`] | parsing of `--ros-args` |
+//! | [`names`], `name_rules` | expanding, remapping and checking names |
 //! | [`domain`] | `ROS_DOMAIN_ID` and the discovery range |
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
 //! | `type_description` | `~/get_type_description` |
-//! | [`qos`], `qos_overrides` | quality of service as ROS conventions have it; as parameters ask for it |
-//! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
-//! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
-//! | `share` | how much of its time a node gives to requests |
-//! | `receive_limits` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
-//! | [`action_server`], [`action_client`], `goals` | actions served and called; the server's goals |
-//! | `endpoint` | one end of a topic: peers and counts |
+//! | [`qos`], `qos_overrides` | quality of service of ROS conventions, and overrides by parameters |
+//! | [`publisher`], `subscription`, [`raw`] | publishing, subscribing, and subscribing without decoding |
+//! | [`service`], `answers`, `waiting` | service servers and clients; pending answers |
+//! | `share` | limit of the time spent on requests |
+//! | `receive_limits` | limits of received bytes, and of the time spent on large messages |
+//! | [`action_server`], [`action_client`], `goals` | action servers and clients; goals of a server |
+//! | `endpoint` | a publisher or subscription: peers and counters |
 //! | `error` | [`Error`] |
-//! | `clock`, `clock_source` | wall time or `/clock` |
-//! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; a line's form |
+//! | `clock`, `clock_source` | machine time or `/clock` |
+//! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; format of a line |
 //! | `lifecycle` | managed nodes |
-//! | `logger_levels` | the two services that tell and set levels |
-//! | [`diagnostics`] | `/diagnostics`, written and read |
-//! | `discovered` | what others publish |
-//! | `definition` | the definitions of others' types |
-//! | `losses` | how many messages are missing |
-//! | `discovery_events` | QoS that does not fit, readers that do not acknowledge |
+//! | `logger_levels` | the two services of log levels |
+//! | [`diagnostics`] | writing and reading `/diagnostics` |
+//! | `discovered` | topics published by others |
+//! | `definition` | definitions of types published by others |
+//! | `losses` | counting of missing messages |
+//! | `discovery_events` | incompatible QoS, readers that do not acknowledge |
 //! | [`claim`] | an exclusive role in a domain |
 //! | [`report`] | the exit report: messages of each topic |
-//! | [`memory`], [`file_size`], [`shutdown`], `timers` | the ceilings; the signals; the timers' thread |
-//! | `shared` | what these parts share |
-//! | `watchdog` | whether the middleware still runs |
-//! | [`testing`] | a DDS domain of one's own |
+//! | [`memory`], [`file_size`], [`shutdown`], `timers` | memory and file size limits; signals; the timers' thread |
+//! | `shared` | state shared by these modules |
+//! | `watchdog` | check that the middleware runs |
+//! | [`testing`] | a private DDS domain for tests |
 
 pub mod action_client;
 pub mod action_server;
@@ -153,7 +153,7 @@ pub use report::ExitReport;
 pub use runtime::{Flow, Next, NodeSpec, Runtime, Timer};
 pub use service::{Client, Responder};
 
-/// Runs a program: what it fails with becomes one line on stderr and exit status 1.
+/// Runs a program: prints an error as one line on stderr, with exit status 1.
 #[must_use]
 pub fn exit_code<E: Into<Box<dyn std::error::Error>>>(
     program: &str,

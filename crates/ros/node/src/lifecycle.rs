@@ -1,7 +1,7 @@
 //! Managed nodes: the states of `lifecycle_msgs`, their services and `~/transition_event`.
 //!
-//! The states and transitions, their numbers and labels are those of ROS 2's "Managed nodes" (design.ros2.org) as
-//! `rcl_lifecycle` has them. A transition succeeds at once: what a node does on it cannot fail.
+//! States and transitions with their numbers and labels are those of ROS 2's "Managed nodes" (design.ros2.org), as in `rcl_lifecycle`. A
+//! transition always succeeds at once.
 
 use std::{cell::Cell, rc::Rc};
 
@@ -10,7 +10,7 @@ use planesman_msgs::{
     lifecycle_msgs::msg::{State, Transition, TransitionDescription, TransitionEvent},
 };
 
-/// What a managed node has been asked to do.
+/// A transition requested from a managed node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// From unconfigured to inactive.
@@ -25,16 +25,16 @@ pub enum Change {
     ShutDown,
 }
 
-/// The state of a node: managed, or always active.
+/// Lifecycle state of a node, managed or always active.
 #[derive(Clone, Debug)]
 pub struct Lifecycle {
     state: Rc<Cell<u8>>,
 }
 
-/// Number, label, from, to of each transition.
+/// Number, label, start and end state of a transition.
 type Edge = (u8, &'static str, u8, u8);
 
-/// The transitions that may be asked for, each with the state on its way.
+/// Requestable transitions, each with its intermediate state.
 const ASKED: [(Edge, Change); 7] = {
     use Change::{Activate, CleanUp, Configure, Deactivate, ShutDown};
     [
@@ -48,7 +48,7 @@ const ASKED: [(Edge, Change); 7] = {
     ]
 };
 
-/// How they go on.
+/// Automatic transitions from the intermediate states.
 const OUTCOMES: [Edge; 18] = [
     (10, "transition_success", 10, 2),
     (11, "transition_failure", 10, 1),
@@ -104,27 +104,27 @@ fn description(&(id, label, from, to): &Edge) -> TransitionDescription {
 }
 
 impl Lifecycle {
-    /// Of a node that is not managed: active from the beginning.
+    /// Of a node that is not managed: always active.
     pub(crate) fn unmanaged() -> Self {
         Self {
             state: Rc::new(Cell::new(State::PRIMARY_STATE_ACTIVE)),
         }
     }
 
-    /// Of a managed node, which is unconfigured at first.
+    /// Of a managed node: initially unconfigured.
     pub(crate) fn managed() -> Self {
         Self {
             state: Rc::new(Cell::new(State::PRIMARY_STATE_UNCONFIGURED)),
         }
     }
 
-    /// Whether the node does its work.
+    /// Whether the node is active.
     #[must_use]
     pub fn is_active(&self) -> bool {
         self.state.get() == State::PRIMARY_STATE_ACTIVE
     }
 
-    /// The state's name: `inactive`.
+    /// Label of the state, such as `inactive`.
     #[must_use]
     pub fn label(&self) -> String {
         self.current().label
@@ -138,7 +138,7 @@ impl Lifecycle {
         STATES.iter().map(|(id, _)| state(*id)).collect()
     }
 
-    /// The transitions that may be asked for now.
+    /// Transitions available in this state.
     pub(crate) fn available(&self) -> Vec<TransitionDescription> {
         let now = self.state.get();
         let edges = ASKED.iter().map(|(edge, _)| edge);
@@ -154,8 +154,7 @@ impl Lifecycle {
         asked.chain(&OUTCOMES).map(description).collect()
     }
 
-    /// Makes the transition that is asked for, by its label if it has one, if it is possible now: the change, and the
-    /// two events on the way.
+    /// Performs the requested transition, by label if there is one, if it is available; returns the change and the two events of the transition.
     pub(crate) fn change(
         &self,
         asked: &Transition,

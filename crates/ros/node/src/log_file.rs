@@ -9,8 +9,7 @@ use std::{
 
 use crate::args::RosArguments;
 
-/// The folder for log files, in rcl's order; `None` where nobody has asked for files. (rcl's nodes write to `~/.ros/log`
-/// without being asked.)
+/// Folder for log files, in rcl's order of priority; `None` unless files are requested. (Nodes of rcl write to `~/.ros/log` by default.)
 pub(crate) fn folder(
     arguments: &RosArguments,
     variable: impl Fn(&str) -> Option<String>,
@@ -30,10 +29,10 @@ pub(crate) fn folder(
     }
 }
 
-/// Opens `PREFIX_PID_MILLISECONDS.log` in `folder`, as rcl names it.
+/// Opens `PREFIX_PID_MILLISECONDS.log` in `folder`, named as in rcl.
 ///
 /// # Errors
-/// When the folder cannot be made or the file not be written.
+/// The folder cannot be created, or the file cannot be written.
 pub(crate) fn open(folder: &PathBuf, prefix: &str) -> Result<File> {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let name = format!(

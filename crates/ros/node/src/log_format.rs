@@ -1,14 +1,14 @@
-//! A line of the log as `rcutils` forms it: `RCUTILS_CONSOLE_OUTPUT_FORMAT`, `RCUTILS_COLORIZED_OUTPUT`.
+//! Format of a log line as in `rcutils`: `RCUTILS_CONSOLE_OUTPUT_FORMAT`, `RCUTILS_COLORIZED_OUTPUT`.
 
 use std::time::Duration;
 
 use jiff::{Timestamp, tz::TimeZone};
 use log::Level;
 
-/// The format where none is set.
+/// Default format.
 const DEFAULT: &str = "[{severity}] [{time}] [{name}]: {message}";
 
-/// A part of a line.
+/// A part of the format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Part {
     Text(String),
@@ -40,21 +40,21 @@ impl Part {
     }
 }
 
-/// What a line may tell.
+/// Data of a log line.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry<'a> {
     pub(crate) level: Level,
     /// The logger's name.
     pub(crate) name: &'a str,
     pub(crate) message: String,
-    /// The Rust module: nothing names the function.
+    /// The Rust module; the function's name is not available.
     pub(crate) function: &'a str,
     pub(crate) file: &'a str,
     pub(crate) line: u32,
     pub(crate) since_1970: Duration,
 }
 
-/// The form of a line.
+/// Format of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Format(Vec<Part>);
 
@@ -65,7 +65,7 @@ impl Default for Format {
 }
 
 impl Format {
-    /// The format that `text` describes. A token that is not known stands for itself.
+    /// Parses a format. Unknown tokens are kept as text.
     pub(crate) fn new(text: &str) -> Self {
         let mut parts = Vec::new();
         let mut plain = String::new();
@@ -97,7 +97,7 @@ impl Format {
     }
 }
 
-/// What a backslash and a letter at the beginning of `text` stand for, and what follows.
+/// Character for a backslash and a letter at the beginning of `text`, and the remaining text.
 fn escaped(text: &str) -> Option<(char, &str)> {
     let rest = text.strip_prefix('\\')?;
     let control = match rest.chars().next()? {
@@ -145,7 +145,7 @@ fn severity(level: Level) -> &'static str {
     }
 }
 
-/// The line in the colour of its severity, as a terminal takes it.
+/// The line with terminal codes for the colour of its severity.
 pub(crate) fn colored(line: &str, level: Level) -> String {
     let color = match level {
         Level::Error => "\x1b[31m",

@@ -1,4 +1,4 @@
-//! `~/get_logger_levels` and `~/set_logger_levels`, as rclcpp serves them with `enable_logger_service`.
+//! `~/get_logger_levels` and `~/set_logger_levels`, as in rclcpp with `enable_logger_service`.
 
 use planesman_msgs::rcl_interfaces::{
     msg::{LoggerLevel, SetLoggerLevelsResult},
@@ -10,7 +10,7 @@ use planesman_msgs::rcl_interfaces::{
 
 use crate::logging;
 
-/// The level set for each logger, unknown (0) where none is.
+/// Level of each logger; 0 (unset) if none was set.
 pub(crate) fn get(request: GetLoggerLevelsRequest) -> GetLoggerLevelsResponse {
     let level = |name: String| LoggerLevel {
         level: logging::level(&name),
@@ -21,7 +21,7 @@ pub(crate) fn get(request: GetLoggerLevelsRequest) -> GetLoggerLevelsResponse {
     }
 }
 
-/// Sets each logger's level, 0 for none of its own.
+/// Sets the level of each logger; 0 unsets it.
 pub(crate) fn set(request: SetLoggerLevelsRequest) -> SetLoggerLevelsResponse {
     let result = |LoggerLevel { name, level }| {
         let outcome = logging::set_level(&name, level);

@@ -1,9 +1,9 @@
-//! The log: `log`'s macros to the console in rcl's form, to a file, and to `/rosout`.
+//! Log: the macros of `log`, written to the console in rcl's format, to a file, and to `/rosout`.
 //!
-//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, not too often. Its
-//! warnings tell of its inner life (a lost datagram, a peer that left) more than of the node, so they count as debug, and the
-//! rest is left out, unless a level is set for it (`--log-level rustdds:=debug`). Of what one place in the code says in a flood,
-//! as for each message of a peer that sends nonsense, a bounded number of lines is written and the rest counted.
+//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, with limited frequency. Its warnings are
+//! about internals (a lost datagram, a peer that left) and count as debug; its other messages are dropped unless a level is set for it
+//! (`--log-level rustdds:=debug`). If one place in the code logs very often, for example for each message of a faulty peer, a limited number of
+//! lines is written and the rest is counted.
 
 use crate::error::Result;
 use std::{
@@ -36,62 +36,61 @@ use crate::{
 /// Crates whose warnings count as debug.
 const MIDDLEWARE: [&str; 5] = ["rustdds", "ros2_client", "cdr_encoding", "mio", "polling"];
 
-/// Time between two of the middleware's errors from one place, s.
+/// Minimum time between two of the middleware's errors from one place.
 const MIDDLEWARE_PERIOD: Duration = Duration::from_secs(5);
 
-/// Most lines from one place in a [`FLOOD_PERIOD`], those for debugging not counted.
+/// Maximum number of lines from one place per [`FLOOD_PERIOD`], without debug lines.
 const MAX_LINES: u32 = 100;
 const FLOOD_PERIOD: Duration = Duration::from_secs(10);
 
-/// The levels from which on loggers write.
+/// Log levels of the loggers.
 #[derive(Clone, Debug)]
 struct Levels {
-    /// Where none is set.
+    /// Level of loggers without one of their own.
     default: LevelFilter,
-    /// By logger, the node's included.
+    /// Levels by logger, including the node's.
     set: Vec<(String, LevelFilter)>,
 }
 
-/// Where the console's lines go.
+/// Destination of the console's lines.
 #[derive(Clone, Copy, Debug)]
 struct Console {
     stdout: bool,
     colored: bool,
 }
 
-/// A node whose log goes to `/rosout`, by the handle it has there, if any.
+/// A node with a handle of `/rosout`, if it logs there.
 struct LoggingNode {
     clock: Arc<Clock>,
     rosout: Option<NodeLoggingHandle>,
-    /// What is logged in its thread is its own.
+    /// Lines from this thread belong to the node.
     thread: ThreadId,
 }
 
-/// The process's log.
+/// The log of the process.
 struct Logger {
-    /// The node's logger name, `auv.plant_sim`.
+    /// Name of the node's logger, such as `auv.plant_sim`.
     name: String,
     levels: Mutex<Levels>,
     format: Format,
     console: Option<Console>,
     file: Option<File>,
-    /// The nodes that write, while they live: one in a process, as a rule, and several in a test's.
+    /// Running nodes that log: usually one per process, several in tests.
     nodes: Mutex<Vec<LoggingNode>>,
-    /// The middleware's errors, by place.
+    /// The middleware's errors, by place in the code.
     throttle: Mutex<Throttle>,
-    /// All lines but those for debugging, by place.
+    /// All lines except debug lines, by place in the code.
     flood: Mutex<Throttle>,
-    /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
+    /// Whether the node is shutting down: errors between parts of the middleware are then expected.
     ends: AtomicBool,
 }
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
 
-/// Sends the process's log to the console under the node's name, and to a file where one is wanted. Only the first
-/// call counts.
+/// Starts the log of the process under the node's name, to the console and if requested to a file. Only the first call has an effect.
 ///
 /// # Errors
-/// When the log file cannot be written.
+/// The log file cannot be written.
 pub(crate) fn install(name: &str, arguments: &RosArguments) -> Result<()> {
     if LOGGER.get().is_some() {
         return Ok(());
@@ -106,7 +105,7 @@ pub(crate) fn install(name: &str, arguments: &RosArguments) -> Result<()> {
     Ok(())
 }
 
-/// The level set for the logger `name`, as `rcl_interfaces/msg/LoggerLevel` numbers it; 0 where none is.
+/// Level of the logger `name`, numbered as in `rcl_interfaces/msg/LoggerLevel`; 0 if unset.
 pub(crate) fn level(name: &str) -> u32 {
     let Some(logger) = LOGGER.get() else {
         return 0;
@@ -115,16 +114,16 @@ pub(crate) fn level(name: &str) -> u32 {
     set.map_or(0, |level| u32::from(number_of(level)))
 }
 
-/// Why a level is not set.
+/// Why a level cannot be set.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 pub(crate) enum LevelError {
-    #[error("{0} is no level: 0, 10, 20, 30, 40 or 50")]
+    #[error("invalid level {0}; allowed: 0, 10, 20, 30, 40, 50")]
     Unknown(u32),
-    #[error("there is no log")]
+    #[error("the log has not been started")]
     NoLog,
 }
 
-/// Sets the level of the logger `name`, 0 for none of its own.
+/// Sets the level of the logger `name`; 0 unsets it.
 ///
 /// # Errors
 /// [`LevelError`].
@@ -160,7 +159,7 @@ fn number_of(level: LevelFilter) -> u8 {
     }
 }
 
-/// The node with this clock is up in this thread: sends the log to `/rosout` too, where it is to.
+/// Called when the node with this clock has started in this thread: also sends the log to `/rosout`, if enabled.
 pub(crate) fn begin(rosout: Option<NodeLoggingHandle>, clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
         lock(&logger.nodes).push(LoggingNode {
@@ -172,7 +171,7 @@ pub(crate) fn begin(rosout: Option<NodeLoggingHandle>, clock: &Arc<Clock>) {
     }
 }
 
-/// The node with this clock goes down and takes back its handle of `/rosout`: the writer must go before the participant.
+/// Called when the node with this clock shuts down: returns its handle of `/rosout`, whose writer must be dropped before the participant.
 pub(crate) fn end(clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
         let mut nodes = lock(&logger.nodes);
@@ -181,7 +180,7 @@ pub(crate) fn end(clock: &Arc<Clock>) {
     }
 }
 
-/// Publishes the final error on `/rosout` and writes it to the file; the console gets it from
+/// Publishes the final error on `/rosout` and writes it to the file; [`exit_code`](crate::exit_code) prints it on the console.
 /// [`exit_code`](crate::exit_code).
 pub(crate) fn log_final_error(error: &impl std::fmt::Display) {
     if let Some(logger) = LOGGER.get() {
@@ -192,7 +191,7 @@ pub(crate) fn log_final_error(error: &impl std::fmt::Display) {
     }
 }
 
-/// Whoever panicked while holding the lock left nothing half done.
+/// Locks the mutex, ignoring poisoning: a panic leaves the data consistent.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -205,19 +204,19 @@ fn is_middleware(target: &str) -> bool {
     })
 }
 
-/// A logger's name without the namespace.
+/// Name of a logger without the namespace.
 fn bare(name: &str) -> &str {
     name.rsplit('.').next().unwrap_or(name)
 }
 
 impl Levels {
-    /// The level set last for just this logger.
+    /// Level set last for exactly this logger.
     fn set_exactly_for(&self, name: &str) -> Option<LevelFilter> {
         let set = self.set.iter().rev().find(|(logger, _)| logger == name);
         set.map(|(_, level)| *level)
     }
 
-    /// The level set for `name` or the nearest logger above it.
+    /// Level set for `name` or its nearest parent logger.
     fn set_for(&self, name: &str) -> Option<LevelFilter> {
         let above = |logger: &str| {
             name.strip_prefix(logger)
@@ -230,7 +229,7 @@ impl Levels {
             .map(|(_, level)| *level)
     }
 
-    /// The level of the node `name`; its bare name will do, without the namespace.
+    /// Level of the node `name`, also found by its name without the namespace.
     fn of_node(&self, name: &str) -> LevelFilter {
         self.set_exactly_for(name)
             .or_else(|| self.set_exactly_for(bare(name)))
@@ -282,7 +281,7 @@ impl Logger {
         })
     }
 
-    /// Whether a record passes, and at which level.
+    /// Level at which a record is logged; `None` if it is not.
     fn admitted(&self, metadata: &Metadata<'_>) -> Option<Level> {
         let levels = lock(&self.levels);
         let (level, limit) = if is_middleware(metadata.target()) {
@@ -298,7 +297,7 @@ impl Logger {
         (level <= limit).then_some(level)
     }
 
-    /// A record as a line.
+    /// Line of a record.
     fn line(&self, level: Level, record: &Record<'_>) -> String {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         self.format.line(&Entry {
@@ -315,7 +314,7 @@ impl Logger {
         })
     }
 
-    /// In one piece, so that processes sharing a terminal do not mix their lines. A closed console is no reason to stop.
+    /// Prints a line at once, so that processes sharing a terminal do not mix their lines. A closed console is ignored.
     fn print(&self, line: &str, level: Level) {
         let Some(console) = self.console else {
             return;
@@ -330,14 +329,14 @@ impl Logger {
         };
     }
 
-    /// A full disk is no reason to stop.
+    /// Writes a line to the file. A full disk is ignored.
     fn write_to_file(&self, line: &str) {
         if let Some(mut file) = self.file.as_ref() {
             let _ = file.write_all(format!("{line}\n").as_bytes());
         }
     }
 
-    /// Writes a record everywhere.
+    /// Writes a record to all destinations.
     fn write(&self, level: Level, record: &Record<'_>) {
         let line = self.line(level, record);
         self.print(&line, level);
@@ -348,7 +347,7 @@ impl Logger {
         }
     }
 
-    /// Sends a record to `/rosout`: that of the node in whose thread it was made, or else of the one that came last.
+    /// Sends a record to `/rosout` of the node in whose thread it was logged, or else of the node started last.
     fn send(&self, level: Level, record: &Record<'_>) {
         let nodes = lock(&self.nodes);
         let thread = thread::current().id();
@@ -400,7 +399,7 @@ impl Log for Logger {
                 &Record::builder()
                     .metadata(record.metadata().clone())
                     .args(format_args!(
-                        "{} ({count} more such lines were left out)",
+                        "{} ({count} similar lines omitted)",
                         record.args()
                     ))
                     .module_path(record.module_path())
@@ -423,7 +422,7 @@ fn ros_level(level: Level) -> LogLevel {
     }
 }
 
-/// Lets so many lines per subject and period through, and counts the rest.
+/// Passes a limited number of lines per subject and period, and counts the others.
 #[derive(Debug)]
 pub struct Throttle {
     most: u32,
@@ -431,7 +430,7 @@ pub struct Throttle {
     subjects: BTreeMap<String, Lately>,
 }
 
-/// What was said of one subject since a period began.
+/// Lines of one subject in the present period.
 #[derive(Debug)]
 struct Lately {
     since: Instant,
@@ -440,7 +439,7 @@ struct Lately {
 }
 
 impl Throttle {
-    /// One warning per subject in `period`.
+    /// One warning per subject and `period`.
     #[must_use]
     pub fn new(period: Duration) -> Self {
         Self::of(1, period)
@@ -454,7 +453,7 @@ impl Throttle {
         }
     }
 
-    /// Whether to speak of `subject` now, and how often it was passed over since the last time.
+    /// Whether to log about `subject` now; returns the number of lines skipped since the last one.
     pub fn admit(&mut self, subject: &str) -> Option<u64> {
         self.admit_at(subject, Instant::now())
     }
@@ -480,11 +479,11 @@ impl Throttle {
         Some(std::mem::take(&mut lately.passed_over))
     }
 
-    /// Warns about `subject`, unless it did so less than a period ago.
+    /// Warns about `subject`, unless it did so within the period.
     pub fn warn(&mut self, subject: &str, text: &str) {
         match self.admit(subject) {
             Some(0) => log::warn!("{subject}: {text}"),
-            Some(more) => log::warn!("{subject}: {text} ({more} more since the last such warning)"),
+            Some(more) => log::warn!("{subject}: {text} ({more} more since the last warning)"),
             None => {}
         }
     }

@@ -1,21 +1,21 @@
-//! How many messages of a topic are missing between those that came, by the numbers that publishers give them.
+//! Counts missing messages of a topic from the publishers' sequence numbers.
 
 use std::collections::BTreeMap;
 
-/// Publishers that are told apart; of more, as of a hostile peer's, the account begins anew.
+/// Maximum number of publishers; beyond it, as with a hostile peer, counting starts again.
 const PUBLISHERS: usize = 1000;
 
-/// The account of one topic.
+/// Count of one topic.
 #[derive(Clone, Debug, Default)]
 pub struct Losses {
-    /// The least and greatest number by publisher.
+    /// Lowest and highest sequence number, by publisher.
     spans: BTreeMap<[u8; 16], (i64, i64)>,
-    /// Numbers between them without a message, minus messages that came twice.
+    /// Sequence numbers without a message, minus repeated messages.
     missing: i64,
 }
 
 impl Losses {
-    /// Notes that the publisher's message with that number has come, in any order.
+    /// Records a message with this sequence number of the publisher, in any order.
     pub fn received(&mut self, publisher: [u8; 16], sequence: i64) {
         if self.spans.len() >= PUBLISHERS && !self.spans.contains_key(&publisher) {
             self.spans.clear();
@@ -31,7 +31,7 @@ impl Losses {
         self.missing = self.missing.saturating_add(new.saturating_sub(1));
     }
 
-    /// Messages that are missing.
+    /// Number of missing messages.
     #[must_use]
     pub fn missing(&self) -> u64 {
         u64::try_from(self.missing).unwrap_or(0)

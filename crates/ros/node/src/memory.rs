@@ -1,26 +1,23 @@
-//! A limit on the memory of the process.
+//! Memory limit of the process.
 //!
-//! DDS lets any peer on the network make a node store what it sends. The known ways to
-//! make it store without end are patched in RustDDS; the ceiling is for the unknown ones. A node
-//! that reaches it aborts on the failed allocation, and its peers see it lost, instead of
-//! the whole machine swapping. A node of this suite uses some 15 MB, and its [`ReceiveLimits`]
-//! in addition.
+//! In DDS any peer on the network can make a node store data. Known ways to do so without limit are fixed in RustDDS; this limit is for
+//! unknown ones. A node that reaches it aborts on a failed allocation, which its peers notice; otherwise the whole machine would swap. A node of
+//! this suite uses about 15 MB, plus its [`ReceiveLimits`].
 
 use crate::error::{Error, Result};
 use crate::receive_limits::ReceiveLimits;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-/// The environment variable that sets another ceiling, in MiB; 0 means none.
+/// Environment variable for another limit, in MiB; 0 means no limit.
 pub const VARIABLE: &str = "PLANESMAN_MEMORY_LIMIT_MB";
 
-/// The ceiling without the variable, MiB, beside what the node's budgets allow.
+/// Default limit, MiB, without the node's receive limits.
 const DEFAULT_MIB: u64 = 1024;
 
-/// Limits the process's private writable memory (`RLIMIT_DATA`; address space that is
-/// only reserved does not count). A lower limit that is already in force stays.
+/// Limits the process's private writable memory (`RLIMIT_DATA`; reserved address space does not count). A lower existing limit stays.
 ///
 /// # Errors
-/// When the variable holds no number, or the system refuses.
+/// The variable is not a number, or the system refuses.
 pub fn limit(receive_limits: &ReceiveLimits) -> Result<()> {
     let budgets = (receive_limits.budget as u64).saturating_mul(4) >> 20;
     let mib = match std::env::var(VARIABLE) {
@@ -43,5 +40,5 @@ pub fn limit(receive_limits: &ReceiveLimits) -> Result<()> {
             maximum: now.maximum,
         },
     )
-    .map_err(Error::system("the memory limit cannot be set"))
+    .map_err(Error::system("cannot set the memory limit"))
 }

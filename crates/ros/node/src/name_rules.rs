@@ -1,4 +1,4 @@
-//! The rules for ROS names.
+//! Rules of ROS names.
 
 use crate::bad_argument::BadArgument;
 
@@ -9,7 +9,7 @@ pub(crate) fn is_token(token: &str) -> bool {
         && !token.contains("__")
 }
 
-/// Refuses what is no absolute ROS name.
+/// Checks that a name is an absolute ROS name.
 pub(crate) fn check(absolute: &str) -> Result<(), BadArgument> {
     let tokens = absolute.strip_prefix('/').unwrap_or(absolute);
     if tokens.split('/').all(is_token) {
@@ -22,11 +22,11 @@ pub(crate) fn check(absolute: &str) -> Result<(), BadArgument> {
     ))
 }
 
-/// Refuses what is no absolute ROS namespace; an enclave's name has the same form.
+/// Checks that a name is an absolute ROS namespace; enclaves have the same form.
 pub(crate) fn check_namespace(name: &str) -> Result<(), BadArgument> {
     match name {
         "/" => Ok(()),
         _ if name.starts_with('/') => check(name),
-        _ => Err(BadArgument::new(name, "it does not start with a slash")),
+        _ => Err(BadArgument::new(name, "the name must start with a slash")),
     }
 }

@@ -1,8 +1,7 @@
-//! ROS names: expanding `~`, `{node}` and relative names, checking them, remapping them.
+//! ROS names: expands `~`, `{node}` and relative names, checks and remaps them.
 //!
-//! The rules are those of "Topic and Service name mapping to DDS" and "Static Remapping"
-//! on design.ros2.org, as `rcl` applies them: a name is expanded, then the first rule
-//! whose expanded left side is that name replaces it.
+//! The rules are those of "Topic and Service name mapping to DDS" and "Static Remapping" on design.ros2.org, as in `rcl`: a name is expanded,
+//! then replaced by the first rule whose expanded left side equals it.
 
 use crate::{
     args::{Remap, RemapKind},
@@ -13,17 +12,17 @@ use crate::{
 /// A node's name and namespace after remapping.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeNames {
-    /// The bare name: `plant_sim`.
+    /// Name without namespace, such as `plant_sim`.
     pub name: String,
-    /// The namespace, beginning with `/` and ending without it unless it is `/`: `/auv`.
+    /// Namespace, such as `/auv`; begins with `/` and ends without it, except `/` itself.
     pub namespace: String,
 }
 
 impl NodeNames {
-    /// The names given in the program, changed by the `__node` and `__ns` rules.
+    /// Applies the `__node` and `__ns` rules to the names given in the program.
     ///
     /// # Errors
-    /// When a name or namespace breaks ROS's rules.
+    /// A name or namespace that violates the ROS rules.
     pub fn remapped(name: &str, namespace: &str, rules: &[Remap]) -> Result<Self, BadArgument> {
         let rule = |kind| {
             rules
@@ -34,7 +33,7 @@ impl NodeNames {
         let namespace = rule(RemapKind::Namespace).unwrap_or(namespace);
         let name = rule(RemapKind::Node).unwrap_or(name);
         if !is_token(name) {
-            return Err(BadArgument::new(name, "not a node name"));
+            return Err(BadArgument::new(name, "not a valid node name"));
         }
         let namespace = format!("/{}", namespace.trim_matches('/'));
         check_namespace(&namespace)?;
@@ -50,16 +49,16 @@ impl NodeNames {
         join(&self.namespace, &self.name)
     }
 
-    /// The logger's name: the full name with dots, `auv.plant_sim`.
+    /// Name of the logger: the full name with dots, such as `auv.plant_sim`.
     #[must_use]
     pub fn logger(&self) -> String {
         self.full().trim_start_matches('/').replace('/', ".")
     }
 
-    /// The absolute name that `name` stands for in this node, before remapping.
+    /// Absolute name of `name` in this node, before remapping.
     ///
     /// # Errors
-    /// When the result breaks ROS's rules for names.
+    /// The result violates the ROS rules for names.
     pub fn expand(&self, name: &str) -> Result<String, BadArgument> {
         let namespace = self.namespace.trim_start_matches('/');
         let filled = name
@@ -79,10 +78,10 @@ impl NodeNames {
         Ok(absolute)
     }
 
-    /// The absolute name of a topic or service after remapping.
+    /// Absolute name of a topic or service, after remapping.
     ///
     /// # Errors
-    /// When the name, or the rule that applies to it, breaks ROS's rules for names.
+    /// The name, or the applied rule, violates the ROS rules for names.
     pub fn resolve(
         &self,
         name: &str,
@@ -106,12 +105,12 @@ fn join(parent: &str, child: &str) -> String {
     format!("{}/{child}", parent.trim_end_matches('/'))
 }
 
-/// The DDS topic that a service's requests go by.
+/// DDS topic of a service's requests.
 pub(crate) fn requests_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
-/// The DDS topic that a service's answers go by.
+/// DDS topic of a service's answers.
 pub(crate) fn replies_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }

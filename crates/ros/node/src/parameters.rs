@@ -1,7 +1,7 @@
-//! The node's parameters, and the six services of `rcl_interfaces` that show and change them.
+//! The node's parameters, and the six services of `rcl_interfaces` that read and change them.
 //!
-//! A change is checked against the declarations and then, as a whole, by the node's own
-//! rule; only a set that passes both becomes the node's, and the node gets it as one event.
+//! A change is checked against the declarations, and then the complete set against the node's own rule. Only a set that passes both becomes
+//! effective; the node receives it as one event.
 
 use crate::error::{BoxedError, Error, Result};
 use planesman_msgs::rcl_interfaces::{
@@ -19,7 +19,7 @@ use crate::{
     qos_overrides,
 };
 
-/// The parameters that every node has.
+/// Parameters of every node.
 #[derive(Parameters)]
 struct OfEveryNode {
     /// take the time from /clock
@@ -33,30 +33,30 @@ struct OfEveryNode {
     enable_logger_service: bool,
 }
 
-/// Set, it makes the name of a parameter that is not declared an error when the node starts.
+/// If this variable is set, an undeclared parameter is an error when the node starts.
 pub const STRICT_PARAMETERS: &str = "PLANESMAN_STRICT_PARAMETERS";
 
-/// The answer to a parameter that is taken.
+/// Answer to an accepted parameter.
 const SUCCESS: SetParametersResult = SetParametersResult {
     successful: true,
     reason: String::new(),
 };
 
-/// The rule for a set of values beyond the declaration of each.
+/// Rule for a complete set of values, beyond the declaration of each.
 type Validate = Box<dyn Fn(&Values) -> Result<(), BoxedError>>;
 
-/// The values in force and the rule for new ones.
+/// The values in force, and the rule for new ones.
 pub(crate) struct ParameterServer {
     pub(crate) values: Values,
     validate: Validate,
 }
 
 impl ParameterServer {
-    /// The declared defaults with what the arguments say for this node. Names that are not declared are ignored with a
-    /// warning, as rcl does, so that one file can serve a whole robot; where `strict` they are an error.
+    /// The declared defaults with the values given by the arguments. Undeclared names are ignored with a warning, as in rcl, so that one file can
+    /// serve a whole robot; with `strict` they are an error.
     ///
     /// # Errors
-    /// When a file cannot be read, or a value is refused by its declaration or the rule.
+    /// A file that cannot be read, or a value refused by its declaration or the rule.
     pub(crate) fn at_start<P: Parameters + 'static>(
         validate: fn(&P) -> Result<(), BoxedError>,
         names: &NodeNames,
@@ -105,22 +105,22 @@ impl ParameterServer {
         })
     }
 
-    /// Whether the node's time is `/clock`.
+    /// Whether the node's time comes from `/clock`.
     pub(crate) fn uses_sim_time(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.use_sim_time)
     }
 
-    /// Whether the node describes its types.
+    /// Whether the node serves descriptions of its types.
     pub(crate) fn describes_types(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.start_type_description_service)
     }
 
-    /// Whether the node tells and sets the levels of its loggers.
+    /// Whether the node serves the levels of its loggers.
     pub(crate) fn serves_logger_levels(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.enable_logger_service)
     }
 
-    /// Takes all changes or none, and says which parameters now differ.
+    /// Applies all changes or none; returns the changed parameters.
     pub(crate) fn change(
         &mut self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -140,8 +140,8 @@ impl ParameterServer {
         Ok(changed)
     }
 
-    /// `set_parameters`: all together if they are valid so, since `ros2 param load` sets a file's parameters by it; else each
-    /// on its own. Returns the results and what changed.
+    /// `set_parameters`: sets all together if they are valid as a set, since `ros2 param load` sets a file's parameters this way; otherwise each
+    /// one separately. Returns the results and the changes.
     pub(crate) fn set_each(
         &mut self,
         request: SetParametersRequest,
@@ -162,7 +162,7 @@ impl ParameterServer {
         (results, all_changed)
     }
 
-    /// `set_parameters_atomically`: all or none. Returns the result and what changed.
+    /// `set_parameters_atomically`: all or none. Returns the result and the changes.
     pub(crate) fn set_together(
         &mut self,
         parameters: Vec<Parameter>,
@@ -181,7 +181,7 @@ impl ParameterServer {
         }
     }
 
-    /// Takes all parameters or none.
+    /// Applies all parameters or none.
     fn take(&mut self, parameters: Vec<Parameter>) -> Result<Vec<Parameter>, BoxedError> {
         let changes: Result<Vec<_>, Refusal> = parameters
             .into_iter()
@@ -189,14 +189,14 @@ impl ParameterServer {
                 Some(value) => Ok((name, value)),
                 None => Err(Refusal {
                     name,
-                    reason: "it cannot be unset".to_owned(),
+                    reason: "a parameter cannot be unset".to_owned(),
                 }),
             })
             .collect();
         self.change(changes?)
     }
 
-    /// `get_parameters`: a value per name, not set where none is declared.
+    /// `get_parameters`: a value per name; "not set" for undeclared names.
     pub(crate) fn get(&self, names: &[String]) -> Vec<ParameterValue> {
         names
             .iter()
@@ -204,7 +204,7 @@ impl ParameterServer {
             .collect()
     }
 
-    /// `get_parameter_types`: a type per name, not set where none is declared.
+    /// `get_parameter_types`: a type per name; "not set" for undeclared names.
     pub(crate) fn types(&self, names: &[String]) -> Vec<u8> {
         self.get(names)
             .into_iter()
@@ -226,8 +226,7 @@ impl ParameterServer {
             .collect()
     }
 
-    /// `list_parameters`, as `rclcpp` answers it: the names at most `depth` levels below
-    /// one of the prefixes (0: any), and the levels they stand in.
+    /// `list_parameters` as in `rclcpp`: names at most `depth` levels below one of the prefixes (0: any depth), and their prefixes.
     pub(crate) fn list(&self, request: &ListParametersRequest) -> ListParametersResult {
         let shallow = |rest: &str| {
             request.depth == ListParametersRequest::DEPTH_RECURSIVE
@@ -261,10 +260,10 @@ impl ParameterServer {
     }
 }
 
-/// What a descriptor lists choices behind, in its constraints: ROS has no field for them.
+/// Prefix of the list of choices in a descriptor's constraints, since ROS has no field for choices.
 const ONE_OF: &str = "one of ";
 
-/// The choices that a descriptor's constraints list; `None` where another node words them in its own way.
+/// The choices in a descriptor's constraints; `None` if another node uses another wording.
 #[must_use]
 pub fn choices_in(constraints: &str) -> Option<Vec<&str>> {
     Some(constraints.strip_prefix(ONE_OF)?.split(", ").collect())
@@ -353,7 +352,7 @@ pub fn message_of(value: Option<&Value>) -> ParameterValue {
     message
 }
 
-/// The value in a message, `None` where it is not set or of no known type.
+/// Value of a message; `None` if it is not set or has an unknown type.
 #[must_use]
 pub fn value_of(message: ParameterValue) -> Option<Value> {
     match message.r#type {

@@ -13,7 +13,7 @@ use crate::{
     shared::Shared,
 };
 
-/// Sends messages of one type on one topic. Clones send through the same writer.
+/// Publishes messages of one type on one topic. Clones use the same writer.
 pub struct Publisher<M: Message> {
     writer: RawPublisher,
     of: PhantomData<fn(&M)>,
@@ -35,11 +35,11 @@ impl<M: Message> Publisher<M> {
         &self.writer.endpoint
     }
 
-    /// Sends `message`, and says whether it went out.
+    /// Publishes `message`; returns whether it was sent.
     ///
-    /// It does not go out when it holds a number that is not finite, or when the network takes
-    /// nothing any more. Both are counted, logged (not too often) and shown in the diagnostics. A reader
-    /// that does not acknowledge loses the oldest messages, and is named in the log. The call waits 5 ms at most.
+    /// A message is not sent if it contains a number that is not finite, or if the network accepts no more data. Both are counted, logged (with
+    /// limited frequency) and shown in the diagnostics. A reader that does not acknowledge loses the oldest messages and is named in the log. The
+    /// call blocks for at most 5 ms.
     pub fn publish(&self, message: &M) -> bool {
         match message.first_non_finite() {
             Some(field) => self.writer.refuse(&format!("{field} is not finite")),
@@ -47,13 +47,13 @@ impl<M: Message> Publisher<M> {
         }
     }
 
-    /// The topic's absolute name after remapping.
+    /// Absolute name of the topic, after remapping.
     #[must_use]
     pub fn topic(&self) -> &str {
         &self.writer.endpoint.topic
     }
 
-    /// The number of matched readers of other nodes.
+    /// Number of matched readers of other nodes.
     #[must_use]
     pub fn readers(&self) -> usize {
         self.writer.shared.participant().map_or(0, |participant| {
@@ -61,14 +61,14 @@ impl<M: Message> Publisher<M> {
         })
     }
 
-    /// Nobody else is to publish here: whoever does shows as an error in the diagnostics and the log.
+    /// Declares that no other node may publish here; others are reported as an error in the diagnostics and the log.
     #[must_use]
     pub fn sole(self) -> Self {
         self.writer.endpoint.sole.set(true);
         self
     }
 
-    /// The number of other nodes' publishers on the topic.
+    /// Number of other nodes' publishers on the topic.
     #[must_use]
     pub fn others(&self) -> usize {
         self.writer
@@ -77,14 +77,14 @@ impl<M: Message> Publisher<M> {
             .map_or(0, |participant| self.writer.endpoint.others(&participant))
     }
 
-    /// The number of messages sent.
+    /// Number of messages sent.
     #[must_use]
     pub fn published(&self) -> u64 {
         self.writer.endpoint.passed.get()
     }
 }
 
-/// Sends payloads as they are, for playing what was recorded. Clones send through the same writer.
+/// Publishes payloads unchanged, to play recorded messages. Clones use the same writer.
 #[derive(Clone)]
 pub struct RawPublisher {
     pub(crate) shared: Rc<Shared>,
@@ -93,12 +93,11 @@ pub struct RawPublisher {
 }
 
 impl RawPublisher {
-    /// Sends a CDR payload in little endian, with its four bytes of encapsulation, and says whether it went out. One in another encoding
-    /// does not.
+    /// Publishes a little-endian CDR payload with its four bytes of encapsulation; returns whether it was sent. Other encodings are refused.
     pub fn publish(&self, payload: &[u8]) -> bool {
         match payload.starts_with(&[0, 1]) {
             true => self.send(Bytes::raw(payload)),
-            false => self.refuse("it is not CDR in little endian"),
+            false => self.refuse("the payload is not little-endian CDR"),
         }
     }
 

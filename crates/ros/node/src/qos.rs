@@ -1,26 +1,26 @@
-//! Quality of service as ROS conventions have it.
+//! Quality of service of ROS conventions.
 
 use std::time::Duration;
 
 use planesman_msgs::loop_topics::{Delivery, LoopTopic};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 
-/// Longest that a reliable `publish` waits for room in the send window, s: short enough
-/// that an event loop never seems frozen, long enough for acknowledgements on their way.
+/// Longest time that a reliable `publish` waits for space in the send window: short enough not to block the event loop noticeably, long enough
+/// for acknowledgements in transit.
 const LONGEST_WAIT: Duration = Duration::from_millis(5);
 
-/// The quality of service that a publisher offers, or a subscription requests.
+/// Quality of service offered by a publisher, or requested by a subscription.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     reliable: bool,
     latched: bool,
     depth: usize,
-    /// How long the publisher that is followed must be silent for another to be heard.
+    /// Time of silence of the followed publisher after which another one is accepted; `None`: all are accepted.
     follows_one: Option<Duration>,
 }
 
 impl Qos {
-    /// Sensor data: best effort, the newest 5 kept (`rmw_qos_profile_sensor_data`).
+    /// Sensor data: best effort, depth 5 (`rmw_qos_profile_sensor_data`).
     #[must_use]
     pub fn sensor() -> Self {
         Self {
@@ -31,7 +31,7 @@ impl Qos {
         }
     }
 
-    /// Commands and states that must arrive: reliable, `depth` kept.
+    /// Commands and states that must arrive: reliable, history of `depth`.
     #[must_use]
     pub fn reliable(depth: usize) -> Self {
         Self {
@@ -42,8 +42,8 @@ impl Qos {
         }
     }
 
-    /// Facts that late joiners need: reliable, transient local, `depth` kept. For small
-    /// and rare data: the middleware trims the history only every few seconds.
+    /// Data that late joiners need: reliable, transient local, history of `depth`. For small and rare data: the middleware trims the history only
+    /// every few seconds.
     #[must_use]
     pub fn latched(depth: usize) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl Qos {
         }
     }
 
-    /// What the publishers of a topic of the loop offer.
+    /// QoS of the publishers of a topic of the loop.
     #[must_use]
     pub fn of(topic: &LoopTopic) -> Self {
         let depth = usize::try_from(topic.depth).unwrap_or(usize::MAX);
@@ -68,14 +68,13 @@ impl Qos {
         }
     }
 
-    /// Requests that wait for their turn at a server (`rmw_qos_profile_parameters`): so many that one client's do not soon
-    /// push another's out.
+    /// Requests queued at a server (`rmw_qos_profile_parameters`): enough that one client's requests do not soon displace another's.
     pub(crate) fn requests() -> Self {
         Self::reliable(1000)
     }
 
-    /// A reader that wants everything from anybody: best effort matches every publisher,
-    /// and 10000 samples wait for a slow disk. (KEEP_ALL would hold 64 and lose the rest.)
+    /// A reader of everything from any publisher: best effort matches all, and 10 000 samples wait for a slow disk. (KEEP_ALL would keep 64 and lose
+    /// the rest.)
     #[must_use]
     pub fn record() -> Self {
         Self {
@@ -86,27 +85,26 @@ impl Qos {
         }
     }
 
-    /// As [`Qos::record`], for publishers that offer reliable delivery: nothing is lost
-    /// on the way either.
+    /// As [`Qos::record`], for reliable publishers: no message is lost in transit either.
     #[must_use]
     pub fn record_reliable() -> Self {
         Self::reliable(10_000)
     }
 
-    /// As [`Qos::record_reliable`], with what a latched publisher sent before we came.
+    /// As [`Qos::record_reliable`], including earlier messages of a transient-local publisher.
     #[must_use]
     pub fn record_latched() -> Self {
         Self::latched(10_000)
     }
 
-    /// Of a subscription: whoever publishes first is followed, and another is refused until that one has been silent for 1 s. Nodes
-    /// of two loops that meet in flight so stay with their own.
+    /// For a subscription: follows the first publisher, and refuses others until that one has been silent for 1 s. So the nodes of two loops that
+    /// meet in flight keep to their own loop.
     #[must_use]
     pub fn of_one_publisher(self) -> Self {
         self.of_one_publisher_until(Duration::ZERO)
     }
 
-    /// As [`Qos::of_one_publisher`], and one that spoke beside it is heard once it has been silent for so long.
+    /// As [`Qos::of_one_publisher`]; a publisher refused before is accepted after this time of silence.
     #[must_use]
     pub fn of_one_publisher_until(self, silence: Duration) -> Self {
         Self {
@@ -115,22 +113,22 @@ impl Qos {
         }
     }
 
-    /// How long the publisher that is followed must be silent for another to be heard; `None` where all are.
+    /// Time of silence of the followed publisher after which another one is accepted; `None` if all are accepted.
     pub(crate) fn follows_one(self) -> Option<Duration> {
         self.follows_one
     }
 
-    /// Whether lost samples are sent again.
+    /// Whether lost samples are retransmitted.
     pub(crate) fn is_reliable(self) -> bool {
         self.reliable
     }
 
-    /// Whether late joiners get earlier samples.
+    /// Whether late joiners receive earlier samples.
     pub(crate) fn is_latched(self) -> bool {
         self.latched
     }
 
-    /// The same with these policies.
+    /// The same QoS with these policies.
     pub(crate) fn with(self, reliable: bool, latched: bool, depth: usize) -> Self {
         Self {
             reliable,
@@ -146,7 +144,7 @@ impl Qos {
         self.depth
     }
 
-    /// The same as the middleware's type, for a writer that fails at once when there is no room.
+    /// QoS of the middleware for a writer that fails at once when there is no space.
     pub(crate) fn impatient_profile(self) -> QosProfile {
         QosProfile {
             reliability: Reliability::Reliable {
@@ -156,7 +154,7 @@ impl Qos {
         }
     }
 
-    /// The same as the middleware's type.
+    /// QoS of the middleware.
     pub(crate) fn profile(self) -> QosProfile {
         QosProfile {
             reliability: if self.reliable {

@@ -1,5 +1,5 @@
-//! `qos_overrides.TOPIC.publisher.reliability` and the like: parameters, set at the start, by which a user chooses the quality of
-//! service of a topic, as rclcpp's and rclpy's nodes have them.
+//! Parameters such as `qos_overrides.TOPIC.publisher.reliability`, set at the start: with them a user chooses the quality of service of a topic,
+//! as in rclcpp and rclpy.
 //!
 //! | policy | values |
 //! |---|---|
@@ -28,7 +28,7 @@ const POLICIES: [(&str, &[&str]); 4] = [
     ("depth", &[]),
 ];
 
-/// The declaration of a parameter of that name; `None` if it is no such name.
+/// Declaration of the parameter `name`; `None` if it is not such a parameter.
 pub(crate) fn declaration(name: &str) -> Option<Declaration> {
     let (topic, end) = name.strip_prefix(PREFIX)?.split_once('.')?;
     let (end, policy) = end.split_once('.')?;
@@ -49,7 +49,7 @@ pub(crate) fn declaration(name: &str) -> Option<Declaration> {
     })
 }
 
-/// One end of a topic, as the names of these parameters have it: `/auv/imu.publisher`.
+/// An endpoint in these parameters' names: `/auv/imu.publisher`.
 pub(crate) fn end(direction: Direction, topic: &str) -> String {
     let end = match direction {
         Direction::Publisher => "publisher",
@@ -58,10 +58,10 @@ pub(crate) fn end(direction: Direction, topic: &str) -> String {
     format!("{topic}.{end}")
 }
 
-/// Topics that the runtime itself opens.
+/// Topics opened by the runtime itself.
 const OF_EVERY_NODE: [&str; 4] = ["/clock", "/diagnostics", "/parameter_events", "/rosout"];
 
-/// Warns of each parameter of a topic's end that is not among the node's.
+/// Warns about each such parameter whose topic or direction the node does not use.
 pub(crate) fn warn_of_unused(values: &Values, endpoints: &[Rc<Endpoint>]) {
     let ends = endpoints.iter().map(|it| end(it.direction, &it.topic));
     for warning in unused(values, &ends.collect()) {
@@ -85,7 +85,7 @@ fn unused(values: &Values, ends: &BTreeSet<String>) -> Vec<String> {
     names.filter_map(warning).collect()
 }
 
-/// The quality of service of the topic (its absolute name) with what the values say of it.
+/// The QoS of the topic (absolute name), with the overrides among the values.
 pub(crate) fn applied(values: &Values, direction: Direction, topic: &str, qos: Qos) -> Qos {
     let end = end(direction, topic);
     let given = |policy| values.get(&format!("{PREFIX}{end}.{policy}"));

@@ -1,8 +1,7 @@
-//! Raw subscriptions: payloads without decoding, for recording.
+//! Raw subscriptions: undecoded payloads, for recording.
 //!
-//! The middleware's subscriptions hand out decoded values only. A "value" whose decoding
-//! takes the payload as it is gives the bytes back through the same door, so
-//! that a raw reader is an ordinary ROS subscription, seen by `ros2 node info`.
+//! The middleware's subscriptions return decoded values only. Here the "decoded value" is the payload itself, so a raw reader is an ordinary ROS
+//! subscription that `ros2 node info` lists.
 
 use std::fmt;
 
@@ -11,20 +10,20 @@ use ros2_client::MessageInfo;
 use rustdds::{GUID, RepresentationIdentifier, serialization::payload_at_hand};
 use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 
-/// One sample as it came.
+/// An undecoded sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RawSample {
-    /// The topic's absolute name.
+    /// Absolute name of the topic.
     pub topic: String,
-    /// The payload with its 4-byte encapsulation header (the header's padding count is 0).
+    /// Payload with its 4-byte encapsulation header (whose padding count is 0).
     pub bytes: Vec<u8>,
-    /// When the publisher sent it.
+    /// Time of publication, if known.
     pub published: Option<Time>,
-    /// When it reached us.
+    /// Time of reception.
     pub received: Time,
-    /// The publisher's number for it, from 1.
+    /// Sequence number of the publisher, from 1.
     pub sequence: i64,
-    /// The publisher's identity (GID).
+    /// Identity of the publisher (GID).
     pub publisher: [u8; 16],
 }
 
@@ -44,7 +43,7 @@ impl RawSample {
     }
 }
 
-/// "Decodes" a CDR payload as its own bytes, at once.
+/// "Decodes" a CDR payload as its own bytes, all at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WholePayload;
 
@@ -63,7 +62,7 @@ impl<'de> DeserializeSeed<'de> for WholePayload {
     }
 }
 
-/// "Decodes" what is left of a CDR payload as its own bytes, each in turn.
+/// "Decodes" the rest of a CDR payload as its own bytes, one by one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Payload;
 
@@ -78,7 +77,7 @@ impl<'de> DeserializeSeed<'de> for Payload {
     }
 }
 
-/// Collects bytes behind a header until the payload ends.
+/// Collects the bytes after a header until the payload ends.
 struct Bytes(Vec<u8>);
 
 impl<'de> Visitor<'de> for Bytes {

@@ -1,8 +1,7 @@
-//! How many bytes of received messages a node holds.
+//! Limits of the received messages that a node stores.
 //!
-//! What nobody has handled yet waits in the middleware, within a budget of bytes; beyond it the oldest go. A message that is
-//! larger than the node has a use for is refused with its first packet. Large messages are handled one at a time, and take
-//! half of the node's time at most.
+//! Unhandled messages wait in the middleware, within a budget of bytes; beyond it the oldest are dropped. A message larger than the node needs
+//! is refused with its first packet. Large messages are handled one at a time, for at most half of the node's time.
 
 use std::{
     cell::{Cell, RefCell},
@@ -15,23 +14,23 @@ use std::{
 use futures::{FutureExt as _, Stream, StreamExt as _, ready};
 use smol::Timer;
 
-/// A larger message keeps the others waiting in the middleware until it is handled.
+/// Size above which a message is large, bytes; the others then wait in the middleware until it is handled.
 const LARGE: usize = 256 * 1024;
 
-/// Largest request to a service.
+/// Largest request of a service, bytes.
 const REQUEST: usize = 64 * 1024;
 
-/// What a node receives.
+/// Limits of what a node receives.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiveLimits {
-    /// Bytes of messages that wait in the middleware; as many again may wait for the rest of their packets.
+    /// Size of messages waiting in the middleware, bytes; the same amount again may wait for missing packets.
     pub budget: usize,
-    /// Largest message of a topic, by its name in DDS.
+    /// Largest message of a topic, bytes, by its DDS name.
     pub(crate) largest: fn(&str) -> usize,
 }
 
 impl ReceiveLimits {
-    /// For a node whose messages are the loop's, or as small.
+    /// For a node with messages of the loop, or equally small ones.
     #[must_use]
     pub fn small() -> Self {
         Self {
@@ -46,7 +45,7 @@ impl ReceiveLimits {
         }
     }
 
-    /// For a node that takes any message which the budget holds.
+    /// For a node that accepts any message that fits the budget.
     #[must_use]
     pub fn any(budget: usize) -> Self {
         Self {
@@ -66,16 +65,16 @@ fn is_request(topic: &str) -> bool {
     topic.starts_with("rq/")
 }
 
-/// Lets large messages through one at a time.
+/// Passes large messages one at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Gate {
     is_closed: Cell<bool>,
-    /// A stream that had a large message goes on then.
+    /// Time at which a stream that had a large message continues.
     next: Cell<Option<Instant>>,
     waiting: RefCell<Vec<Waker>>,
 }
 
-/// The handling of a large message, which ends when this is dropped.
+/// Guard of a large message; its handling ends when this is dropped.
 #[derive(Debug)]
 pub(crate) struct LargeMessage {
     gate: Rc<Gate>,
@@ -83,7 +82,7 @@ pub(crate) struct LargeMessage {
     waited_for_core: Duration,
 }
 
-/// How long this thread has been ready to run while other programs had the cores.
+/// Time for which this thread was ready to run while other programs used the cores.
 fn waited_for_core() -> Duration {
     let statistics = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let waited = statistics.split_whitespace().nth(1);
@@ -105,8 +104,8 @@ impl Drop for LargeMessage {
 }
 
 impl Gate {
-    /// Takes nothing of `samples` while a large one, of any stream, is handled; after a large one of its own, for as long
-    /// again. `size` gives bytes.
+    /// Takes no sample of `samples` while a large message of any stream is handled; after a large message of its own, for the same time again. `size`
+    /// returns bytes.
     pub(crate) fn guard<T>(
         self: &Rc<Self>,
         mut samples: impl Stream<Item = T> + Unpin,

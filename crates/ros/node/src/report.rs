@@ -1,4 +1,4 @@
-//! A node's exit report, for the launcher.
+//! A node's exit report for the launcher.
 
 use crate::error::{Error, Result};
 use std::{collections::BTreeMap, env, path::Path};
@@ -11,10 +11,10 @@ use crate::{
     shared::Shared,
 };
 
-/// The environment variable that names the file for the report.
+/// Environment variable with the report's file.
 pub const VARIABLE: &str = "PLANESMAN_EXIT_REPORT";
 
-/// The number of messages per topic, by absolute name.
+/// Number of messages per topic, by absolute name.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExitReport {
     /// The node's full name.
@@ -23,9 +23,9 @@ pub struct ExitReport {
     pub published: BTreeMap<String, u64>,
     /// Messages received.
     pub received: BTreeMap<String, u64>,
-    /// Messages refused for what they hold, either way; topics with none are left out.
+    /// Messages refused because of their content, in either direction; topics without any are omitted.
     pub refused: BTreeMap<String, u64>,
-    /// Messages that could not be sent; topics with none are left out.
+    /// Messages that could not be sent; topics without any are omitted.
     pub dropped: BTreeMap<String, u64>,
 }
 
@@ -50,10 +50,10 @@ impl ExitReport {
         }
     }
 
-    /// Writes the report where [`VARIABLE`] says, if it does. The file appears whole or not at all.
+    /// Writes the report to the file named by [`VARIABLE`], if set. The file appears completely or not at all.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// The file cannot be written.
     pub(crate) fn write(&self) -> Result<()> {
         match env::var_os(VARIABLE) {
             None => Ok(()),
@@ -65,7 +65,7 @@ impl ExitReport {
         let refused = |reason: String| Error::environment(VARIABLE, reason);
         // A device would be replaced by the file that is moved there.
         if path.metadata().is_ok_and(|there| !there.is_file()) {
-            return Err(refused(format!("{} is no regular file", path.display())));
+            return Err(refused(format!("{} is not a regular file", path.display())));
         }
         serde_json::to_vec_pretty(self)
             .map_err(Into::into)
@@ -97,7 +97,10 @@ mod tests {
         let special = folder.path().join("socket");
         let _socket = UnixListener::bind(&special).expect("made");
         let refusal = report.write_to(&special).expect_err("refused");
-        assert!(refusal.to_string().contains("no regular file"), "{refusal}");
+        assert!(
+            refusal.to_string().contains("not a regular file"),
+            "{refusal}"
+        );
         assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
     }
 }

@@ -1,11 +1,10 @@
-//! The node itself: one participant, one thread, one event at a time.
+//! The node: one participant, one thread, one event at a time.
 //!
-//! Everything that happens to a node, a message, a request, a timer, a change of
-//! parameters, becomes a value of the node's own event type and passes through one
-//! handler in turn. The node needs no locks, and reads as a `match`.
+//! Messages, requests, timers and parameter changes become values of the node's own event type, and pass one by one through one handler. So the
+//! node needs no locks, and its program is a `match`.
 //!
-//! - `start`: how it comes up.
-//! - `endpoints`: of topics, services and actions; `standard`: those that every node has.
+//! - `start`: start of the node.
+//! - `endpoints`: endpoints of topics, services and actions; `standard`: those of every node.
 
 mod endpoints;
 mod standard;
@@ -42,11 +41,10 @@ use crate::{
     shared::Shared,
 };
 
-/// Time given to the last messages at shutdown, s: a reader that misses one asks within
-/// some 10 ms for it.
+/// Time for the last messages at shutdown: a reader that misses one requests it within about 10 ms.
 const LINGER: Duration = Duration::from_millis(40);
 
-/// Whether the node goes on.
+/// Whether the node continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
     /// Wait for the next event.
@@ -58,22 +56,22 @@ pub enum Flow {
 /// The result of [`Runtime::next`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next<E> {
-    /// An event.
+    /// The next event.
     Event(E),
     /// The process has been asked to stop.
     Stop,
-    /// The time is over.
+    /// The timeout has passed.
     Timeout,
 }
 
-/// A timer's handle. Dropping it leaves the timer running.
+/// Handle of a timer. Dropping it does not stop the timer.
 #[derive(Debug)]
 pub struct Timer {
     task: Option<smol::Task<()>>,
 }
 
 impl Timer {
-    /// Ends the timer.
+    /// Stops the timer.
     pub fn cancel(mut self) {
         drop(self.task.take());
     }
@@ -87,18 +85,18 @@ impl Drop for Timer {
     }
 }
 
-/// An event on its way to the handler.
+/// An event waiting for the handler.
 struct Queued<E> {
     event: E,
     hold: EventGuard,
 }
 
-/// What ends with the handling of an event.
+/// Resources that are released when an event has been handled.
 enum EventGuard {
     Nothing,
-    /// A request's.
+    /// The slot of a request.
     RequestSlot(RequestSlot),
-    /// A large message's.
+    /// The slot of a large message.
     LargeMessage(#[expect(dead_code, reason = "its end is what counts")] LargeMessage),
 }
 
@@ -123,61 +121,60 @@ impl<E> From<E> for Queued<E> {
     }
 }
 
-/// A running node whose events are of type `E`.
+/// A running node with events of type `E`.
 pub struct Runtime<E> {
     shared: Rc<Shared>,
     executor: Rc<LocalExecutor<'static>>,
     parameters: Rc<RefCell<ParameterServer>>,
     mapping: ServiceMapping,
-    /// Goes last of the middleware: its end tells the peers.
+    /// The middleware's context. Dropped after all other objects of the middleware, because it then informs the peers.
     context: Context,
     sender: Sender<Queued<E>>,
     receiver: Receiver<Queued<E>>,
     gate: Rc<Gate>,
-    /// Of the event that is being handled.
+    /// Resources of the event being handled.
     hold: RefCell<EventGuard>,
     stop: Receiver<()>,
-    /// Why the node cannot go on.
+    /// Receives the reason if the node cannot continue.
     failed: Receiver<String>,
-    /// The same, once [`Runtime::next`] has met it.
+    /// The reason, once [`Runtime::next`] has received it.
     failure: RefCell<Option<Error>>,
 }
 
 impl<E: 'static> Runtime<E> {
-    /// The node's full name after remapping: `/auv/plant_sim`.
+    /// Full name of the node after remapping, such as `/auv/plant_sim`.
     #[must_use]
     pub fn full_name(&self) -> String {
         self.shared.names.full()
     }
 
-    /// The absolute name of a topic, remapped by the node's arguments.
+    /// Absolute name of a topic, remapped by the node's arguments.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules.
+    /// The name violates the ROS rules.
     pub fn topic_name(&self, topic: &str) -> Result<String> {
         self.shared.topic_name(topic)
     }
 
-    /// The node's time: the machine's, or `/clock`'s when `use_sim_time` is set.
+    /// The node's time: the machine's, or that of `/clock` if `use_sim_time` is set.
     #[must_use]
     pub fn now(&self) -> Time {
         self.shared.clock.now()
     }
 
-    /// Whether the node's time is not the machine's: `use_sim_time`, or [`Runtime::set_time`].
+    /// Whether the node's time is not the machine's: with `use_sim_time`, or after [`Runtime::set_time`].
     #[must_use]
     pub fn is_time_simulated(&self) -> bool {
         self.shared.clock.is_simulated()
     }
 
-    /// Sets the node's time, for a node that makes `/clock`, or knows the time from elsewhere: its diagnostics and
-    /// `/rosout` then have this time. The machine's and `/clock` count no more.
+    /// Sets the node's time, for a node that publishes `/clock` or gets the time from elsewhere; diagnostics and `/rosout` use this time. From then
+    /// on the machine's clock and `/clock` are ignored.
     pub fn set_time(&self, time: &Time) {
         self.shared.clock.set(time);
     }
 
-    /// Makes an event every `period` of wall time, the first after one period. A period
-    /// that passes while the node is busy is left out, not made up for.
+    /// Makes an event every `period` of wall time, starting after one period. Periods that pass while the node is busy are skipped.
     pub fn every(&self, period: Duration, mut event: impl FnMut() -> E + 'static) -> Timer {
         let period = period.max(Duration::from_micros(1));
         let (sender, shared) = (self.sender.clone(), Rc::clone(&self.shared));
@@ -207,7 +204,7 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Makes one event when the node's time is `due`, at once if that is over.
+    /// Makes one event when the node's time reaches `due`, at once if that has passed.
     pub fn at(&self, due: Time, event: impl FnOnce() -> E + 'static) -> Timer {
         let (sender, shared) = (self.sender.clone(), Rc::clone(&self.shared));
         self.timer(async move {
@@ -217,15 +214,14 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// In a box, as of [`Shared::spawn`].
+    /// Boxed, as in [`Shared::spawn`].
     fn timer(&self, work: impl Future<Output = ()> + 'static) -> Timer {
         Timer {
             task: Some(self.executor.spawn(work.boxed_local())),
         }
     }
 
-    /// Makes an event of what `work` comes to, for example a service call, meanwhile
-    /// going on.
+    /// Makes an event from the result of `work`, for example a service call; the node continues meanwhile.
     pub fn when_done(&self, work: impl Future<Output = E> + 'static) {
         let sender = self.sender.clone();
         self.shared.spawn(async move {
@@ -233,13 +229,13 @@ impl<E: 'static> Runtime<E> {
         });
     }
 
-    /// Waits for `work` while the node's communication goes on. Events queue up.
+    /// Waits for `work` while communication continues. Events are queued.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
         self.take_up(EventGuard::Nothing);
         self.shared.block_on(self.executor.run(work))
     }
 
-    /// Waits for the next event, for programs that are not only a node; with [`Duration::MAX`] for ever and without a timer.
+    /// Waits for the next event, for programs with a loop of their own; [`Duration::MAX`] waits without a timer.
     pub fn next(&self, timeout: Duration) -> Next<E> {
         self.block_on(async {
             let (stop, event) = (self.asked_to_stop(), self.receiver.recv());
@@ -263,7 +259,7 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Ends the handling of the last event; if the next one is a request, its handling begins.
+    /// Ends the handling of the last event; if the next one is a request, begins its handling.
     fn take_up(&self, mut hold: EventGuard) {
         if let EventGuard::RequestSlot(turn) = &mut hold {
             turn.begin();
@@ -271,22 +267,22 @@ impl<E: 'static> Runtime<E> {
         drop(self.hold.replace(hold));
     }
 
-    /// Sets the status `name` in the diagnostics, which go out soon if its level changes.
+    /// Sets the status `name` in the diagnostics; a change of level is published soon.
     pub fn set_status(&self, name: &str, level: Level, message: &str, values: &[(&str, String)]) {
         diagnostics::set_status(&self.shared, name, level, message, values);
     }
 
-    /// The node's topics and their peers now, as its diagnostics tell them.
+    /// The node's present topics and peers, as in its diagnostics.
     #[must_use]
     pub fn connections(&self) -> Connections {
         diagnostics::connections(&self.shared)
     }
 
-    /// Handles events until the handler says [`Flow::Stop`] or fails, or the process
-    /// is asked to stop; then shuts the node down, so that its peers know at once.
+    /// Handles events until the handler returns [`Flow::Stop`] or an error, or the process is asked to stop; then shuts the node down and informs its
+    /// peers.
     ///
     /// # Errors
-    /// The handler's error, or one in writing the exit report.
+    /// The handler's error, or an error of writing the exit report.
     pub fn run<X: From<Error> + std::fmt::Display>(
         mut self,
         mut handler: impl FnMut(&mut Self, E) -> Result<Flow, X>,
@@ -320,7 +316,7 @@ impl<E: 'static> Runtime<E> {
         outcome.and(self.shutdown().map_err(X::from))
     }
 
-    /// Waits until the process is asked to stop, `Err` when the node cannot go on.
+    /// Waits until the process is asked to stop; an error if the node cannot continue.
     async fn asked_to_stop(&self) -> Result<()> {
         let (stop, failed) = (self.stop.recv(), self.failed.recv());
         futures::pin_mut!(stop, failed);
@@ -330,10 +326,10 @@ impl<E: 'static> Runtime<E> {
         }
     }
 
-    /// Shuts the node down, so that its peers know at once.
+    /// Shuts the node down and informs its peers.
     ///
     /// # Errors
-    /// When the exit report cannot be written, or the node could not go on.
+    /// The exit report cannot be written, or the node had failed.
     pub fn shutdown(self) -> Result<()> {
         log::info!("shutting down");
         self.receiver.close();
@@ -346,7 +342,7 @@ impl<E: 'static> Runtime<E> {
     }
 }
 
-/// Readers and writers go before the participant that they belong to, however the node ends.
+/// Readers and writers are dropped before their participant, however the node ends.
 impl<E> Drop for Runtime<E> {
     fn drop(&mut self) {
         logging::end(&self.shared.clock);

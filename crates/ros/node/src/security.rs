@@ -1,13 +1,12 @@
-//! SROS2: whether a node speaks under DDS Security, and in which enclave.
+//! SROS2: whether a node uses DDS Security, and its enclave.
 //!
-//! The variables are read as `rcl` reads them (`rcl/security.c`), and the enclave's folder
-//! must hold what `rmw_dds_common` looks for there. DDS Security itself is built in with the
-//! Cargo feature `security` (`docs/security.md`).
+//! The variables have the meaning of `rcl` (`rcl/security.c`), and the enclave's folder must contain the files that `rmw_dds_common` expects. DDS
+//! Security itself is compiled in with the Cargo feature `security` (`docs/security.md`).
 
 use crate::error::{Error, Result};
 use rustdds::DomainParticipantBuilder;
 
-/// The files that an enclave's folder must hold.
+/// Files that an enclave's folder must contain.
 #[cfg(feature = "security")]
 const FILES: [&str; 6] = [
     "identity_ca.cert.pem",
@@ -18,24 +17,24 @@ const FILES: [&str; 6] = [
     "permissions.p7s",
 ];
 
-/// How a node is to speak.
+/// Security of a node.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Security {
-    /// In the clear, with a warning if security was asked for.
+    /// Unencrypted; with a warning if security was requested.
     Clear(Option<String>),
-    /// As the files in this folder say.
+    /// Secured by the files in this folder.
     #[cfg(feature = "security")]
     Enclave(std::path::PathBuf),
 }
 
-/// Why security cannot be had.
+/// Why security is not available.
 #[derive(Debug, thiserror::Error)]
 enum NoEnclave {
     #[cfg(not(feature = "security"))]
-    #[error("DDS security (SROS2) is not built in, the Cargo feature 'security' brings it")]
+    #[error("DDS security (SROS2) is not compiled in (build with the Cargo feature 'security')")]
     NotBuiltIn,
     #[cfg(feature = "security")]
-    #[error("ROS_SECURITY_KEYSTORE names no keystore")]
+    #[error("ROS_SECURITY_KEYSTORE does not name a keystore")]
     NoKeystore,
     #[cfg(feature = "security")]
     #[error("the enclave {0}")]
@@ -46,10 +45,10 @@ enum NoEnclave {
 }
 
 impl Security {
-    /// The security that the variables ask for, for a node in `enclave`.
+    /// Security requested by the variables, for a node in `enclave`.
     ///
     /// # Errors
-    /// When security is to be enforced and cannot be had: a node that went on would speak in the clear.
+    /// Security is enforced but not available: the node would otherwise run unencrypted.
     pub(crate) fn asked_for(
         enclave: &str,
         variable: impl Fn(&str) -> Option<String>,
@@ -63,12 +62,10 @@ impl Security {
             Ok(found) => Ok(found),
             Err(why) if is("ROS_SECURITY_STRATEGY", "Enforce") => Err(Error::environment(
                 "ROS_SECURITY_ENABLE=true, ROS_SECURITY_STRATEGY=Enforce",
-                format!(
-                    "{why}; this node would speak in the clear; unset ROS_SECURITY_ENABLE to run it so"
-                ),
+                format!("{why}; to run the node unencrypted, unset ROS_SECURITY_ENABLE"),
             )),
             Err(why) => Ok(Self::Clear(Some(format!(
-                "ROS_SECURITY_ENABLE=true: {why}; this node speaks in the clear, and anybody on the network can \
+                "ROS_SECURITY_ENABLE=true: {why}; this node runs unencrypted, and anybody on the network can \
                  read and command it"
             )))),
         }
@@ -79,7 +76,7 @@ impl Security {
         Err(NoEnclave::NotBuiltIn)
     }
 
-    /// The enclave's folder, when all its files are there.
+    /// The enclave's folder, if it contains all files.
     #[cfg(feature = "security")]
     fn of_enclave(
         enclave: &str,
@@ -98,7 +95,7 @@ impl Security {
         }
     }
 
-    /// A warning, when security was asked for and is not available.
+    /// Warning if security was requested and is not available.
     pub(crate) fn lack(&self) -> Option<String> {
         match self {
             Self::Clear(warning) => warning.clone(),
@@ -107,7 +104,7 @@ impl Security {
         }
     }
 
-    /// A participant that speaks so.
+    /// Applies the security to a participant.
     pub(crate) fn applied(&self, builder: DomainParticipantBuilder) -> DomainParticipantBuilder {
         match self {
             Self::Clear(_) => builder,
@@ -149,7 +146,7 @@ mod tests {
             let Ok(Security::Clear(Some(warning))) = asked else {
                 panic!("{strategy}: {asked:?}")
             };
-            assert!(warning.contains("in the clear"), "{warning:?}");
+            assert!(warning.contains("unencrypted"), "{warning:?}");
         }
         let asked = asked_for("/", &[ENABLE]);
         assert!(matches!(asked, Ok(Security::Clear(Some(_)))), "{asked:?}");

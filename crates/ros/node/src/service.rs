@@ -1,4 +1,4 @@
-//! Services: answering requests as events, and calling others.
+//! Services: requests as events, and calls of others' services.
 
 use crate::error::{Error, Result};
 use std::{
@@ -32,15 +32,14 @@ use crate::{
     shared::Shared,
 };
 
-/// A message in the middleware's eyes, which takes only types that carry its mark.
+/// Wraps a message for the middleware, whose types need a marker trait.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(crate) struct Wire<T>(pub(crate) T);
 
 impl<T: Serialize + DeserializeOwned> ros2_client::Message for Wire<T> {}
 
-/// The payload of a request or of an answer: the middleware's services are compiled once, for this type, and not for
-/// each service of each node.
+/// Payload of a request or an answer. With this type the middleware's service code is compiled once instead of once per service and node.
 #[derive(Clone, Debug)]
 pub(crate) struct Bytes(Vec<u8>);
 
@@ -55,7 +54,7 @@ impl Bytes {
     }
 
     /// # Errors
-    /// When it does not hold such a message.
+    /// The payload is not such a message.
     pub(crate) fn message<M: Message>(&self) -> Result<M, cdr::Error> {
         cdr::from_bytes(&self.0)
     }
@@ -83,10 +82,10 @@ impl<'de> Deserialize<'de> for Bytes {
 pub(crate) type Server = ros2_client::Server<Bytes, Bytes>;
 pub(crate) type MiddlewareClient = ros2_client::Client<Bytes, Bytes>;
 
-/// Opens the service `name` of a type for serving.
+/// Opens a server of the service `name`.
 ///
 /// # Errors
-/// When the name breaks ROS's rules, or the middleware refuses.
+/// The name violates the ROS rules, or an error of the middleware.
 pub(crate) fn server(
     shared: &Shared,
     mapping: ServiceMapping,
@@ -107,14 +106,14 @@ pub(crate) fn server(
     Ok(Rc::new(server))
 }
 
-/// The requests to a service as they come; an error is one that cannot be read.
+/// Stream of the requests of a service; an error is an unreadable request.
 pub(crate) fn requests(
     server: &Server,
 ) -> LocalBoxStream<'_, Result<(RmwRequestId, Bytes), ReadError>> {
     server.receive_request_stream().boxed_local()
 }
 
-/// Opens the service `name` of a type for calling.
+/// Opens a client of the service `name`.
 ///
 /// # Errors
 /// As [`server`].
@@ -131,9 +130,8 @@ pub(crate) fn client(
     Ok(Rc::downgrade(&shared.keep(Mutex::new(client))))
 }
 
-/// How requests and responses name each other on the wire, as the peers' ROS
-/// middleware (`RMW_IMPLEMENTATION`) has it: Fast DDS, Jazzy's default, in the samples'
-/// metadata, Cyclone DDS in the payload.
+/// How requests and responses are associated on the wire, depending on the peers' middleware (`RMW_IMPLEMENTATION`): Fast DDS, Jazzy's default,
+/// uses the samples' metadata, Cyclone DDS the payload.
 pub(crate) fn mapping() -> Result<ServiceMapping> {
     match env::var("RMW_IMPLEMENTATION").as_deref() {
         Ok("rmw_cyclonedds_cpp") => Ok(ServiceMapping::Cyclone),
@@ -142,13 +140,13 @@ pub(crate) fn mapping() -> Result<ServiceMapping> {
         }
         Ok(other) => Err(Error::environment(
             format!("RMW_IMPLEMENTATION='{other}'"),
-            "this node speaks DDS only",
+            "this node supports only DDS",
         )),
     }
 }
 
-/// The middleware whose requests have the other form than ours: its vendor, with which its GUIDs begin; what
-/// `RMW_IMPLEMENTATION` says there, and what it says here.
+/// The middleware with the other form of requests: its vendor id (the beginning of its GUIDs), and the values of `RMW_IMPLEMENTATION` there and
+/// here.
 fn other_form(mapping: ServiceMapping) -> ([u8; 2], [&'static str; 2]) {
     let [fast, cyclone] = ["rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"];
     match mapping {
@@ -157,10 +155,10 @@ fn other_form(mapping: ServiceMapping) -> ([u8; 2], [&'static str; 2]) {
     }
 }
 
-/// Why a request of this client cannot be read, whatever it seems to say.
+/// Checks whether requests of this client can be read.
 ///
 /// # Errors
-/// That.
+/// The reason why they cannot.
 pub(crate) fn check_client(mapping: ServiceMapping, request: &RmwRequestId) -> Result<(), String> {
     let is_named = !matches!(mapping, ServiceMapping::Cyclone); // There the payload names the client.
     let (vendor, [theirs, _]) = other_form(mapping);
@@ -169,12 +167,12 @@ pub(crate) fn check_client(mapping: ServiceMapping, request: &RmwRequestId) -> R
             .to_bytes()
             .starts_with(&vendor)
     {
-        true => Err(format!("its client is of {theirs}")),
+        true => Err(format!("its client uses {theirs}")),
         false => Ok(()),
     }
 }
 
-/// What to do where requests to the service `name` cannot be read because a client of the other form is there.
+/// Advice if requests to the service `name` are unreadable because of a client with the other form.
 pub(crate) fn advice(shared: &Shared, mapping: ServiceMapping, name: &str) -> Option<String> {
     let (vendor, [theirs, ours]) = other_form(mapping);
     let requests = requests_topic(name);
@@ -184,13 +182,13 @@ pub(crate) fn advice(shared: &Shared, mapping: ServiceMapping, name: &str) -> Op
     });
     (!clients.is_empty()).then(|| {
         format!(
-            "a client of {name} asks in the form of {theirs}, which this node cannot read: it answers in that of {ours}. Start both \
+            "a client of {name} uses the request format of {theirs}; this node uses {ours} and cannot read it. Start both \
              with the same RMW_IMPLEMENTATION"
         )
     })
 }
 
-/// Answers one request. Dropped without an answer, it leaves the client waiting.
+/// Answers one request. If it is dropped without an answer, the client keeps waiting.
 pub struct Responder<S: Service> {
     pub(crate) shared: Rc<Shared>,
     /// The service's absolute name.
@@ -201,10 +199,10 @@ pub struct Responder<S: Service> {
 }
 
 impl<S: Service> Responder<S> {
-    /// Sends the answer. A client that has gone is no error.
+    /// Sends the answer. A client that has gone is not an error.
     ///
-    /// A client may ask before we have discovered where it listens, or leave no room for answers
-    /// by acknowledging none; then the answer waits, up to five seconds, while the node goes on.
+    /// If the client's reader is not discovered yet, or the client leaves no space by not acknowledging answers, the answer waits up to five seconds
+    /// while the node continues.
     pub fn answer(self, response: S::Response) {
         if let Some(field) = response.first_non_finite() {
             let text = format!("no answer sent: {field} is not finite");
@@ -236,7 +234,7 @@ fn send(
     });
 }
 
-/// Whether all our clients of the service `name` are matched with a server: what is written before that is lost.
+/// Whether all our clients of the service `name` are matched with a server; requests written earlier would be lost.
 pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
     let (requests, replies) = (requests_topic(name), replies_topic(name));
     let Some(participant) = shared.participant() else {
@@ -254,9 +252,9 @@ pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
     !listening.is_empty() && !speaking.is_empty()
 }
 
-/// Waits until there is a server of the service `name`.
+/// Waits until the service `name` has a server.
 pub(crate) async fn settle(shared: &Shared, name: &str) {
-    /// Time between two looks for the server.
+    /// Interval of checking for the server.
     const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
     while !is_served(shared, name) {
@@ -264,10 +262,10 @@ pub(crate) async fn settle(shared: &Shared, name: &str) {
     }
 }
 
-/// The result of `call` to the service `name`.
+/// Result of `call` to the service `name`, within `timeout`.
 ///
 /// # Errors
-/// When that takes longer than `timeout`, or the call fails.
+/// `timeout` has passed, or the call failed.
 pub(crate) async fn within<T>(
     name: &str,
     timeout: Duration,
@@ -283,7 +281,7 @@ pub(crate) async fn within<T>(
     }
 }
 
-/// Calls one service of another node. Clones share one connection.
+/// Client of a service of another node. Clones share one connection.
 pub struct Client<S: Service> {
     connection: Connection,
     of: PhantomData<S>,
@@ -294,9 +292,9 @@ pub struct Client<S: Service> {
 struct Connection {
     name: String,
     shared: Rc<Shared>,
-    /// One call at a time: the middleware gives every response to whoever waits first.
+    /// One call at a time: the middleware gives a response to the caller that has waited longest.
     inner: Weak<Mutex<MiddlewareClient>>,
-    /// Whether a server has been found once.
+    /// Whether a server has been found before.
     settled: Rc<Cell<bool>>,
 }
 
@@ -342,7 +340,7 @@ impl<S: Service> Client<S> {
         }
     }
 
-    /// Whether a server for it has been discovered.
+    /// Whether a server has been discovered.
     #[must_use]
     pub fn is_served(&self) -> bool {
         is_served(&self.connection.shared, &self.connection.name)
@@ -351,8 +349,7 @@ impl<S: Service> Client<S> {
     /// Waits for the service, sends the request and waits for the answer.
     ///
     /// # Errors
-    /// When no answer has come after `timeout`, the request holds a number that is not
-    /// finite, the answer is none of the service's, or the middleware fails.
+    /// No answer within `timeout`, a number in the request that is not finite, an invalid answer, or an error of the middleware.
     pub async fn call(&self, request: S::Request, timeout: Duration) -> Result<S::Response> {
         let name = &self.connection.name;
         if let Some(field) = request.first_non_finite() {

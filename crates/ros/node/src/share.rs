@@ -1,9 +1,8 @@
-//! A share of the node's time for requests, so that no client can take it all.
+//! Limit of the node's time spent on requests, so that no client can use it all.
 //!
-//! Services and actions wait for their turn here, in the order in which their requests came, and one
-//! request is handled at a time. After one that took a while, no other is begun for [`PAUSES`] times
-//! as long: requests get a fifth of the node's thread at most, messages and timers the rest. What
-//! waits meanwhile waits in the middleware, a thousand requests a service; a newer one takes the oldest's place.
+//! Requests of services and actions are handled one at a time, in order of arrival. After a long request the next one begins only after
+//! [`PAUSES`] times its duration: requests use at most a fifth of the node's thread, messages and timers the rest. Waiting requests stay in the
+//! middleware, up to a thousand per service; a newer one displaces the oldest.
 
 use std::{
     cell::Cell,
@@ -17,16 +16,16 @@ use smol::{
     lock::{Mutex, MutexGuardArc},
 };
 
-/// The pause after a request, as a multiple of its duration.
+/// Pause after a request, as a multiple of its duration.
 const PAUSES: u32 = 4;
 
-/// The longest pause, however long a request took, s.
+/// Longest pause after a request.
 const LONGEST_PAUSE: Duration = Duration::from_millis(500);
 
-/// Whose turn it is, and when the next one is.
+/// The queue of requests, and the time at which the next one may begin.
 #[derive(Debug, Default)]
 pub(crate) struct Share {
-    /// Fair: who waits longest comes next.
+    /// A fair lock: the longest waiting request is next.
     order: Arc<Mutex<()>>,
     next: Cell<Option<Instant>>,
 }
@@ -46,7 +45,7 @@ impl Share {
     }
 }
 
-/// The handling of one request, which ends when this is dropped.
+/// Guard of one request; its handling ends when this is dropped.
 #[derive(Debug)]
 pub(crate) struct RequestSlot {
     share: Rc<Share>,
@@ -55,7 +54,7 @@ pub(crate) struct RequestSlot {
 }
 
 impl RequestSlot {
-    /// The handling begins now, after some time in the node's queue.
+    /// Handling begins now, after the time in the node's queue.
     pub(crate) fn begin(&mut self) {
         self.began = Instant::now();
     }
@@ -69,7 +68,7 @@ impl Drop for RequestSlot {
     }
 }
 
-/// The pause after a request that took `took`.
+/// Pause after a request of duration `took`.
 fn pause_after(took: Duration) -> Duration {
     took.saturating_mul(PAUSES).min(LONGEST_PAUSE)
 }

@@ -1,4 +1,4 @@
-//! The state shared by the parts of one node. Everything runs on one thread, so cells suffice.
+//! State shared by the parts of one node, which all run on one thread.
 
 use crate::error::{Error, Result};
 use std::{
@@ -32,48 +32,48 @@ use crate::{
     waiting::Answers,
 };
 
-/// Time between two warnings about one topic, s.
+/// Minimum time between two warnings about one topic.
 const WARNING_PERIOD: Duration = Duration::from_secs(5);
 
-/// The node's common state.
+/// State shared by the parts of a node.
 pub(crate) struct Shared {
     pub(crate) names: NodeNames,
     pub(crate) remaps: Vec<Remap>,
-    /// `None` once the node has shut down, as the node.
+    /// The participant; `None` after the node has shut down.
     participant: RefCell<Option<DomainParticipant>>,
     node: RefCell<Option<Node>>,
     graph: RefCell<Option<Graph>>,
-    /// Where the node's tasks run.
+    /// Executor of the node's tasks.
     executor: Weak<LocalExecutor<'static>>,
-    /// Publishers and subscriptions of the node itself, not the runtime's.
+    /// Publishers and subscriptions of the node itself, without those of the runtime.
     pub(crate) endpoints: RefCell<Vec<Rc<Endpoint>>>,
-    /// Objects that live as long as the middleware; public handles hold weak references.
+    /// Objects that live as long as the middleware; public handles are weak references to them.
     kept: RefCell<Vec<Rc<dyn Any>>>,
     pub(crate) throttle: RefCell<Throttle>,
     pub(crate) statuses: RefCell<BTreeMap<String, DiagnosticStatus>>,
     pub(crate) clock: Arc<Clock>,
-    /// Whether `/clock` is subscribed to; it stays so once it is.
+    /// Whether `/clock` has been subscribed to.
     pub(crate) follows_clock: Cell<bool>,
-    /// Makes the diagnostics go out soon.
+    /// Requests that the diagnostics be published soon.
     pub(crate) diagnostics_due: Sender<()>,
-    /// The share of the node's time for requests.
+    /// Limit of the time spent on requests.
     pub(crate) share: Rc<Share>,
-    /// Answers on their way.
+    /// Pending answers.
     pub(crate) answers: Answers,
-    /// The request writers of clients that are known to receive the answers.
+    /// Request writers of clients that are known to receive answers.
     matched_clients: RefCell<HashSet<GUID>>,
-    /// How many clients of each service this node has opened. They live as long as the node.
+    /// Number of clients opened for each service. They live as long as the node.
     clients: RefCell<BTreeMap<String, usize>>,
-    /// When each participant was last heard on topics that many publish, as `/diagnostics`.
+    /// When each participant last sent on a topic with many publishers, such as `/diagnostics`.
     heard: RefCell<BTreeMap<ParticipantId, Instant>>,
 }
 
-/// A node publishes its diagnostics every second: one that was not heard for so long has stopped.
+/// Nodes publish diagnostics every second; after this time without any, a node has stopped.
 pub(crate) const STOPPED: Duration = Duration::from_secs(2);
-/// Participants remembered at most; then all are heard anew.
+/// Maximum number of participants remembered; beyond it the list starts again.
 const PARTICIPANTS: usize = 1000;
 
-/// Clients remembered at most; then all are met anew.
+/// Maximum number of clients remembered; beyond it the list starts again.
 const MATCHED_CLIENTS: usize = 1000;
 
 impl Shared {
@@ -108,7 +108,7 @@ impl Shared {
         }
     }
 
-    /// Notes that the participant has been heard on a topic that many publish.
+    /// Records that the participant has sent on a topic with many publishers.
     pub(crate) fn heard(&self, participant: ParticipantId) {
         let mut heard = self.heard.borrow_mut();
         if heard.len() >= PARTICIPANTS && !heard.contains_key(&participant) {
@@ -117,7 +117,7 @@ impl Shared {
         heard.insert(participant, Instant::now());
     }
 
-    /// Whether the participant goes on: it is still heard on a topic that many publish.
+    /// Whether the participant is still alive: it still sends on a topic with many publishers.
     pub(crate) fn hears(&self, participant: ParticipantId) -> bool {
         let heard = self.heard.borrow();
         heard
@@ -125,12 +125,12 @@ impl Shared {
             .is_some_and(|at| at.elapsed() < STOPPED)
     }
 
-    /// Whether the client of that request writer is known to receive the answers.
+    /// Whether the client with this request writer is known to receive answers.
     pub(crate) fn is_matched(&self, client: GUID) -> bool {
         self.matched_clients.borrow().contains(&client)
     }
 
-    /// Remembers that it does.
+    /// Records that the client receives answers.
     pub(crate) fn set_matched(&self, client: GUID) {
         let mut matched_clients = self.matched_clients.borrow_mut();
         if matched_clients.len() >= MATCHED_CLIENTS {
@@ -139,7 +139,7 @@ impl Shared {
         matched_clients.insert(client);
     }
 
-    /// Notes that another client of the service `name` is open.
+    /// Counts another open client of the service `name`.
     pub(crate) fn client_opened(&self, name: &str) {
         *self
             .clients
@@ -148,7 +148,7 @@ impl Shared {
             .or_default() += 1;
     }
 
-    /// The number of open clients of the service `name`.
+    /// Number of open clients of the service `name`.
     pub(crate) fn clients_of(&self, name: &str) -> usize {
         self.clients.borrow().get(name).copied().unwrap_or(0)
     }
@@ -167,14 +167,14 @@ impl Shared {
         Ok(done)
     }
 
-    /// Notes what the middleware has found out.
+    /// Handles a discovery event of the middleware.
     pub(crate) fn on_discovery(&self, event: &DomainParticipantStatusEvent) {
         if let Some(graph) = self.graph.borrow().as_ref() {
             graph.on(event);
         }
     }
 
-    /// Waits for `work` on this thread, which carries the node's messages meanwhile.
+    /// Waits for `work` on this thread, which meanwhile handles the node's messages.
     pub(crate) fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
         match self.participant() {
             Some(participant) => participant.block_on(work),
@@ -182,8 +182,8 @@ impl Shared {
         }
     }
 
-    /// Waits until then. The loop that carries the node's messages keeps the time, so that no other thread is woken
-    /// for it; without that loop it waits for ever.
+    /// Waits until `due`. The loop that handles the node's messages also keeps the time, so that no other thread is needed; without that loop this
+    /// waits forever.
     pub(crate) async fn sleep_until(&self, due: Instant) {
         match self.participant() {
             Some(participant) => participant.sleep_until(due).await,
@@ -191,7 +191,7 @@ impl Shared {
         }
     }
 
-    /// As [`Shared::sleep_until`], for so long.
+    /// As [`Shared::sleep_until`], for a duration.
     pub(crate) async fn sleep(&self, duration: Duration) {
         match Instant::now().checked_add(duration) {
             Some(due) => self.sleep_until(due).await,
@@ -199,14 +199,14 @@ impl Shared {
         }
     }
 
-    /// The participant, to ask for what it has discovered.
+    /// The participant, for queries about discovery.
     pub(crate) fn participant(&self) -> Option<DomainParticipant> {
         self.participant.borrow().clone()
     }
 
-    /// Runs `work` beside the node's events until the node shuts down.
+    /// Runs `work` concurrently with the node's events until the node shuts down.
     ///
-    /// In a box: the executor's code is then compiled once, and not for each work of each node.
+    /// Boxed, so that the executor's code is compiled once instead of once per task and node.
     pub(crate) fn spawn(&self, work: impl Future<Output = ()> + 'static) {
         self.spawn_boxed(Box::pin(work));
     }
@@ -217,7 +217,7 @@ impl Shared {
         }
     }
 
-    /// Lets go of everything that belongs to the middleware, its writers first.
+    /// Drops all objects of the middleware, writers first.
     pub(crate) fn close(&self) {
         self.kept.borrow_mut().clear();
         drop(self.graph.borrow_mut().take());
@@ -225,19 +225,19 @@ impl Shared {
         drop(self.participant.borrow_mut().take());
     }
 
-    /// The absolute, remapped name of a topic.
+    /// Absolute, remapped name of a topic.
     pub(crate) fn topic_name(&self, topic: &str) -> Result<String> {
         Ok(self.names.resolve(topic, RemapKind::Topic, &self.remaps)?)
     }
 
-    /// The absolute, remapped name of a service.
+    /// Absolute, remapped name of a service.
     pub(crate) fn service_name(&self, service: &str) -> Result<String> {
         Ok(self
             .names
             .resolve(service, RemapKind::Service, &self.remaps)?)
     }
 
-    /// Registers one end of a topic with the middleware's topic for it.
+    /// Registers an endpoint of a topic, with the middleware's topic.
     pub(crate) fn endpoint(
         &self,
         direction: Direction,
@@ -268,19 +268,19 @@ impl Shared {
         kept
     }
 
-    /// Warns about `subject`, not too often.
+    /// Warns about `subject`, with limited frequency.
     pub(crate) fn warn(&self, subject: &str, text: &str) {
         self.throttle.borrow_mut().warn(subject, text);
     }
 
-    /// Says that something is wrong with `subject`, not too often.
+    /// Logs an error about `subject`, with limited frequency.
     pub(crate) fn complain(&self, subject: &str, text: &str) {
         if self.throttle.borrow_mut().admit(subject).is_some() {
             log::error!("{subject}: {text}");
         }
     }
 
-    /// Makes the diagnostics go out soon.
+    /// Requests that the diagnostics be published soon.
     pub(crate) fn request_diagnostics(&self) {
         let _ = self.diagnostics_due.try_send(()); // Full: they are going out already.
     }
@@ -304,7 +304,7 @@ pub(crate) fn type_parts(ros_type: &str) -> Result<(&str, &str, &str)> {
         }
         _ => Err(Error::TypeName {
             name: ros_type.to_owned(),
-            form: "a type is written package/msg/Name",
+            form: "package/msg/Name is expected",
         }),
     }
 }

@@ -1,7 +1,7 @@
 //! SIGINT, SIGTERM and SIGHUP as events.
 //!
-//! SIGHUP, which comes when a terminal is closed, asks to stop as SIGTERM does. A shell and the system both send it, so it is
-//! no second wish, for haste; and where it was to be ignored, as under `nohup`, it is.
+//! SIGHUP, sent when a terminal is closed, has the same effect as SIGTERM. It may be sent twice, by shell and system, and so does not count as a
+//! second, urgent request. It is ignored if it was ignored at the start, as with `nohup`.
 
 use crate::error::{Error, Result};
 use std::fs;
@@ -12,22 +12,22 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use smol::channel::{Receiver, Sender, bounded};
 
-/// Whether nobody waits for a request any more.
+/// Whether a stop request ends the process immediately.
 static AT_ONCE: AtomicBool = AtomicBool::new(false);
 
-/// The exit status of a process that a request has ended, as shells have it for SIGINT.
+/// Exit status of a process ended by a stop request, as shells use for SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// From now on a request ends the process: it has only work to do that nothing is lost with, and nobody reads
-/// [`requested`] any more.
+/// From now on a stop request ends the process immediately: its remaining work can be interrupted without loss, and nobody reads [`requested`]
+/// any more.
 pub fn at_once() {
     AT_ONCE.store(true, Ordering::Relaxed);
 }
 
-/// Becomes ready when the process has been asked to stop.
+/// A receiver that becomes ready when the process is asked to stop.
 ///
 /// # Errors
-/// When the signals cannot be waited for.
+/// The signals cannot be handled.
 pub fn requested() -> Result<Receiver<()>> {
     static CHANNEL: OnceLock<(Sender<()>, Receiver<()>)> = OnceLock::new();
     let mut fresh = false;
@@ -69,7 +69,7 @@ fn listen(sender: Sender<()>) -> std::io::Result<()> {
         .map(drop)
 }
 
-/// Whether the process was started with the signal ignored; where `/proc` does not say, not.
+/// Whether the process was started with the signal ignored; `false` if `/proc` does not tell.
 fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|it| it.strip_prefix("SigIgn:"));

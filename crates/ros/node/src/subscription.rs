@@ -21,34 +21,34 @@ use crate::{
     shared::{STOPPED, Shared},
 };
 
-/// A message as it came.
+/// A received, undecoded message.
 pub(crate) struct Unread {
-    /// With its 4-byte encapsulation header.
+    /// CDR payload with its 4-byte encapsulation header.
     pub(crate) payload: Vec<u8>,
-    /// Of one that came through the gate of large messages.
+    /// Guard of a large message.
     pub(crate) large: Option<LargeMessage>,
 }
 
 impl Unread {
-    /// # Errors
+    /// Why the payload is not such a message.
     /// Why it is not such a message.
     pub(crate) fn message<M: Message>(&self) -> Result<M, String> {
         cdr::from_bytes(&self.payload).map_err(|error| error.to_string())
     }
 }
 
-/// Hands a message on to the node.
+/// Passes a message on to the node.
 pub(crate) type Delivery = LocalBoxFuture<'static, ()>;
 
-/// Reads a message, or says why it must not pass.
+/// Decodes a message, or returns the reason to refuse it.
 pub(crate) type Read = Box<dyn Fn(Unread, &MessageInfo) -> Result<Delivery, String>>;
 
-/// Opens a reader of the topic, and hands its messages on as they come, until the node shuts down. Large ones come through the gate.
+/// Opens a reader of the topic, and passes its messages on until the node shuts down. Large messages pass through the gate.
 ///
-/// The reader knows bytes only: the middleware's part is compiled once, and not for each type of message.
+/// The reader handles bytes only, so that the middleware's code is compiled once instead of once per message type.
 ///
 /// # Errors
-/// When the middleware refuses.
+/// An error of the middleware.
 pub(crate) fn start(
     shared: &Rc<Shared>,
     endpoint: Rc<Endpoint>,
@@ -67,7 +67,7 @@ pub(crate) fn start(
     Ok(())
 }
 
-/// Refused, with the topic and the reason in the log, are what comes from a writer of another type, and what `read` refuses.
+/// Refuses messages from a writer of another type, and those that `read` refuses; logs the topic and the reason.
 async fn forward_samples(
     shared: Rc<Shared>,
     endpoint: Rc<Endpoint>,
@@ -101,7 +101,7 @@ async fn forward_samples(
                     waiting.push_back((delivery, info));
                     continue;
                 }
-                _ => Err("another node publishes here, and came first".to_owned()),
+                _ => Err("refused, because another node published here first".to_owned()),
             },
         };
         match judged {
@@ -120,24 +120,24 @@ async fn forward_samples(
             }
             Err(reason) => {
                 count(&endpoint.refused);
-                shared.warn(&endpoint.topic, &format!("a message is refused: {reason}"));
+                shared.warn(&endpoint.topic, &format!("message refused: {reason}"));
             }
         }
     }
 }
 
-/// Those who publish on a topic, as one subscription sees them.
+/// The publishers of a topic, for one subscription.
 struct Publishers<'a> {
     shared: &'a Shared,
     endpoint: &'a Endpoint,
-    /// What is against each writer; empty if nothing is.
+    /// Objection to each writer; empty if there is none.
     objections: BTreeMap<Gid, String>,
     followed: Followed,
-    /// The node whose topic it is.
+    /// The node that owns the topic.
     owner: Option<String>,
-    /// Participants that had that node: one that has ended its flight is not a stranger.
+    /// Participants that contained that node; such a participant is not foreign even after its flight.
     homes: BTreeSet<ParticipantId>,
-    /// When they were last looked for: a rival speaks hundreds of times a second.
+    /// When they were last looked for, since a foreign node may send hundreds of messages a second.
     looked: Option<Instant>,
 }
 
@@ -203,7 +203,7 @@ impl<'a> Publishers<'a> {
     }
 }
 
-/// The full name of the node that publishes a topic in the loop of that namespace.
+/// Full name of the node that publishes a topic in the loop of this namespace.
 fn owner_of(namespace: &str, topic: &str) -> Option<String> {
     let inside = topic.strip_prefix(namespace.trim_end_matches('/'));
     let name = inside.map_or(topic, |it| it.trim_start_matches('/'));
@@ -217,17 +217,17 @@ fn owner_of(namespace: &str, topic: &str) -> Option<String> {
     Some(format!("{}/{node}", namespace.trim_end_matches('/')))
 }
 
-/// Time between two looks for the participants of a node.
+/// Interval of looking for a node's participants.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Messages that wait for a decision.
+/// Maximum number of messages waiting for a decision.
 const MAX_WAITING: usize = 100;
 
 /// Whether a message passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Passage {
     Free,
-    /// It may come in place of one that has died, or of one that stands and is still heard elsewhere.
+    /// Undecided: the sender may replace a dead publisher, or one that is paused and still alive.
     Undecided,
     Refused,
 }
@@ -235,21 +235,20 @@ enum Passage {
 /// The participant that is followed.
 #[derive(Default)]
 struct Followed {
-    /// The one that was heard first, and when it was last heard.
+    /// The first publisher, and the time of its last message.
     first: Option<(ParticipantId, Instant)>,
-    /// Those that spoke beside it.
+    /// Other publishers refused so far.
     rivals: BTreeSet<ParticipantId>,
 }
 
 impl Followed {
-    /// In a silence of less nobody else is heard.
+    /// Time of silence below which no other publisher is accepted.
     const BRIEF: Duration = Duration::from_secs(1);
-    /// Largest number of rivals that are known.
+    /// Maximum number of other publishers remembered.
     const MAX_RIVALS: usize = 100;
 
-    /// How a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
-    /// and of one that `doubles` it once it has been for so long. It is followed again when it goes on, unless it no longer
-    /// `publishes`.
+    /// Whether a message of `sender` passes. The first publisher passes. Others pass once it has been silent; rivals, and a sender that `doubles` it,
+    /// only after a longer silence. The first publisher is followed again when it continues, unless it no longer `publishes`.
     fn passes(
         &mut self,
         sender: ParticipantId,
@@ -285,10 +284,10 @@ impl Followed {
     }
 }
 
-/// Whose messages speak for which node.
+/// Checks that messages about nodes come from those nodes.
 pub(crate) struct Speakers {
     shared: Rc<Shared>,
-    /// The nodes that were found in a sender's participant.
+    /// Participants in which the nodes were found.
     known: RefCell<BTreeMap<String, ParticipantId>>,
 }
 
@@ -300,7 +299,7 @@ impl Speakers {
         }
     }
 
-    /// Why a message that speaks for these nodes must not pass: one of them is in another participant than its writer.
+    /// Reason to refuse a message about these nodes: one of them is in another participant than the writer.
     pub(crate) fn reason_against(&self, writer: Gid, nodes: &[String]) -> Option<String> {
         let sender = prefix(GUID::from(writer))?;
         let is_another = |node: &&String| {
@@ -321,12 +320,12 @@ impl Speakers {
         };
         let node = nodes.iter().find(is_another)?;
         Some(format!(
-            "it speaks for {node}, which is in another participant"
+            "it concerns the node {node}, which does not belong to the sender"
         ))
     }
 }
 
-/// Why a message must not pass: the first number in it that is not finite.
+/// Reason to refuse a message: the first number that is not finite.
 pub(crate) fn non_finite<M: Message>(message: &M) -> Option<String> {
     let field = message.first_non_finite()?;
     Some(format!("{field} is not finite"))

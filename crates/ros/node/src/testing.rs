@@ -1,4 +1,4 @@
-//! A DDS domain that nobody else on this machine uses, for tests that run side by side.
+//! A DDS domain that nobody else on this machine uses, for parallel tests.
 
 use std::{
     env,
@@ -9,10 +9,10 @@ use std::{
 
 use crate::domain::Domain;
 
-/// Domains to choose from: their ports lie below those the system gives out (32768 up).
+/// Domains to choose from: their ports are below the system's ephemeral ports (32768 up).
 const CHOICE: std::ops::RangeInclusive<u16> = 1..=100;
 
-/// A domain held until the value is dropped or the process ends.
+/// A domain reserved until the value is dropped or the process ends.
 #[derive(Debug)]
 pub struct OwnDomain {
     id: u16,
@@ -20,10 +20,10 @@ pub struct OwnDomain {
 }
 
 impl OwnDomain {
-    /// Takes a domain that no other holder of this type has and whose discovery port is free.
+    /// Reserves a domain whose discovery port is free and that no other value of this type holds.
     ///
     /// # Errors
-    /// When lock files cannot be made, or all domains are taken.
+    /// Lock files cannot be created, or all domains are in use.
     pub fn claim() -> io::Result<Self> {
         for id in CHOICE {
             let path = env::temp_dir().join(format!("planesman-domain-{id}.lock"));
@@ -43,13 +43,13 @@ impl OwnDomain {
         ))
     }
 
-    /// The domain, for `ROS_DOMAIN_ID`.
+    /// Number of the domain, for `ROS_DOMAIN_ID`.
     #[must_use]
     pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// The domain on this machine only, for a node in this process.
+    /// The domain restricted to this machine, for a node in this process.
     #[must_use]
     pub fn domain(&self) -> Domain {
         Domain {
@@ -58,7 +58,7 @@ impl OwnDomain {
         }
     }
 
-    /// The variables that keep a process within the domain and this machine.
+    /// Environment variables that restrict a process to the domain and this machine.
     #[must_use]
     pub fn variables(&self) -> [(&'static str, String); 2] {
         [

@@ -4,11 +4,10 @@ use crate::error::{Error, Result};
 use std::os::unix::net::UnixStream;
 use std::panic;
 
-/// Starts the thread. Its library would start it at the first timer, and panics where the system gives none; whoever starts
-/// another thread returns an error.
+/// Starts the thread. Its library would start it at the first timer, and would panic if the system provides no thread; here that is an error.
 ///
 /// # Errors
-/// When the system refuses it.
+/// The system provides no thread.
 pub(crate) fn start() -> Result<()> {
     let told = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));

@@ -1,11 +1,11 @@
-//! `~/get_type_description`: the types that the node knows, described (REP 2016).
+//! `~/get_type_description`: describes the types that the node knows (REP 2016).
 
 use planesman_msgs::{
     description::describe,
     type_description_interfaces::srv::{GetTypeDescriptionRequest, GetTypeDescriptionResponse},
 };
 
-/// The type that the request names, with the hash that it names.
+/// Describes the requested type, if it has the requested hash.
 pub(crate) fn answer(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionResponse {
     let refused = |reason: String| GetTypeDescriptionResponse {
         failure_reason: reason,
@@ -13,7 +13,7 @@ pub(crate) fn answer(request: &GetTypeDescriptionRequest) -> GetTypeDescriptionR
     };
     let name = &request.type_name;
     match describe(name) {
-        None => refused(format!("type '{name}' is not known here")),
+        None => refused(format!("type '{name}' is unknown to this node")),
         Some(known) if known.hash != request.type_hash => refused(format!(
             "type '{name}' has the hash {} here, not '{}'",
             known.hash, request.type_hash

@@ -1,14 +1,14 @@
-//! The answers that wait to be sent: [`answers`](crate::answers) looks after them.
+//! Queue of pending answers, handled by [`answers`](crate::answers).
 
 use std::{cell::RefCell, collections::VecDeque};
 
 use ros2_client::error::WriteError;
 use rustdds::GUID;
 
-/// An attempt to send an answer, again if there was no room.
+/// Tries to send an answer; called again if there was no space.
 pub(crate) type Send = Box<dyn FnMut() -> Result<(), WriteError<()>>>;
 
-/// One that waits.
+/// A pending answer.
 pub(crate) struct Waiting {
     /// The service's name.
     pub(crate) service: String,
@@ -19,7 +19,7 @@ pub(crate) struct Waiting {
     pub(crate) send: Send,
 }
 
-/// All that wait, oldest first.
+/// All pending answers, oldest first.
 #[derive(Default)]
 pub(crate) struct Answers {
     pub(crate) waiting: RefCell<VecDeque<Waiting>>,

@@ -1,22 +1,20 @@
-//! Whether the middleware's threads still run. A node whose event loop has ended, or is
-//! stuck, neither receives nor sends: it must stop with an error.
+//! Checks that the middleware's threads run. A node whose middleware event loop has ended or hangs can neither receive nor send, so it must stop
+//! with an error.
 
 use rustdds::ThreadState;
 
-/// Looks in a row, a second apart, that a thread may spend in one round. The event loop
-/// goes round every two seconds at least.
+/// Number of checks, one per second, after which a thread without progress counts as stuck. The event loop iterates at least every two seconds.
 const STUCK_AFTER: u32 = 15;
 
-/// Remembers how far each thread was.
+/// Progress of each thread at the last check.
 #[derive(Debug, Default)]
 pub(crate) struct Watchdog {
-    /// The rounds of each thread, and the looks since they have changed.
+    /// Iterations of each thread, and the number of checks since they changed.
     seen: [(u64, u32); 2],
 }
 
 impl Watchdog {
-    /// The fault of a thread, if there is one. To be called once a second by the
-    /// node's own clock, not by the wall's: while the process is stopped nothing is wrong.
+    /// Fault of a thread, if any. Must be called once a second of the node's own clock, not wall time: a stopped process has no fault.
     pub(crate) fn look(&mut self, threads: [ThreadState; 2]) -> Option<String> {
         let mut trouble = None;
         for (thread, (rounds, looks)) in threads.iter().zip(&mut self.seen) {

@@ -384,7 +384,7 @@ fn numbers_that_are_not_finite_pass_neither_out_nor_in() {
     let (report, log) = doubler.stop("-TERM");
     assert_eq!(report.refused["/input"], 1);
     assert!(
-        log.contains("/input: a message is refused: data is not finite"),
+        log.contains("/input: message refused: data is not finite"),
         "{log}"
     );
 }

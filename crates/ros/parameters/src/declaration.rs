@@ -2,24 +2,24 @@
 
 use crate::{ParameterType, Refusal, Value};
 
-/// A declared parameter: what `ros2 param describe` shows, and what a new value must obey.
+/// A declared parameter: the content of `ros2 param describe`, and the rule for new values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
-    /// The name, dots between levels: `depth.kp`.
+    /// Name with dots between levels, such as `depth.kp`.
     pub name: String,
-    /// The default, which also fixes the type.
+    /// Default value, which also determines the type.
     pub default: Value,
-    /// Its description, in a sentence.
+    /// Description, one sentence.
     pub description: &'static str,
-    /// The unit, `""` for text, booleans and pure numbers.
+    /// Unit; `""` for text, booleans and pure numbers.
     pub unit: &'static str,
-    /// The direction in which its numbers are positive, as `down`; `""` where none is given.
+    /// Direction of positive numbers, such as `down`; `""` if none is given.
     pub positive: &'static str,
-    /// The closed interval that every number in the value must lie in.
+    /// Closed interval for every number in the value.
     pub range: Option<(f64, f64)>,
-    /// The only texts accepted, empty when any is.
+    /// Allowed texts; empty if any text is allowed.
     pub choices: &'static [&'static str],
-    /// Set at start-up only.
+    /// Whether it can be set only at the start.
     pub read_only: bool,
 }
 
@@ -39,39 +39,39 @@ impl Declaration {
         }
     }
 
-    /// The unit its numbers are in.
+    /// Sets the unit of its numbers.
     #[must_use]
     pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
 
-    /// The direction in which its numbers are positive, as `down`.
+    /// Sets the direction of positive numbers, such as `down`.
     #[must_use]
     pub fn positive(mut self, direction: &'static str) -> Self {
         self.positive = direction;
         self
     }
 
-    /// The closed interval its numbers must lie in.
+    /// Sets the closed interval of its numbers.
     #[must_use]
     pub fn range(mut self, low: impl Into<f64>, high: impl Into<f64>) -> Self {
         self.range = Some((low.into(), high.into()));
         self
     }
 
-    /// Fixes it once the node has started.
+    /// Makes the parameter read-only after the start of the node.
     #[must_use]
     pub fn read_only(mut self) -> Self {
         self.read_only = true;
         self
     }
 
-    /// The value, in this parameter's type, if it obeys the declaration.
+    /// Checks a value and returns it in this parameter's type.
     ///
     /// # Errors
-    /// A [`Refusal`] naming the parameter, the value and the rule, when the type is
-    /// another, a number is not finite or out of range, or a text is not among the choices.
+    /// A [`Refusal`] with the parameter, the value and the rule, for a wrong type, a number that is not finite or out of range, or a text that is not
+    /// among the choices.
     pub fn accept(&self, value: Value) -> Result<Value, Refusal> {
         let value = match value {
             // `ros2 param set` sends YAML 1.1's `on` and `off` as booleans.

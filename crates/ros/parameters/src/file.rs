@@ -7,12 +7,11 @@ use crate::{Refusal, Value};
 
 pub use planesman_text::{LARGEST, read};
 
-/// The parameters that a ROS 2 parameter file sets for the node `full_name`
-/// (`/auv/plant_sim`), later entries last. Keys may be the full name, the bare name,
-/// `/**`, `/*/name`, or namespaces nested as maps.
+/// The parameters that a ROS 2 parameter file sets for the node `full_name` (`/auv/plant_sim`), in order of priority, highest last. Keys may be
+/// the full name, the bare name, `/**`, `/*/name`, or namespaces as nested mappings.
 ///
 /// # Errors
-/// A [`Refusal`] when the text is no YAML mapping of that form or a value has no ROS type.
+/// A [`Refusal`] if the text is not a YAML mapping of that form or a value has no ROS type.
 pub fn overrides_for(text: &str, full_name: &str) -> Result<Vec<(String, Value)>, Refusal> {
     let bad = |reason: String| Refusal {
         name: String::new(),
@@ -24,10 +23,10 @@ pub fn overrides_for(text: &str, full_name: &str) -> Result<Vec<(String, Value)>
     Ok(found)
 }
 
-/// A value as `-p name:=VALUE` writes it: a YAML scalar or list.
+/// Parses a value of `-p name:=VALUE`: a YAML scalar or list.
 ///
 /// # Errors
-/// A [`Refusal`] when the text is no YAML value of a ROS type.
+/// A [`Refusal`] if the text is not a YAML value of a ROS type.
 pub fn parse_value(name: &str, text: &str) -> Result<Value, Refusal> {
     let yaml: Yaml = yaml::from_str(text).map_err(|e| Refusal {
         name: name.to_owned(),
@@ -36,10 +35,10 @@ pub fn parse_value(name: &str, text: &str) -> Result<Value, Refusal> {
     from_yaml(name, &yaml)
 }
 
-/// The parameters in a YAML mapping, nested mappings joined with dots.
+/// The parameters in a YAML mapping; names of nested mappings are joined with dots.
 ///
 /// # Errors
-/// A [`Refusal`] when a value has no ROS type.
+/// A [`Refusal`] if a value has no ROS type.
 pub fn flatten(yaml: &Yaml) -> Result<Vec<(String, Value)>, Refusal> {
     let mut found = Vec::new();
     flatten_into("", yaml, &mut found)?;
@@ -61,7 +60,7 @@ fn walk(
     };
     for (key, value) in map {
         let Yaml::String(key) = key else {
-            return Err(refuse("a node name is not text"));
+            return Err(refuse("a node name must be text"));
         };
         if key == "ros__parameters" {
             if matches(path, full_name) {
@@ -79,8 +78,7 @@ fn walk(
     Ok(())
 }
 
-/// Whether the pattern names the node: `**` any number of tokens, `*` one, and a bare
-/// name the node of that name in any namespace.
+/// Whether the pattern matches the node: `**` matches any number of tokens, `*` one; a bare name matches in any namespace.
 fn matches(pattern: &str, full_name: &str) -> bool {
     fn tokens_match(pattern: &[&str], name: &[&str]) -> bool {
         match (pattern.split_first(), name.split_first()) {
@@ -112,7 +110,7 @@ fn flatten_into(
                 let Yaml::String(key) = key else {
                     return Err(Refusal {
                         name: prefix.to_owned(),
-                        reason: "a parameter name is not text".to_owned(),
+                        reason: "a parameter name must be text".to_owned(),
                     });
                 };
                 let name = if prefix.is_empty() {
@@ -149,10 +147,10 @@ fn from_yaml(name: &str, yaml: &Yaml) -> Result<Value, Refusal> {
                 .iter()
                 .map(|i| from_yaml(name, i))
                 .collect::<Result<_, _>>()?;
-            list(items).ok_or_else(|| refuse("a list holds values of one simple type"))
+            list(items).ok_or_else(|| refuse("all values of a list must have the same simple type"))
         }
         _ => Err(refuse(
-            "a value is a boolean, number, text or list of one of these",
+            "a boolean, number, text or list of one of these is expected",
         )),
     }
 }

@@ -1,12 +1,11 @@
 #![doc = include_str!("../README.md")]
 //!
-//! A node's parameters are one struct that derives [`Parameters`]: type, default, unit, range and description
-//! stand on each field. From it come the descriptors of the ROS services, the validation of parameter files and
-//! scenarios, and the struct that the models read.
+//! A node's parameters are one struct that derives [`Parameters`]: each field has type, default, unit, range and description. From this struct
+//! come the descriptors of the ROS services, the validation of parameter files and scenarios, and the values that the models read.
 //!
-//! - [`Parameters`], [`Choice`]: what a node derives.
-//! - [`Declaration`], [`Value`]: one parameter as ROS sees it.
-//! - [`Values`]: a complete, valid set by name, changed as a whole or not at all.
+//! - [`Parameters`], [`Choice`]: traits that a node derives.
+//! - [`Declaration`], [`Value`]: a parameter as in ROS.
+//! - [`Values`]: a complete, valid set by name, changed completely or not at all.
 //! - [`mod@file`]: ROS 2 parameter files (YAML).
 
 // The derive macros name this crate, in its own tests too.

@@ -1,8 +1,8 @@
-//! The Rust types that a parameter may have.
+//! Rust types of parameters.
 
 use crate::Value;
 
-/// A text parameter with a closed list of values: derive it for an enum without fields.
+/// A text parameter with a fixed list of values; derived for an enum without fields.
 pub trait Choice: Copy {
     /// The values as users write them, in snake case.
     const NAMES: &'static [&'static str];
@@ -10,19 +10,19 @@ pub trait Choice: Copy {
     /// The value as users write it.
     fn name(self) -> &'static str;
 
-    /// The variant of that name.
+    /// The variant with this name.
     fn named(name: &str) -> Option<Self>;
 }
 
 /// A Rust type that a parameter may have.
 pub trait ParameterType: Sized {
-    /// The only texts accepted; empty when any is.
+    /// Allowed texts; empty if any text is allowed.
     const CHOICES: &'static [&'static str] = &[];
 
-    /// The ROS value.
+    /// Conversion to the ROS value.
     fn to_value(&self) -> Value;
 
-    /// The Rust value; `None` when the ROS value is of another type or does not fit.
+    /// Conversion from a ROS value; `None` if it has another type or does not fit.
     fn from_value(value: &Value) -> Option<Self>;
 }
 

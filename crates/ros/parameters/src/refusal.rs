@@ -1,12 +1,12 @@
-//! Why a value was not accepted.
+//! Error of a refused value.
 
-/// Why a parameter, or a parameter file, was not accepted.
+/// Why a parameter, or a parameter file, was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{reason}", parameter(name))]
 pub struct Refusal {
-    /// The parameter; empty for a whole file, which the caller names.
+    /// Name of the parameter; empty for a whole file, which the caller names.
     pub name: String,
-    /// The value and the rule it breaks.
+    /// The value and the rule it violates.
     pub reason: String,
 }
 

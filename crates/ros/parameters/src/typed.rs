@@ -1,8 +1,8 @@
-//! Parameters as the fields of a struct.
+//! Parameters as fields of a struct.
 
 use crate::{Declaration, Refusal, Value, Values};
 
-/// A struct whose fields are a node's parameters, or groups of them: derive it.
+/// A struct whose fields are a node's parameters, or groups of them; usually derived.
 ///
 /// ```
 /// use planesman_parameters::{Choice, Parameters, Values};
@@ -36,19 +36,17 @@ use crate::{Declaration, Refusal, Value, Values};
 /// assert_eq!(Controller::from_values(&values), Ok(Controller::default()));
 /// ```
 ///
-/// The doc comment of a field is the parameter's description. Its attribute `#[parameter(...)]` gives the
-/// `default`, the `unit`, the direction in which its numbers are `positive` (as `"down"`), their closed interval
-/// `range`, and `read_only` for a parameter that is set at start-up only. A field without the attribute is a
-/// group: its parameters are named `field.parameter`.
+/// The doc comment of a field is the parameter's description. The attribute `#[parameter(...)]` gives the `default`, the `unit`, the direction of
+/// `positive` numbers (such as `"down"`), their closed interval `range`, and `read_only` for a parameter that can be set only at the start. A
+/// field without the attribute is a group: its parameters are named `field.parameter`.
 pub trait Parameters: Default {
-    /// Appends the declarations of all fields, in their order, with the present values as defaults; `under` is
-    /// the name of the group, `""` at the top.
+    /// Appends the declarations of all fields, in order, with the present values as defaults; `under`: name of the group, `""` at the top.
     fn declare(&self, under: &str, declarations: &mut Vec<Declaration>);
 
-    /// The fields out of `values`.
+    /// Reads the fields from `values`.
     ///
     /// # Errors
-    /// A [`Refusal`] when a field is not declared there.
+    /// A [`Refusal`] if a field is not declared there.
     fn read(under: &str, values: &Values) -> Result<Self, Refusal>;
 
     /// All declarations.
@@ -59,7 +57,7 @@ pub trait Parameters: Default {
         declarations
     }
 
-    /// These parameters by name.
+    /// These parameters as values by name.
     #[must_use]
     fn values(&self) -> Values {
         let mut present = Vec::new();
@@ -67,10 +65,10 @@ pub trait Parameters: Default {
         Values::defaults(present)
     }
 
-    /// These parameters with changes by name, as a node would take them at its start.
+    /// These parameters with changes by name, as allowed at a node's start.
     ///
     /// # Errors
-    /// The first [`Refusal`]: a name that is not declared, or a value against its declaration.
+    /// The first [`Refusal`]: an undeclared name, or a value refused by its declaration.
     fn with(&self, changes: &[(&str, Value)]) -> Result<Self, Refusal> {
         let changes = changes
             .iter()
@@ -78,10 +76,10 @@ pub trait Parameters: Default {
         Self::from_values(&self.values().with(changes)?)
     }
 
-    /// The struct out of `values`.
+    /// Reads the struct from `values`.
     ///
     /// # Errors
-    /// A [`Refusal`] when a field is not declared there.
+    /// A [`Refusal`] if a field is not declared there.
     fn from_values(values: &Values) -> Result<Self, Refusal> {
         Self::read("", values)
     }
@@ -97,14 +95,14 @@ impl Parameters for () {
 }
 
 impl Values {
-    /// The defaults of a struct of parameters.
+    /// The default values of a struct of parameters.
     #[must_use]
     pub fn of<P: Parameters>() -> Self {
         Self::defaults(P::declarations())
     }
 }
 
-/// The name of a parameter in a group; `under` is the group's name, `""` for none.
+/// Name of a parameter in a group; `under`: name of the group, `""` for none.
 #[must_use]
 pub fn dotted(under: &str, name: &str) -> String {
     match under {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use planesman_text::shown;
 
-/// A parameter's value. The variants are `ParameterType`'s, without "not set".
+/// Value of a parameter. The variants are those of `ParameterType`, without "not set".
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// `PARAMETER_BOOL`
@@ -28,7 +28,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The type in a sentence: `a whole number`, `text`.
+    /// The type with an article, such as `a whole number`, `text`.
     #[must_use]
     pub fn type_with_article(&self) -> &'static str {
         match self {
@@ -44,7 +44,7 @@ impl Value {
         }
     }
 
-    /// Every number in the value, for range checks; empty for text and booleans.
+    /// All numbers in the value, for range checks; empty for text and booleans.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         match self {
@@ -56,10 +56,10 @@ impl Value {
         }
     }
 
-    /// The same value in `like`'s type where that loses nothing: an integer where a
-    /// double is declared, an empty list where any list is. Otherwise unchanged.
+    /// Converts the value to the type of `like` if nothing is lost: an integer for a declared double, an empty list for any list. Otherwise returns
+    /// it unchanged.
     ///
-    /// `ros2 param` sends what it reads by YAML 1.1's rules: every empty list as one of booleans, and `1e+18` as text.
+    /// `ros2 param` uses YAML 1.1: it sends every empty list as a list of booleans, and `1e+18` as text.
     #[must_use]
     pub fn coerced_like(self, like: &Self) -> Self {
         match (self, like) {
@@ -79,7 +79,7 @@ impl Value {
         self.emptied().is_some_and(|empty| empty == *self)
     }
 
-    /// The empty list of the same type, `None` for what is no list.
+    /// The empty list of the same type; `None` if the value is not a list.
     fn emptied(&self) -> Option<Self> {
         match self {
             Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_) => None,
@@ -92,7 +92,7 @@ impl Value {
     }
 }
 
-/// Text in quotes, as YAML and JSON take it.
+/// Text in quotes, valid in YAML and JSON.
 fn quoted(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len() + 2);
     for sign in text.chars() {
@@ -106,7 +106,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(escaped))
 }
 
-/// As a parameter file has it.
+/// In the form of a parameter file.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

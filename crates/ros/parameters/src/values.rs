@@ -6,11 +6,11 @@ use planesman_text::did_you_mean;
 
 use crate::{Declaration, ParameterType, Refusal, Value};
 
-/// A word of parameters' names as it was, and as it is.
+/// A renamed word in parameter names: old and new.
 const RENAMED: (&str, &str) = ("course", "heading");
 
-/// `; its name is 'NAME' now` of a parameter that was renamed, else `; did you mean 'NAME'?` with the declared name most
-/// similar to `name`; empty when none is.
+/// `; its name is 'NAME' now` for a renamed parameter, else `; did you mean 'NAME'?` with the most similar declared name; empty if none is
+/// similar.
 #[must_use]
 pub fn probably_meant(name: &str, declarations: &[Declaration]) -> String {
     let names = || declarations.iter().map(|d| d.name.as_str());
@@ -21,8 +21,7 @@ pub fn probably_meant(name: &str, declarations: &[Declaration]) -> String {
     did_you_mean(name, names())
 }
 
-/// Declared parameters with their present values. Always complete and valid: a change
-/// is accepted whole or refused whole.
+/// Declared parameters with their present values. Always complete and valid: changes are accepted or refused as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
     declarations: Vec<Declaration>,
@@ -55,16 +54,16 @@ impl Values {
         self.declarations.iter().find(|d| d.name == name)
     }
 
-    /// The value of `name`, `None` when it is not declared.
+    /// The value of `name`; `None` if it is not declared.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Value> {
         self.values.get(name)
     }
 
-    /// This set with the changes made, at start-up: read-only parameters may change too.
+    /// This set with changes at the start, when read-only parameters may change too.
     ///
     /// # Errors
-    /// The first [`Refusal`]: an undeclared name, or a value against its declaration.
+    /// The first [`Refusal`]: an undeclared name, or a value refused by its declaration.
     pub fn with(
         &self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -72,10 +71,10 @@ impl Values {
         self.changed(changes, true)
     }
 
-    /// This set with the changes made, at run time: read-only parameters are refused.
+    /// This set with changes at run time, when read-only parameters are refused.
     ///
     /// # Errors
-    /// The first [`Refusal`]: an undeclared or read-only name, or a value against its declaration.
+    /// The first [`Refusal`]: an undeclared or read-only name, or a value refused by its declaration.
     pub fn with_live(
         &self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -83,7 +82,7 @@ impl Values {
         self.changed(changes, false)
     }
 
-    /// The changes to parameters that are declared, and a line on each other one, with the name that was probably meant.
+    /// The changes to declared parameters, and a warning about each undeclared one, with the nearest name.
     pub fn declared(
         &self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -93,7 +92,7 @@ impl Values {
             .partition(|(name, _)| self.declaration(name).is_some());
         let line = |(name, _): (String, Value)| {
             let meant = probably_meant(&name, &self.declarations);
-            format!("parameter '{name}' is not declared and is ignored{meant}")
+            format!("parameter '{name}' is not declared and was ignored{meant}")
         };
         (known, unknown.into_iter().map(line).collect())
     }
@@ -117,7 +116,7 @@ impl Values {
             {
                 return Err(Refusal {
                     name,
-                    reason: "it is read-only: set it when the node starts".to_owned(),
+                    reason: "the parameter is read-only: set it when the node starts".to_owned(),
                 });
             }
             new.values.insert(name, value);
@@ -125,10 +124,10 @@ impl Values {
         Ok(new)
     }
 
-    /// The value of `name` in its Rust type.
+    /// The value of `name` as a Rust type.
     ///
     /// # Errors
-    /// A [`Refusal`] when the name is not declared, or declared with another type.
+    /// A [`Refusal`] if the name is not declared, or has another type.
     pub fn read<T: ParameterType>(&self, name: &str) -> Result<T, Refusal> {
         let refuse = |reason: String| Refusal {
             name: name.to_owned(),

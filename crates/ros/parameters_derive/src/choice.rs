@@ -8,11 +8,17 @@ use syn::{Data, DeriveInput, Error, Fields, Result};
 pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
     let name = &input.ident;
     let Data::Enum(data) = &input.data else {
-        return Err(Error::new_spanned(name, "Choice is derived for an enum"));
+        return Err(Error::new_spanned(
+            name,
+            "Choice can be derived only for an enum",
+        ));
     };
     for variant in &data.variants {
         if !matches!(variant.fields, Fields::Unit) {
-            return Err(Error::new_spanned(variant, "a choice has no fields"));
+            return Err(Error::new_spanned(
+                variant,
+                "the variants must not have fields",
+            ));
         }
     }
     let variants: Vec<_> = data.variants.iter().map(|v| &v.ident).collect();

@@ -15,7 +15,7 @@ pub fn parameters(input: TokenStream) -> TokenStream {
         .into()
 }
 
-/// Implements `Choice` for an enum without fields: one text per variant, in snake case.
+/// Implements `Choice` for an enum without fields; names are the variants in snake case.
 #[proc_macro_derive(Choice)]
 pub fn choice(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);

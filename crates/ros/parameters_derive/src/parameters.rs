@@ -11,7 +11,7 @@ struct Entry<'a> {
     ident: &'a Ident,
     ty: &'a Type,
     name: String,
-    /// The doc comment.
+    /// Description, from the doc comment.
     description: String,
     kind: Kind,
 }
@@ -25,7 +25,7 @@ enum Kind {
         range: Option<Box<(Expr, Expr)>>,
         read_only: bool,
     },
-    /// A field without a default is a group: a struct of parameters under this name and a dot.
+    /// A field without a default is a group: a struct of parameters with this name and a dot as prefix.
     Group,
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
     let Data::Struct(data) = &input.data else {
         return Err(Error::new_spanned(
             name,
-            "Parameters is derived for a struct",
+            "Parameters can be derived only for a struct",
         ));
     };
     let Fields::Named(fields) = &data.fields else {
@@ -96,7 +96,7 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
     })
 }
 
-/// The declaration of an entry.
+/// Code of an entry's declaration.
 fn declared(entry: &Entry<'_>) -> TokenStream {
     let Entry {
         ident,
@@ -205,7 +205,7 @@ fn is_string(ty: &Type) -> bool {
     matches!(ty, Type::Path(path) if path.path.is_ident("String"))
 }
 
-/// The ends of a closed interval `low..=high`.
+/// Ends of a closed interval `low..=high`.
 fn bounds(range: Expr) -> Result<(Expr, Expr)> {
     match range {
         Expr::Range(syn::ExprRange {
@@ -221,7 +221,7 @@ fn bounds(range: Expr) -> Result<(Expr, Expr)> {
     }
 }
 
-/// The doc comment among the attributes: its lines joined by spaces.
+/// The doc comment among the attributes, with its lines joined by spaces.
 fn doc_text(attributes: &[syn::Attribute]) -> String {
     let lines = attributes.iter().filter_map(|attribute| {
         let syn::Meta::NameValue(pair) = &attribute.meta else {

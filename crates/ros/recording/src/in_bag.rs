@@ -1,9 +1,9 @@
-//! The loop's topics as a bag has them.
+//! Topics of the loop as stored in a bag.
 
 use planesman_bag::{OfferedQos, Topic};
 use planesman_msgs::loop_topics::{Delivery, LoopTopic};
 
-/// The topic as the bag has it, under its full name (`/auv/state`), with the QoS that its publishers offer.
+/// The topic as stored in a bag, with its full name (`/auv/state`) and the publishers' QoS.
 #[must_use]
 pub fn in_bag(topic: &LoopTopic, full_name: &str) -> Topic {
     let offered = match topic.delivery {

@@ -1,9 +1,9 @@
 //! Which topics a recorder writes into its bag, and how.
 //!
-//! - [`parameters`]: where to, how compressed, how often flushed, how split, which topics.
+//! - [`parameters`]: folder, compression, flush interval, splitting, topics.
 //! - [`in_bag()`]: a topic of the loop with its QoS.
-//! - [`selection`]: which of the domain's topics.
-//! - [`names`]: a bag's name from the time of day.
+//! - [`selection`]: selection among the domain's topics.
+//! - [`names`]: name of a bag from date and time.
 
 mod in_bag;
 pub mod names;

@@ -1,4 +1,4 @@
-//! A bag's name from the time of day: `20260102T030405Z`, which sorts as it passes.
+//! Name of a bag from date and time: `20260102T030405Z`, which sorts chronologically.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -33,7 +33,7 @@ pub fn utc(seconds: u64) -> String {
     format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
 }
 
-/// The days of a year of the Gregorian calendar.
+/// Number of days in a year of the Gregorian calendar.
 fn days_in(year: u64) -> u64 {
     let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     if leap { 366 } else { 365 }

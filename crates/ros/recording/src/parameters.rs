@@ -1,7 +1,6 @@
-//! The recorder's parameters: folder, compression, flush interval, topics. Those in `record` and `storage` have the names
-//! that rosbag2's recorder gives them.
+//! The recorder's parameters: folder, compression, flush interval, topics. Those in `record` and `storage` have the names of rosbag2's recorder.
 //!
-//! All are set at start-up: a bag is written one way from its first message to its last.
+//! All of them can be set only at the start.
 
 use std::time::Duration;
 
@@ -11,7 +10,7 @@ use planesman_parameters::{Choice, Parameters};
 use crate::selection::{NoRegex, Record, Selection};
 use planesman_msgs::loop_topics::{self, UnknownTopic};
 
-/// Every parameter of `recorder`.
+/// Parameters of `recorder`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct RecorderParameters {
     /// Folder of the bag, which must not exist; empty: bags/planesman_TIME.
@@ -64,33 +63,33 @@ pub struct Storage {
     pub max_cache_size: u64,
 }
 
-/// How the chunks of the bag are compressed.
+/// Compression of the bag's chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
     /// Zstandard at its default level.
     Zstd,
 }
 
-/// Parameters that a recorder cannot follow.
+/// Invalid parameters of a recorder.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A topic that the loop does not have.
     #[error(transparent)]
     Topic(#[from] UnknownTopic),
-    /// The flush interval is no duration.
+    /// The flush interval is not a valid duration.
     #[error("flush_interval: {0}")]
     FlushInterval(std::time::TryFromFloatSecsError),
-    /// A regular expression that is none.
+    /// An invalid regular expression.
     #[error(transparent)]
     Regex(#[from] NoRegex),
 }
 
-/// How the bag is written, by these values.
+/// The writer's options with these values.
 ///
 /// # Errors
-/// A topic that is not of the loop, a flush interval that is no duration, or a regular expression that is none.
+/// A topic that is not of the loop, an invalid flush interval, or an invalid regular expression.
 pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, Error> {
     loop_topics::selected(&parameters.topics)?;
     Selection::new(&parameters.record, str::to_owned)?;
@@ -155,7 +154,7 @@ mod tests {
                 Value::StringArray(vec!["stat".to_owned()]),
                 "'stat'",
             ),
-            ("record.regex", Value::from("("), "no regular expression"),
+            ("record.regex", Value::from("("), "not a regular expression"),
         ] {
             let refusal = with(name, value).expect_err("refused");
             assert!(refusal.contains(rule), "{name}: {refusal}");

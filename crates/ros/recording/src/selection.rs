@@ -1,13 +1,13 @@
-//! Which of the topics in the domain are recorded, by the rules of `ros2 bag record`.
+//! Selection of the topics to record, by the rules of `ros2 bag record`.
 
 use planesman_parameters::Parameters;
 use regex_lite::Regex;
 
-/// The ending of the topics of service introspection.
+/// End of the names of service introspection topics.
 const SERVICE_EVENT: &str = "/_service_event";
 
-/// The parameters `record.*`: which topics, by the rules of `ros2 bag record`. Where none of all_topics, topics, topic_types,
-/// regex, all_services and services is given, the loop's topics are recorded.
+/// The parameters `record.*`: which topics are recorded, by the rules of `ros2 bag record`. If all_topics, topics, topic_types,
+/// regex, all_services and services are all unset, the loop's topics are recorded.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Record {
     /// Record every topic that is published in the domain.
@@ -19,7 +19,7 @@ pub struct Record {
     /// Record every topic of these types ('sensor_msgs/msg/Imu').
     #[parameter(default = Vec::new(), read_only)]
     pub topic_types: Vec<String>,
-    /// Record every topic in whose name this regular expression is found; of services likewise.
+    /// Record every topic and every service in whose name this regular expression is found.
     #[parameter(default = "", read_only)]
     pub regex: String,
     /// Record the events of every service with introspection.
@@ -48,7 +48,7 @@ pub struct Record {
     pub start_paused: bool,
 }
 
-/// Topics by name and type.
+/// A selection of topics by name and type.
 #[derive(Clone, Debug)]
 pub struct Selection {
     wanted: Record,
@@ -56,9 +56,9 @@ pub struct Selection {
     exclude_regex: Option<Regex>,
 }
 
-/// A regular expression that is none.
+/// An invalid regular expression.
 #[derive(Debug, thiserror::Error)]
-#[error("record.{name}: '{text}' is no regular expression: {reason}")]
+#[error("record.{name}: '{text}' is not a regular expression: {reason}")]
 pub struct NoRegex {
     name: &'static str,
     text: String,
@@ -66,10 +66,10 @@ pub struct NoRegex {
 }
 
 impl Selection {
-    /// By the parameters `record.*`, with relative names completed by `expand`.
+    /// From the parameters `record.*`; `expand` completes relative names.
     ///
     /// # Errors
-    /// A regular expression that is none.
+    /// An invalid regular expression.
     pub fn new(record: &Record, expand: impl Fn(&str) -> String) -> Result<Self, NoRegex> {
         let regex = |name, text: &str| {
             let made = (!text.is_empty()).then(|| Regex::new(text)).transpose();
@@ -93,7 +93,7 @@ impl Selection {
         })
     }
 
-    /// Whether any topic is asked for; otherwise the loop's are recorded, but for the excluded.
+    /// Whether topics are selected; otherwise the loop's topics are recorded, except the excluded ones.
     #[must_use]
     pub fn asks(&self) -> bool {
         let it = &self.wanted;

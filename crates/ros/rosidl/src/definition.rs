@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// Which kind of definition a type comes from; the middle part of its name.
+/// Kind of a definition; the middle part of a type's name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     /// From, or derived from, an `.action` file.
@@ -18,7 +18,7 @@ impl Kind {
     /// All kinds, in alphabetical order.
     pub const ALL: [Self; 3] = [Self::Action, Self::Msg, Self::Srv];
 
-    /// The folder, file extension and name part: `msg`, `srv` or `action`.
+    /// Name of the folder, the file extension and the name part: `msg`, `srv` or `action`.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -33,14 +33,14 @@ impl Kind {
     }
 }
 
-/// A full ROS type name, `std_msgs/msg/Header`. Orders as its text does.
+/// A full ROS type name, such as `std_msgs/msg/Header`. Sorts like its text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypeName {
     /// The package, `std_msgs`.
     pub package: String,
     /// The kind, `msg`.
     pub kind: Kind,
-    /// The type within the package, `Header`; derived types carry an underscore (`Fit_Request`).
+    /// Name within the package, such as `Header`; derived types contain an underscore (`Fit_Request`).
     pub name: String,
 }
 
@@ -55,7 +55,7 @@ impl TypeName {
         }
     }
 
-    /// Reads `package/Type` or `package/kind/Type`; `None` for anything else.
+    /// Parses `package/Type` or `package/kind/Type`; `None` for anything else.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let parts: Vec<&str> = text.split('/').collect();
@@ -67,7 +67,7 @@ impl TypeName {
         (is_name(package) && is_name(name)).then(|| Self::new(package, kind, name))
     }
 
-    /// The name as schema texts have it: `package/Type` for messages, in full for the rest.
+    /// The name in schema texts: `package/Type` for messages, the full name for others.
     #[must_use]
     pub fn short(&self) -> String {
         match self.kind {
@@ -76,7 +76,7 @@ impl TypeName {
         }
     }
 
-    /// The type name DDS endpoints announce, `std_msgs::msg::dds_::Header_`.
+    /// DDS type name, such as `std_msgs::msg::dds_::Header_`.
     #[must_use]
     pub fn dds(&self) -> String {
         format!(
@@ -87,7 +87,7 @@ impl TypeName {
         )
     }
 
-    /// The same name with a suffix, as derived types have: `Fit` and `Request` give `Fit_Request`.
+    /// The name with a suffix, for derived types: `Fit` and `Request` give `Fit_Request`.
     #[must_use]
     pub fn derived(&self, suffix: &str) -> Self {
         Self {
@@ -105,8 +105,7 @@ impl fmt::Display for TypeName {
 
 /// Whether a text is an identifier: a letter, then letters, digits and underscores.
 ///
-/// This is wider than what rosidl demands of new definitions (lower-case fields, upper-case
-/// constants), because bags from elsewhere carry older ones.
+/// This is wider than rosidl's rule for new definitions (lower-case fields, upper-case constants), because foreign bags contain older ones.
 #[must_use]
 pub fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -161,7 +160,7 @@ impl Primitive {
         ("float64", Self::Float64),
     ];
 
-    /// The primitive of that ROS name.
+    /// The primitive with this ROS name.
     #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         let (_, found) = Self::NAMES.into_iter().find(|(text, _)| *text == name)?;
@@ -177,7 +176,7 @@ impl Primitive {
             .map_or("", |(name, _)| name)
     }
 
-    /// The smallest and largest value of the integer types.
+    /// Smallest and largest value of integer types; `None` for others.
     #[must_use]
     pub fn integer_range(self) -> Option<(i128, i128)> {
         match self {
@@ -197,11 +196,11 @@ impl Primitive {
 /// The type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Element {
-    /// A number or a truth value.
+    /// A number or a Boolean.
     Primitive(Primitive),
-    /// `string` or `wstring`, with the greatest length if bounded.
+    /// `string` or `wstring`, with its bound.
     String {
-        /// A `wstring`: UTF-16 on the wire.
+        /// Whether it is a `wstring`: UTF-16 on the wire.
         wide: bool,
         /// The bound of `string<=N`.
         bound: Option<u32>,
@@ -223,25 +222,25 @@ impl fmt::Display for Element {
     }
 }
 
-/// The number of elements of a field.
+/// Number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arity {
-    /// Exactly one: `T`.
+    /// A single value: `T`.
     One,
     /// A fixed number: `T[3]`.
     Array(u32),
     /// Any number: `T[]`.
     Sequence,
-    /// Up to a number: `T[<=3]`.
+    /// At most this number: `T[<=3]`.
     BoundedSequence(u32),
 }
 
 /// The type of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldType {
-    /// The type of each element.
+    /// Type of each element.
     pub element: Element,
-    /// How many there are.
+    /// Number of elements.
     pub arity: Arity,
 }
 
@@ -260,15 +259,15 @@ impl fmt::Display for FieldType {
 /// A constant's value or a field's default.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// Of a `bool`.
+    /// A `bool`.
     Bool(bool),
-    /// Of an integer type, within its range.
+    /// An integer, within the range of its type.
     Integer(i128),
-    /// Of `float32` and `float64`; not necessarily finite.
+    /// A `float32` or `float64`; may be infinite or NaN.
     Float(f64),
-    /// Of a `string` or `wstring`.
+    /// A `string` or `wstring`.
     String(String),
-    /// Of an array or sequence.
+    /// An array or sequence.
     List(Vec<Value>),
 }
 
@@ -279,11 +278,11 @@ pub struct Field {
     pub name: String,
     /// The field's type.
     pub field_type: FieldType,
-    /// The value a new message has here, if not the type's zero.
+    /// Initial value, if it is not the type's zero.
     pub default: Option<Value>,
-    /// The comment lines that belong to the field, without `#`.
+    /// Comment lines of the field, without `#`.
     pub comment: Vec<String>,
-    /// The line it stands in, counted from 1; 0 for derived fields.
+    /// Line number, from 1; 0 for derived fields.
     pub line: usize,
 }
 
@@ -292,36 +291,36 @@ pub struct Field {
 pub struct Constant {
     /// The constant's name.
     pub name: String,
-    /// Its type, a primitive or a string.
+    /// Type of the constant, a primitive or a string.
     pub element: Element,
     /// Its value.
     pub value: Value,
-    /// The comment lines that belong to the constant, without `#`.
+    /// Comment lines of the constant, without `#`.
     pub comment: Vec<String>,
 }
 
-/// The field that stands in an empty message, whose C struct could not be empty.
+/// The field that rosidl adds to an empty message, because a C struct cannot be empty.
 pub const EMPTY_MESSAGE_FIELD: &str = "structure_needs_at_least_one_member";
 
-/// A message, or one of the message-like parts of a service or action.
+/// A message, or a part of a service or action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     /// The full name.
     pub name: TypeName,
-    /// The comment block at the top, without `#`.
+    /// Comment block at the top, without `#`.
     pub comment: Vec<String>,
-    /// The constants, as ordered in the text.
+    /// Constants in the order of the text.
     pub constants: Vec<Constant>,
-    /// The fields, as ordered in the text; never empty (see [`EMPTY_MESSAGE_FIELD`]).
+    /// Fields in the order of the text; never empty (see [`EMPTY_MESSAGE_FIELD`]).
     pub fields: Vec<Field>,
-    /// The definition's text, as read.
+    /// Text of the definition.
     pub text: String,
-    /// Where it was read from, for error messages.
+    /// Source of the text, for error messages.
     pub file: String,
 }
 
 impl Message {
-    /// The messages named by the fields, each with the line of the first field that names it.
+    /// The messages used by the fields, each with the line of the first such field.
     #[must_use]
     pub fn references(&self) -> Vec<(&TypeName, usize)> {
         let mut seen = BTreeSet::new();
@@ -348,7 +347,7 @@ pub struct Service {
     pub response: Message,
 }
 
-/// An action: a goal, a result, and feedback on the way.
+/// An action: goal, result and feedback.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Action {
     /// The full name, `package/action/Name`.
@@ -357,6 +356,6 @@ pub struct Action {
     pub goal: Message,
     /// The result.
     pub result: Message,
-    /// How it goes.
+    /// The feedback.
     pub feedback: Message,
 }

@@ -1,21 +1,21 @@
-//! A message's fields in the terms of `type_description_interfaces/msg/Field`.
+//! Descriptions of a message's fields in the form of `type_description_interfaces/msg/Field`.
 
 use crate::definition::{Arity, Element, Field, Message, Primitive, Value};
 
-/// One field, as `type_description_interfaces/msg/Field` and `FieldType` describe it.
+/// Description of one field, as in `type_description_interfaces/msg/Field` and `FieldType`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldDescription {
     /// The field's name.
     pub name: String,
-    /// One of the constants of `FieldType`.
+    /// Type, one of the constants of `FieldType`.
     pub type_id: u8,
-    /// The size of an array, the bound of a bounded sequence, else 0.
+    /// Size of an array, bound of a bounded sequence, else 0.
     pub capacity: u32,
-    /// The bound of a bounded string, else 0.
+    /// Bound of a bounded string, else 0.
     pub string_capacity: u32,
-    /// The name of the other message, else empty.
+    /// Name of a used message, else empty.
     pub nested_type_name: String,
-    /// The default as rosidl's Python writes it (`True`, `1.0`), empty for none.
+    /// Default as written by rosidl's Python code (`True`, `1.0`); empty for none.
     pub default_value: String,
 }
 
@@ -64,8 +64,8 @@ fn literal(value: &Value) -> String {
     }
 }
 
-/// The constants of `type_description_interfaces/msg/FieldType`. rosidl turns `char` into `uint8`
-/// before it describes a type, so 13 (`FIELD_TYPE_CHAR`) never comes from a `.msg` file.
+/// Constants of `type_description_interfaces/msg/FieldType`. rosidl converts `char` to `uint8` before it describes a type, so 13
+/// (`FIELD_TYPE_CHAR`) never results from a `.msg` file.
 fn primitive_id(primitive: Primitive) -> u8 {
     match primitive {
         Primitive::Int8 => 2,

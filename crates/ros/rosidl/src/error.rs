@@ -1,18 +1,18 @@
-//! Errors of an interface definition, for its author.
+//! Errors in an interface definition.
 
 use std::fmt;
 
-/// How deep messages may be nested; keeps every walk over a definition shallow, also a foreign one.
+/// Maximum nesting depth of messages; limits recursion also for foreign definitions.
 pub const MAX_DEPTH: usize = 64;
 
-/// An interface definition was refused: where, and by which rule.
+/// An error in an interface definition: place and rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
-    /// The definition: a file's path, or `package/msg/Name` for a text that came without one.
+    /// File path, or `package/msg/Name` for a text without a file.
     pub file: String,
-    /// The line, counted from 1; 0 where the whole file is meant.
+    /// Line number, from 1; 0 for the whole file.
     pub line: usize,
-    /// The rule that was broken.
+    /// Violated rule.
     pub rule: Rule,
 }
 
@@ -28,7 +28,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// The rules a definition is held to.
+/// Rules that a definition must satisfy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Rule {
@@ -36,46 +36,48 @@ pub enum Rule {
     #[error("`{0}` is neither a field (`type name [default]`) nor a constant (`type NAME=value`)")]
     NotADeclaration(String),
     /// A package, type, field or constant name with characters ROS does not allow.
-    #[error("`{0}` is not a name: letters, digits and underscores, starting with a letter")]
+    #[error(
+        "`{0}` is not a name; letters, digits and underscores, starting with a letter, are expected"
+    )]
     BadName(String),
     /// A type that is neither primitive nor a message name.
-    #[error("`{0}` is not a type: a primitive, `Type` or `package/Type`")]
+    #[error("`{0}` is not a type; a primitive type, `Type` or `package/Type` is expected")]
     BadType(String),
     /// An array or string bound that is not a positive 32-bit number.
-    #[error("`{0}` is not a bound: a whole number from 1 to 4294967295")]
+    #[error("`{0}` is not a bound; a whole number from 1 to 4294967295 is expected")]
     BadBound(String),
     /// A constant or default that its type cannot hold.
     #[error("`{value}` is not a value of type {expected}")]
     BadValue {
         /// The text as written.
         value: String,
-        /// The ROS type it should have been.
+        /// Expected ROS type.
         expected: String,
     },
-    /// A constant of a message or array type.
+    /// A constant that is not of a primitive type.
     #[error("a constant must be of a primitive type, not {0}")]
     BadConstantType(String),
-    /// A default given to a field of a message type.
-    #[error("a field of type {0} takes no default")]
+    /// A default for a field of a message type.
+    #[error("a field of type {0} cannot have a default")]
     NoDefault(String),
-    /// Two fields, two constants, or two definitions with one name.
+    /// Two fields, constants or definitions with the same name.
     #[error("`{0}` is defined twice")]
     Duplicate(String),
-    /// A service without one, or an action without two, separator lines.
-    #[error("{found} separator lines (---) where {expected} belong")]
+    /// A wrong number of separator lines in a service (one) or an action (two).
+    #[error("found {found} separator lines (---), expected {expected}")]
     Separators {
-        /// How many the text has.
+        /// Number found.
         found: usize,
-        /// How many the kind of definition needs.
+        /// Number required.
         expected: usize,
     },
-    /// A schema section headed by something else than `MSG: package/Type`.
-    #[error("`{0}` does not head a definition: `MSG: package/Type` does")]
+    /// A schema section without the heading `MSG: package/Type`.
+    #[error("`{0}` is not the heading of a definition; `MSG: package/Type` is expected")]
     BadSectionHead(String),
-    /// Something in an IDL text that is no IDL, or that ROS has no form for.
-    #[error("`{0}` is not expected here, or is IDL that ROS has no form for")]
+    /// Invalid IDL, or IDL without an equivalent in ROS.
+    #[error("`{0}` is not expected here, or has no equivalent in ROS")]
     NotIdl(String),
-    /// A field whose type is defined nowhere.
+    /// A field of an undefined type.
     #[error("{0} is not defined")]
     Unknown(String),
     /// A message that contains itself, directly or through others.
@@ -84,8 +86,8 @@ pub enum Rule {
     /// Messages nested deeper than [`MAX_DEPTH`].
     #[error("messages are nested more than {max} deep", max = MAX_DEPTH)]
     TooDeep,
-    /// A definition that is valid but has no Rust counterpart here.
-    #[error("no Rust source is generated for {0}")]
+    /// A valid definition for which no Rust code can be generated.
+    #[error("no Rust code can be generated for {0}")]
     NoRust(String),
     /// A file or folder that cannot be read.
     #[error("{0}")]
@@ -93,7 +95,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// This rule, broken at `line` of `file`.
+    /// An error for this rule at `line` of `file`.
     pub(crate) fn at(self, file: &str, line: usize) -> Error {
         Error {
             file: file.to_owned(),

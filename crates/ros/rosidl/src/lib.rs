@@ -1,15 +1,15 @@
 #![doc = include_str!("../README.md")]
 //!
-//! | module | what it holds |
+//! | module | contents |
 //! |---|---|
 //! | [`definition`] | messages, services and actions as data |
-//! | [`parse`] | their texts, read |
-//! | [`library`] | definitions that refer to each other, and the types ROS derives from them |
-//! | [`description`] | fields as `type_description_interfaces` describes them |
+//! | [`parse`] | parsing of their texts |
+//! | [`library`] | definitions that use each other, and the types ROS derives from them |
+//! | [`description`] | fields in the form of `type_description_interfaces` |
 //! | [`hash`] | the type hash, RIHS01 |
-//! | [`schema`] | the `ros2msg` schema text that bags carry, written and read |
-//! | [`idl`] | the `ros2idl` schema text, read |
-//! | [`rust`] | Rust source for a library |
+//! | [`schema`] | writing and reading of the `ros2msg` schema text of bags |
+//! | [`idl`] | reading of the `ros2idl` schema text |
+//! | [`rust`] | generation of Rust code |
 
 pub mod definition;
 pub mod description;

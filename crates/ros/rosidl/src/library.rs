@@ -1,7 +1,6 @@
-//! A set of definitions that refer to each other, with the types ROS derives from services and actions.
+//! A set of definitions that use each other, with the types ROS derives from services and actions.
 //!
-//! rosidl gives each service and action a set of further message types. They are what actually
-//! crosses the wire, and they enter the type hashes:
+//! rosidl derives further message types from each service and action. These are sent on the wire, and are part of the type hashes:
 //!
 //! | definition | derived types |
 //! |---|---|
@@ -32,10 +31,10 @@ impl Library {
         Self::default()
     }
 
-    /// Reads every definition in the folders `msg`, `srv` and `action` below `folder`, as those of `package`.
+    /// Reads all definitions in the folders `msg`, `srv` and `action` below `folder`, as part of `package`.
     ///
     /// # Errors
-    /// A file that cannot be read or parsed, by its path.
+    /// A file that cannot be read or parsed, with its path.
     pub fn read_package(&mut self, folder: &Path, package: &str) -> Result<(), Error> {
         for kind in Kind::ALL {
             let folder = folder.join(kind.as_str());
@@ -81,7 +80,7 @@ impl Library {
     /// Adds a message.
     ///
     /// # Errors
-    /// [`Rule::Duplicate`] where the name is taken.
+    /// [`Rule::Duplicate`] if the name exists.
     pub fn add_message(&mut self, message: Message) -> Result<(), Error> {
         if self.messages.contains_key(&message.name) {
             return Err(Rule::Duplicate(message.name.to_string()).at(&message.file, 0));
@@ -93,7 +92,7 @@ impl Library {
     /// Adds a service and the messages derived from it.
     ///
     /// # Errors
-    /// [`Rule::Duplicate`] where a name is taken.
+    /// [`Rule::Duplicate`] if a name exists.
     pub fn add_service(&mut self, service: Service) -> Result<(), Error> {
         let Service {
             name,
@@ -132,7 +131,7 @@ impl Library {
     /// Adds an action and the messages and services derived from it.
     ///
     /// # Errors
-    /// [`Rule::Duplicate`] where a name is taken.
+    /// [`Rule::Duplicate`] if a name exists.
     pub fn add_action(&mut self, action: Action) -> Result<(), Error> {
         let Action {
             name,
@@ -205,28 +204,28 @@ impl Library {
         Ok(())
     }
 
-    /// Every message, derived ones included, in order of name.
+    /// All messages, including derived ones, sorted by name.
     pub fn messages(&self) -> impl Iterator<Item = &Message> {
         self.messages.values()
     }
 
-    /// Every service, those of actions included, in order of name.
+    /// All services, including those of actions, sorted by name.
     pub fn services(&self) -> impl Iterator<Item = &Service> {
         self.services.values()
     }
 
-    /// Every action, in order of name.
+    /// All actions, sorted by name.
     pub fn actions(&self) -> impl Iterator<Item = &Action> {
         self.actions.values()
     }
 
-    /// The message of that name.
+    /// The message with this name.
     #[must_use]
     pub fn message(&self, name: &TypeName) -> Option<&Message> {
         self.messages.get(name)
     }
 
-    /// The message of that name, or an error that says it is not defined.
+    /// The message with this name, or an error.
     ///
     /// # Errors
     /// [`Rule::Unknown`].
@@ -235,7 +234,7 @@ impl Library {
             .ok_or_else(|| Rule::Unknown(name.to_string()).at(&name.to_string(), 0))
     }
 
-    /// The names of all messages that `name` refers to, directly or through others, without itself.
+    /// Names of all messages that `name` uses directly or indirectly, without itself.
     ///
     /// # Errors
     /// [`Rule::Unknown`] for a type that is not in the library.
@@ -255,11 +254,10 @@ impl Library {
         Ok(found)
     }
 
-    /// Checks that every reference is defined, that no message contains itself and that none is nested
-    /// deeper than [`MAX_DEPTH`].
+    /// Checks that every used type is defined, and that no message contains itself or is nested deeper than [`MAX_DEPTH`].
     ///
     /// # Errors
-    /// The first definition that breaks one of these rules.
+    /// The first definition that violates one of these rules.
     pub fn check(&self) -> Result<(), Error> {
         for message in self.messages.values() {
             for (reference, line) in message.references() {
@@ -275,7 +273,7 @@ impl Library {
         Ok(())
     }
 
-    /// How many messages deep `name` is, itself counted; `None` in `depths` marks those being walked.
+    /// Nesting depth of `name`, including itself; `None` in `depths` marks messages being walked.
     fn depth<'a>(
         &'a self,
         name: &'a TypeName,
@@ -321,7 +319,7 @@ fn at_most_one(name: TypeName) -> FieldType {
     }
 }
 
-/// A message made by rule rather than read; `source` is a message from the file that asked for it.
+/// A derived message; `source`: a message from the file it is derived from.
 fn derived(name: TypeName, source: &Message, fields: Vec<(&str, FieldType)>) -> Message {
     let text = fields
         .iter()

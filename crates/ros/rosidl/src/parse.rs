@@ -1,9 +1,8 @@
-//! Reading `.msg`, `.srv` and `.action` texts.
+//! Parser of `.msg`, `.srv` and `.action` texts.
 //!
-//! The grammar is that of the ROS 2 interface definition page ("About ROS 2 interfaces") as rosidl
-//! reads it. Comments are kept: the block at the top describes the message; a comment behind a
-//! declaration, indented under it, or directly above it describes that declaration. A comment block
-//! that a blank line sets apart further down belongs to nothing.
+//! The grammar is that of the ROS 2 interface definition page ("About ROS 2 interfaces"), as in rosidl. Comments are kept: the block at the top
+//! describes the message; a comment after a declaration, indented below it, or directly above it describes that declaration. Other comment
+//! blocks, separated by a blank line, are not assigned.
 
 use std::collections::BTreeSet;
 
@@ -13,20 +12,20 @@ use crate::definition::{
 };
 use crate::error::{Error, Rule};
 
-/// Reads the text of a `.msg` file.
+/// Parses the text of a `.msg` file.
 ///
 /// # Errors
-/// The line and the rule it breaks.
+/// The line and the violated rule.
 pub fn parse_message(package: &str, name: &str, text: &str) -> Result<Message, Error> {
     let name = checked_name(package, Kind::Msg, name)?;
     let file = name.to_string();
     parse_part(name, text, &file, 0)
 }
 
-/// Reads the text of a `.srv` file: request, `---`, response.
+/// Parses the text of a `.srv` file: request, `---`, response.
 ///
 /// # Errors
-/// The line and the rule it breaks.
+/// The line and the violated rule.
 pub fn parse_service(package: &str, name: &str, text: &str) -> Result<Service, Error> {
     let name = checked_name(package, Kind::Srv, name)?;
     let file = name.to_string();
@@ -43,10 +42,10 @@ pub fn parse_service(package: &str, name: &str, text: &str) -> Result<Service, E
     })
 }
 
-/// Reads the text of an `.action` file: goal, `---`, result, `---`, feedback.
+/// Parses the text of an `.action` file: goal, `---`, result, `---`, feedback.
 ///
 /// # Errors
-/// The line and the rule it breaks.
+/// The line and the violated rule.
 pub fn parse_action(package: &str, name: &str, text: &str) -> Result<Action, Error> {
     let name = checked_name(package, Kind::Action, name)?;
     let file = name.to_string();
@@ -74,7 +73,7 @@ fn checked_name(package: &str, kind: Kind, name: &str) -> Result<TypeName, Error
     Ok(TypeName::new(package, kind, name))
 }
 
-/// One section of a service or action text, and how many lines stand before it.
+/// A section of a service or action text, and the number of lines before it.
 struct Part {
     text: String,
     line: usize,
@@ -106,7 +105,7 @@ fn split_parts<const N: usize>(text: &str, file: &str) -> Result<[Part; N], Erro
     })
 }
 
-/// Reads the message called `name`; `file` and the `lines_before` it serve the error messages.
+/// Parses the message `name`; `file` and `lines_before` are for error messages.
 pub(crate) fn parse_part(
     name: TypeName,
     text: &str,
@@ -161,20 +160,20 @@ pub(crate) fn parse_part(
                 arity: Arity::One,
             },
             default: None,
-            comment: vec!["Always 0: an empty message still takes a byte.".to_owned()],
+            comment: vec!["Always 0: this byte represents an empty message.".to_owned()],
             line: 0,
         });
     }
     Ok(message)
 }
 
-/// The declaration of a line.
+/// A declaration on a line.
 enum Declared {
     Constant(Constant),
     Field(Field),
 }
 
-/// Where a declaration was put: at the end of which list.
+/// The list to whose end a declaration was added.
 #[derive(Clone, Copy)]
 enum Kept {
     Constant,
@@ -191,7 +190,7 @@ impl Kept {
     }
 }
 
-/// The names taken so far.
+/// The names used so far.
 #[derive(Default)]
 struct Names {
     constants: BTreeSet<String>,
@@ -199,7 +198,7 @@ struct Names {
 }
 
 impl Names {
-    /// Appends a declaration to the message, unless its name is taken.
+    /// Adds a declaration to the message, unless its name exists.
     fn keep(&mut self, declared: Declared, message: &mut Message) -> Result<Kept, Rule> {
         let (taken, name) = match &declared {
             Declared::Constant(constant) => (&mut self.constants, &constant.name),
@@ -221,7 +220,7 @@ impl Names {
     }
 }
 
-/// A comment line's text: without the one space that usually follows the `#`.
+/// Text of a comment line, without the one space that usually follows `#`.
 fn comment_text(after_hash: &str) -> String {
     after_hash
         .strip_prefix(' ')
@@ -230,7 +229,7 @@ fn comment_text(after_hash: &str) -> String {
         .to_owned()
 }
 
-/// Reads the line of a field or constant in a definition of `package`.
+/// Parses the line of a field or constant in a definition of `package`.
 fn declaration(
     package: &str,
     line: &str,
@@ -285,7 +284,7 @@ fn declaration(
     }
 }
 
-/// Splits a value from the comment behind it. A `#` within a value that begins with a quote is text.
+/// Splits a value from the comment after it. A `#` in a quoted value is text.
 fn split_comment(text: &str) -> (&str, Option<&str>) {
     let quoted = match text.chars().next() {
         Some(quote @ ('"' | '\'')) => closing_quote(text, quote).unwrap_or(0),
@@ -300,7 +299,7 @@ fn split_comment(text: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// The byte index behind the quote that closes the one `text` begins with.
+/// Byte index after the closing quote of the quoted text at the beginning of `text`.
 fn closing_quote(text: &str, quote: char) -> Option<usize> {
     let mut escaped = false;
     for (index, c) in text.char_indices().skip(1) {
@@ -383,7 +382,7 @@ fn parse_value(field_type: &FieldType, text: &str) -> Result<Value, Rule> {
     fits.then_some(Value::List(values)).ok_or_else(bad)
 }
 
-/// The items of a list, split at the commas outside quotes.
+/// Items of a list, split at commas outside quotes.
 fn split_list(text: &str) -> Vec<&str> {
     let mut items = Vec::new();
     let mut rest = text.trim();
@@ -407,7 +406,7 @@ fn split_list(text: &str) -> Vec<&str> {
     items
 }
 
-/// The value of one element; `None` where the text is not one.
+/// Parses a single value; `None` if the text is not a value of this type.
 fn parse_single(element: &Element, text: &str) -> Result<Option<Value>, Rule> {
     let primitive = match element {
         Element::Message(_) => return Err(Rule::NoDefault(element.to_string())),
@@ -435,7 +434,7 @@ fn parse_single(element: &Element, text: &str) -> Result<Option<Value>, Rule> {
     })
 }
 
-/// Decimal, or with the prefix `0x`, `0o` or `0b`; a sign may precede.
+/// Parses an integer: decimal, or with the prefix `0x`, `0o` or `0b`, and an optional sign.
 fn parse_integer(text: &str) -> Option<i128> {
     let (negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),
@@ -454,7 +453,7 @@ fn parse_integer(text: &str) -> Option<i128> {
     Some(if negative { -value } else { value })
 }
 
-/// A string value without its quotes, if it has them; a backslash keeps the next quote or backslash.
+/// A string value without its quotes, if any; a backslash escapes a quote or backslash.
 fn unquote(text: &str) -> String {
     let quote = match text.chars().next() {
         Some(quote @ ('"' | '\'')) if closing_quote(text, quote) == Some(text.len()) => quote,

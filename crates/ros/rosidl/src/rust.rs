@@ -1,13 +1,12 @@
-//! Rust source for the definitions in a library.
+//! Generates Rust code for the definitions in a library.
 //!
-//! The text is meant to be included at the root of a crate that depends on `serde` and `serde_big_array`
-//! and has these items: the traits `Message`, `Field`, `Service` and `Action`, the trait `finite::Finite` with the
-//! function `finite::field`, and the struct `TypeInfo` with a `const fn of::<M: Message>()`. The text ends
-//! with `REGISTRY`, a static slice of the `TypeInfo` of every message, in order of name.
+//! The text must be included at the root of a crate that depends on `serde` and `serde_big_array` and contains these items: the traits
+//! `Message`, `Field`, `Service` and `Action`, the trait `finite::Finite` with the function `finite::field`, and the struct `TypeInfo` with a
+//! `const fn of::<M: Message>()`. The text ends with `REGISTRY`, a static slice of the `TypeInfo` of all messages, sorted by name.
 //!
-//! `package/kind/Name` becomes `crate::package::kind::Name`; a derived type loses its underscore
-//! (`Fit_Request` is `FitRequest`). Names of the standard library are written out in full, since a message
-//! may be called `String`. Bounds of strings and sequences are not kept in the Rust types.
+//! `package/kind/Name` becomes `crate::package::kind::Name`; derived types lose their underscore (`Fit_Request` becomes `FitRequest`). Names of
+//! the standard library are written in full, since a message may be called `String`. Bounds of strings and sequences are dropped in the Rust
+//! types.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,13 +18,13 @@ use crate::definition::{
 use crate::error::{Error, Rule};
 use crate::library::Library;
 
-/// The longest array that `serde` and `Default` know of themselves.
+/// Largest array for which `serde` and `Default` are implemented.
 const LONGEST_PLAIN_ARRAY: u32 = 32;
 
-/// Writes the modules for every definition of the library.
+/// Generates the modules of all definitions in the library.
 ///
 /// # Errors
-/// Those of [`Library::check`], and [`Rule::NoRust`] for `wstring` fields.
+/// Errors of [`Library::check`], and [`Rule::NoRust`] for `wstring` fields.
 pub fn generate(library: &Library) -> Result<String, Error> {
     library.check()?;
     let mut modules: BTreeMap<(&str, Kind), String> = BTreeMap::new();
@@ -78,7 +77,7 @@ pub fn generate(library: &Library) -> Result<String, Error> {
     Ok(text)
 }
 
-/// Service events, and the stand-ins that only hash services and actions, need no Rust struct.
+/// Service events, and the placeholders for hashing services and actions, need no Rust struct.
 fn is_struct(library: &Library, name: &TypeName) -> bool {
     let stands_in = library
         .services()
@@ -188,7 +187,7 @@ fn structure(library: &Library, message: &Message) -> Result<String, Error> {
     Ok(text)
 }
 
-/// A default of its own.
+/// Implementation of `Default` with the message's own default values.
 fn own_default(name: &str, fields: &[Field]) -> String {
     let mut text = format!(
         "impl ::std::default::Default for {name} {{\n    fn default() -> Self {{\n        Self {{\n"
@@ -218,7 +217,7 @@ fn constants(name: &str, constants: &[Constant]) -> String {
     text + "}\n\n"
 }
 
-/// What makes the struct a message.
+/// Implementations of the message traits.
 fn traits(library: &Library, message: &Message) -> Result<String, Error> {
     let each = |text: &dyn Fn(&str, String) -> String, is_in: &dyn Fn(&Field) -> bool| {
         let fields = message.fields.iter().filter(|field| is_in(field));
@@ -271,7 +270,7 @@ impl crate::Field for {name} {{
     ))
 }
 
-/// Whether an element is, or contains, a floating-point number. The library has been checked: this ends.
+/// Whether an element is or contains a floating-point number. The library has been checked, so recursion ends.
 fn holds_floats(library: &Library, element: &Element) -> bool {
     match element {
         Element::Primitive(primitive) => {
@@ -355,7 +354,7 @@ fn default_value(field: &Field) -> String {
     }
 }
 
-/// Whether a default is what the type has without one. A list never counts: of a sequence it may be longer.
+/// Whether a default equals the type's zero. A list never does: a sequence's default may be longer.
 fn is_zero(value: &Value) -> bool {
     match value {
         Value::Bool(value) => !value,
@@ -366,7 +365,7 @@ fn is_zero(value: &Value) -> bool {
     }
 }
 
-/// A value as a Rust expression; strings as `String` where `owned`.
+/// A value as a Rust expression; strings as `String` if `owned`.
 fn literal(element: &Element, value: &Value, owned: bool) -> String {
     let float = match element {
         Element::Primitive(primitive) => rust_primitive(*primitive),
@@ -393,7 +392,7 @@ fn constant_doc(constant: &Constant) -> Vec<String> {
     }
 }
 
-/// A ROS name as a Rust identifier: keywords become raw, or get an underscore where they cannot.
+/// A ROS name as a Rust identifier: keywords become raw identifiers, or get an underscore if that is impossible.
 fn identifier(name: &str) -> String {
     match name {
         "self" | "super" | "crate" | "Self" => format!("{name}_"),
@@ -407,7 +406,7 @@ fn identifier(name: &str) -> String {
     }
 }
 
-/// The rustdoc of an item: its comment, then a line of our own.
+/// Doc comment of an item: its own comment, then a generated line.
 fn doc(comment: &[String], own: &str) -> String {
     let end = comment
         .iter()
@@ -423,8 +422,7 @@ fn doc(comment: &[String], own: &str) -> String {
     text
 }
 
-/// Comment lines as rustdoc. Indented runs (equations, tables) become text blocks; what Markdown would
-/// read as links, emphasis or HTML is escaped.
+/// Comment lines as rustdoc. Indented blocks (equations, tables) become text blocks; Markdown and HTML syntax is escaped.
 fn push_doc(text: &mut String, lines: &[String], indent: &str) {
     let mut push = |line: &str| {
         let _ = writeln!(text, "{}", format!("{indent}/// {line}").trim_end());

@@ -1,7 +1,7 @@
-//! The `ros2msg` schema text: a definition followed by all it refers to, as rosbag2 stores it in MCAP.
+//! The `ros2msg` schema text: a definition followed by all types it uses, as stored by rosbag2 in MCAP.
 //!
-//! Sections are parted by a line of 80 `=` and headed by `MSG: package/Type`. rosbag2 goes depth
-//! first, through the references of each definition in order of name, and writes each once.
+//! Sections are separated by a line of 80 `=` and begin with `MSG: package/Type`. The order is that of rosbag2: depth first through the types
+//! used by each definition, sorted by name, each written once.
 
 use std::collections::BTreeSet;
 
@@ -54,13 +54,12 @@ impl Library {
     }
 }
 
-/// Reads a `ros2msg` schema text, whose first section is the definition of `type_name`.
+/// Parses a `ros2msg` schema text, whose first section defines `type_name`.
 ///
-/// The result has passed [`Library::check`]: everything is defined, nothing contains itself, nothing
-/// is nested deeper than [`MAX_DEPTH`].
+/// The result has passed [`Library::check`]: all types are defined, no message contains itself or is nested deeper than [`MAX_DEPTH`].
 ///
 /// # Errors
-/// The line of the text and the rule it breaks.
+/// The line of the text and the violated rule.
 pub fn parse_schema(type_name: &str, text: &str) -> Result<Library, Error> {
     let root = TypeName::parse(type_name)
         .ok_or_else(|| Rule::BadName(type_name.to_owned()).at(type_name, 0))?;

@@ -114,7 +114,7 @@ function begin() {
   for (const chart of document.querySelectorAll(".chart")) {
     const title = chart.querySelector("b").textContent;
     Object.assign(chart, { role: "figure", ariaLabel: title });
-    Object.assign(chart.querySelector("canvas"), { role: "img", ariaLabel: `${title} over time; the latest values stand above it` });
+    Object.assign(chart.querySelector("canvas"), { role: "img", ariaLabel: `${title} over time; the latest values are above it` });
   }
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
   const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
@@ -155,7 +155,7 @@ function connected(is, reason = "No connection to planesman watch") {
   byId("connection").className = is ? "good" : "bad";
   const notice = byId("notice");
   notice.hidden = is;
-  notice.textContent = `${reason}. What is shown is old. It goes on by itself once the program runs again and its address has been opened in this browser.`;
+  notice.textContent = `${reason}. The data shown is old. The page updates again once the program runs and its new address has been opened in this browser.`;
 }
 
 /// Takes a message of the stream.
@@ -252,7 +252,7 @@ async function showFields() {
     option.dataset.si = si;
     return option;
   }));
-  tell(output, answer.ok ? { ok: true, message: answer.fields.length ? " " : "it holds no number" } : answer);
+  tell(output, answer.ok ? { ok: true, message: answer.fields.length ? " " : "the topic has no numeric field" } : answer);
 }
 
 // Drawing: once for all that has come since the last picture.

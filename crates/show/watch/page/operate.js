@@ -12,7 +12,7 @@ const button = (text, onclick) => el("button", { type: "button", onclick }, text
 const count = (label, value) => el("input", { type: "number", value, step: 1, min: 1, ariaLabel: label });
 
 /// A quantity as text: a number in the unit that stands beside it, or with a unit of its own, which the program reads.
-const amount = (label, value) => el("input", { value, className: "amount", ariaLabel: label, autocomplete: "off", spellcheck: false, title: "a number, or one with its unit: 1ft, 10deg" });
+const amount = (label, value) => el("input", { value, className: "amount", ariaLabel: label, autocomplete: "off", spellcheck: false, title: "a number, with or without a unit: 1ft, 10deg" });
 const named = (name, si) => `${name} [${unitOf(si).symbol}]`;
 
 /// A group of controls with the place where it is told what came of them.

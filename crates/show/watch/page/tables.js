@@ -169,7 +169,7 @@ function parameterRow(node, parameter) {
   const rules = [
     parameter.range && `from ${short(parameter.range[0])} to ${short(parameter.range[1])} ${parameter.unit}`.trim(),
     parameter.constraints,
-    parameter.read_only && "set at the start only",
+    parameter.read_only && "can be set only at the start",
   ].filter(Boolean).join(", ");
   const made = el("div", { className: "parameter" }, el("code", {}, parameter.name), form,
     el("small", {}, parameter.description, parameter.unit ? ` [${parameter.unit}]` : "", rules ? el("i", {}, ` (${rules})`) : ""), output);

@@ -14,7 +14,7 @@ export function drawSide(place, vehicle, places) {
   if (depth === undefined) {
     c.fillStyle = colour("--weak");
     c.font = "12px system-ui";
-    c.fillText("no state of this vehicle", 10, 20);
+    c.fillText("no state received from this vehicle", 10, 20);
     byId("attitude").textContent = "";
     return;
   }
@@ -268,7 +268,7 @@ export function drawPoles(models, vehicle) {
     ? `× ${model.name}: dominant pole ${shown(dominant.re)} ${dominant.im < 0 ? "-" : "+"} ${shown(Math.abs(dominant.im))}i 1/s` +
       ` ± ${shown(2 * dominant.re_sd)} (2 sd), fit ${shown(model.fit)} %, ${model.samples} samples` +
       (model.frozen ? ", frozen" : "") + (model.valid ? "" : `; ${model.reason}`) +
-      (artefacts ? `; grey: ${artefacts} ${artefacts === 1 ? "pole" : "poles"} too fast for the samples to tell, ${artefacts === 1 ? "an artefact" : "artefacts"} of sampling` : "")
+      (artefacts ? `; grey: ${artefacts} ${artefacts === 1 ? "pole" : "poles"} too fast to be determined from the samples, ${artefacts === 1 ? "an artefact" : "artefacts"} of sampling` : "")
     : "";
   const true_pole = truth.length ? `○ true (${vehicle.name}): ${shown(truth[0].re)} ± ${shown(Math.abs(truth[0].im))}i 1/s` : "";
   byId("pole_text").textContent = [text, true_pole].filter(Boolean).join("  ");

@@ -1,8 +1,8 @@
-//! The file of a bag, as far as it is written, to be downloaded.
+//! Download of a bag's file, as far as it is written.
 //!
-//! Its path comes from a diagnostic, which anybody in the domain may send: it may be a pipe that nobody writes, a device that does
-//! something when it is opened, or lie on a file system that does not answer. So nothing but a regular file is opened, and files are
-//! opened and read on threads of their own, a few at a time: one that hangs takes its thread, and nothing else.
+//! The path comes from a diagnostic message, which anybody in the domain may send. It may be a pipe without a writer, a device with side
+//! effects, or a file on a disk that does not answer. So only regular files are opened, a few at a time on threads of their own: a file that
+//! hangs blocks only its own thread.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _};
@@ -18,13 +18,13 @@ use tokio::sync::Semaphore;
 use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
-/// Files that are opened or read at once.
+/// Maximum number of files that are opened or read at once.
 const MAX_FILES: usize = 4;
-/// How long a disk may take to open a file or to read a part.
+/// Timeout for opening a file or reading a part.
 const DISK_TIMEOUT: Duration = Duration::from_secs(5);
-/// Bytes that are read at once.
+/// Size of a part, bytes.
 const PART_BYTES: u64 = 1 << 16;
-/// How an MCAP file begins: whatever path a diagnostic names, nothing else is handed out.
+/// The first bytes of an MCAP file; no other file is sent, whatever path a diagnostic names.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// The threads that wait for disks.
@@ -38,10 +38,10 @@ impl Default for Disks {
 }
 
 impl Disks {
-    /// Does it on a thread of its own, once one is free.
+    /// Runs a function on a thread of its own, once one is free.
     ///
     /// # Errors
-    /// Its own, or that it has not been done in time; a thread that hangs is not free again.
+    /// The function's own error, or `TimedOut`; a thread that hangs does not become free again.
     async fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> io::Result<T> + Send + 'static,
@@ -59,15 +59,15 @@ impl Disks {
         timeout(DISK_TIMEOUT, working).await.map_err(late)?
     }
 
-    /// Opens the bag's file, and tells its length.
+    /// Opens the bag's file and returns its length.
     ///
     /// # Errors
-    /// When it is no regular file, no MCAP file, or cannot be read; `TimedOut` when nobody can tell.
+    /// Not a regular file, not an MCAP file, or not readable; `TimedOut` if the disk does not answer.
     pub(crate) async fn open(&self, path: String) -> io::Result<(File, u64)> {
         self.run(move || opened(&path)).await
     }
 
-    /// A file's first `length` bytes, a part at a time.
+    /// The first `length` bytes of a file, in parts.
     pub(crate) fn parts(
         &self,
         file: File,
@@ -110,7 +110,7 @@ fn opened(path: &str) -> io::Result<(File, u64)> {
         .open(path)?;
     let metadata = place.metadata()?;
     if !metadata.is_file() {
-        return refuse("it is no regular file");
+        return refuse("it is not a regular file");
     }
     let mut file = OpenOptions::new()
         .read(true)
@@ -120,6 +120,6 @@ fn opened(path: &str) -> io::Result<(File, u64)> {
     match file.read_exact(&mut magic) {
         Ok(()) if magic == MAGIC => Ok((file, metadata.len())),
         Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => Err(error),
-        _ => refuse("it is no bag"),
+        _ => refuse("it is not a bag"),
     }
 }

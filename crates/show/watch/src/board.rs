@@ -8,71 +8,72 @@ use serde_json::Value;
 
 use crate::series::{Cursor, SAMPLES_PER_CHANNEL, Series};
 
-/// Log lines kept.
+/// Maximum number of log lines kept.
 const MAX_LOG_LINES: usize = 2000;
-/// Samples kept of all channels, 16 bytes each: with more channels than one vehicle has, each keeps fewer than [`SAMPLES_PER_CHANNEL`].
+/// Maximum number of samples kept over all channels, 16 bytes each. With more channels than one vehicle has, each keeps fewer than
+/// [`SAMPLES_PER_CHANNEL`].
 const SAMPLES_IN_ALL: usize = 25 * SAMPLES_PER_CHANNEL;
-/// What one message to a page holds: samples of all its channels, the text of its log lines and that of its sections, bytes, each by one
-/// more at most; the next message has the next ones.
+/// Limits of one message to a page: samples, bytes of log lines, bytes of sections. The last item may exceed a limit; further items follow in
+/// the next message.
 const SAMPLES: usize = 10_000;
 const LOG: usize = 1 << 18;
 const SECTIONS: usize = 1 << 18;
-/// The longest text of a section, bytes: a longer list loses its end.
+/// Largest text of a section, bytes; a longer list is cut off.
 const LONGEST_SECTION: usize = 1 << 20;
 
 /// A line of `/rosout`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct LogLine {
-    /// The machine's time at which it came, s.
+    /// Wall-clock time of arrival, s.
     pub(crate) time: f64,
     pub(crate) level: u8,
     pub(crate) node: String,
     pub(crate) text: String,
 }
 
-/// Why a channel has no samples, if there is a reason, and its samples.
+/// A channel's samples, or the reason why it has none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Channel {
     pub(crate) series: Series,
     pub(crate) refusal: Option<String>,
 }
 
-/// A part of the page that is sent whole when it has changed.
+/// A part of the page that is sent as a whole when it changes.
 #[derive(Clone, Debug)]
 struct Section {
     version: u64,
     value: Arc<Value>,
-    /// The length of its text, bytes.
+    /// Length of its text, bytes.
     length: usize,
 }
 
-/// Everything the pages show.
+/// The data of all pages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Board {
     channels: BTreeMap<String, Channel>,
     sections: BTreeMap<String, Section>,
     version: u64,
     lines: VecDeque<LogLine>,
-    /// Lines that came before those kept.
+    /// Number of older lines that were dropped.
     forgotten: u64,
 }
 
-/// The board as node and server share it.
+/// The board, shared by node and server.
 pub(crate) type SharedBoard = Arc<Mutex<Board>>;
 
-/// The board for writing or reading; a thread that panicked with it left it whole enough.
+/// Locks the board; after a panic of another thread the board is still usable.
 pub(crate) fn locked(board: &SharedBoard) -> MutexGuard<'_, Board> {
     board.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Board {
-    /// The channel of that name, which is made if need be.
+    /// The channel of this name, created if necessary.
     pub(crate) fn channel(&mut self, name: &str) -> &mut Channel {
         self.make(name);
         self.channels.entry(name.to_owned()).or_default()
     }
 
-    /// Makes a channel if there is none of that name; the others then keep less.
+    /// Creates a channel if it is missing; the others then keep fewer samples.
     fn make(&mut self, name: &str) {
         if self.channels.contains_key(name) {
             return;
@@ -84,12 +85,12 @@ impl Board {
         }
     }
 
-    /// Samples kept of each channel.
+    /// Number of samples kept per channel.
     fn kept(&self) -> usize {
         SAMPLES_PER_CHANNEL.min(SAMPLES_IN_ALL / self.channels.len().max(1))
     }
 
-    /// Takes a sample of a channel.
+    /// Adds a sample to a channel.
     pub(crate) fn push(&mut self, name: &str, time: f64, value: f64) {
         self.make(name);
         let kept = self.kept();
@@ -98,17 +99,17 @@ impl Board {
         }
     }
 
-    /// Why a channel has no samples, if there is a reason.
+    /// The reason why a channel has no samples, if known.
     pub(crate) fn refusal(&self, name: &str) -> Option<&str> {
         self.channels.get(name)?.refusal.as_deref()
     }
 
-    /// Forgets the channels that never had a sample.
+    /// Removes channels that never had a sample.
     pub(crate) fn forget_empty(&mut self) {
         self.channels.retain(|_, it| !it.series.is_empty());
     }
 
-    /// Begins the channels of a vehicle anew: it was put back to its initial state at that time, s.
+    /// Restarts the channels of a vehicle that was reset to its initial state at this time, s.
     pub(crate) fn begin_anew(&mut self, time: f64, is_its: impl Fn(&str) -> bool) {
         let channels = self.channels.iter_mut();
         for (_, channel) in channels.filter(|(name, _)| is_its(name)) {
@@ -116,7 +117,7 @@ impl Board {
         }
     }
 
-    /// Puts up a section in place of what stood there.
+    /// Replaces a section.
     pub(crate) fn put(&mut self, name: &str, mut value: Value) {
         let length = |value: &Value| value.to_string().len();
         let mut whole = length(&value);
@@ -143,7 +144,7 @@ impl Board {
         Some(&*self.sections.get(name)?.value)
     }
 
-    /// Takes a line of the log.
+    /// Adds a line to the log.
     pub(crate) fn log(&mut self, line: LogLine) {
         if self.lines.len() == MAX_LOG_LINES {
             self.lines.pop_front();
@@ -153,18 +154,18 @@ impl Board {
     }
 }
 
-/// What one page has been told.
+/// State of one page: what has been sent to it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reader {
-    /// Each with its number.
+    /// The page's channels, each with its number.
     channels: Vec<(usize, String, Cursor, Option<String>)>,
     version: u64,
     lines: u64,
-    /// Whether the last message did not hold all.
+    /// Whether the last message did not contain everything new.
     behind: bool,
 }
 
-/// A section as a message has it.
+/// A section in a message.
 #[derive(Clone, Debug)]
 struct SentUpdate(Arc<Value>);
 
@@ -174,13 +175,13 @@ impl Serialize for SentUpdate {
     }
 }
 
-/// A message to a page: what is new since the last one.
+/// A message to a page: everything new since the last one.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Message {
-    /// Number of the channel, whether it begins anew, times and values.
+    /// Number of the channel, whether it restarts, times and values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     series: Vec<(usize, bool, Vec<f64>, Vec<f64>)>,
-    /// Number of the channel, and why it has no samples; nothing once it has.
+    /// Number of the channel, and why it has no samples; `None` once it has some.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     refused: Vec<(usize, Option<String>)>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -190,7 +191,7 @@ pub(crate) struct Message {
 }
 
 impl Message {
-    /// Whether there is nothing to tell.
+    /// Whether the message is empty.
     pub(crate) fn is_empty(&self) -> bool {
         self.series.is_empty()
             && self.refused.is_empty()
@@ -200,7 +201,7 @@ impl Message {
 }
 
 impl Reader {
-    /// A page that shows these channels, each with its number, and has been told nothing yet.
+    /// A new page that shows these channels, each with its number.
     pub(crate) fn of(channels: impl Iterator<Item = (usize, String)>) -> Self {
         let channels = channels.map(|(number, name)| (number, name, Cursor::default(), None));
         Self {
@@ -209,12 +210,12 @@ impl Reader {
         }
     }
 
-    /// Whether the last message did not hold all that was new.
+    /// Whether the last message did not contain everything new.
     pub(crate) fn is_behind(&self) -> bool {
         self.behind
     }
 
-    /// What is new for this page.
+    /// The next message for this page.
     pub(crate) fn updates(&mut self, board: &Board) -> Message {
         let mut message = Message::default();
         self.behind = false;

@@ -1,15 +1,15 @@
-//! The charts that a page shows of a vehicle at first, and the channels of its side view.
+//! The default charts of a vehicle, and the channels of its side view.
 
 use serde::Serialize;
 
-/// A line of a chart: its label, `TOPIC:FIELD`, the topic relative to the vehicle's namespace, and how it is drawn.
+/// A line of a chart: its label, the channel `TOPIC:FIELD` (topic relative to the vehicle's namespace), and its style.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Trace {
     pub(crate) label: &'static str,
     pub(crate) channel: &'static str,
-    /// Whether the value holds until the next one.
+    /// Whether a value is held until the next one.
     pub(crate) held: bool,
-    /// Whether it is an edge of the band about the first line.
+    /// Whether the line is an edge of the band about the first line.
     pub(crate) band: bool,
 }
 
@@ -17,9 +17,9 @@ pub(crate) struct Trace {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Chart {
     pub(crate) title: &'static str,
-    /// In SI, empty for a count. The page draws it in its own unit of the quantity.
+    /// SI unit, empty for a count. The page may show another unit.
     pub(crate) unit: &'static str,
-    /// Whether the axis points down, as a depth does.
+    /// Whether the axis points down, as for depth.
     pub(crate) down: bool,
     pub(crate) traces: &'static [Trace],
 }
@@ -47,15 +47,15 @@ const fn edge(label: &'static str, channel: &'static str) -> Trace {
     }
 }
 
-/// What is computed here and is no field of a message: the dominant pole of the identified model, two standard deviations
-/// about it, and how many statuses of the vehicle's nodes are warnings and errors.
+/// Computed channels that are not fields of a message: the dominant pole of the identified model, two standard deviations about it, and the
+/// number of warnings and errors in the statuses of the vehicle's nodes.
 pub(crate) const POLE: &str = "~pole";
 pub(crate) const POLE_LOW: &str = "~pole_low";
 pub(crate) const POLE_HIGH: &str = "~pole_high";
 pub(crate) const WARNINGS: &str = "diagnostics:~warnings";
 pub(crate) const ERRORS: &str = "diagnostics:~errors";
 
-/// The eight channels of the recorder.
+/// The eight default charts.
 pub(crate) const CHARTS: &[Chart] = &[
     Chart {
         title: "Depth",
@@ -80,7 +80,7 @@ pub(crate) const CHARTS: &[Chart] = &[
         unit: "rad",
         down: false,
         traces: &[
-            held("ram, in quanta", "dha_state:plane_angle"),
+            held("ram (in quanta)", "dha_state:plane_angle"),
             held("command", "plane_command:dive_planes"),
         ],
     },
@@ -88,13 +88,13 @@ pub(crate) const CHARTS: &[Chart] = &[
         title: "Chamber pressure",
         unit: "Pa",
         down: false,
-        traces: &[line("across the ram", "dha_state:pressure")],
+        traces: &[line("pressure across the ram", "dha_state:pressure")],
     },
     Chart {
         title: "Speed",
         unit: "m/s",
         down: false,
-        traces: &[line("through the water", "state:surge")],
+        traces: &[line("speed through the water", "state:surge")],
     },
     Chart {
         title: "Diagnostics",
@@ -120,7 +120,7 @@ pub(crate) const CHARTS: &[Chart] = &[
     },
 ];
 
-/// What an operator may ask a vehicle for, with its SI unit: the topic is `NAME_setpoint`.
+/// Setpoints that an operator may send, with their SI units; the topic is `NAME_setpoint`.
 pub(crate) const SETPOINTS: &[(&str, &str)] = &[
     ("depth", "m"),
     ("pitch", "rad"),
@@ -128,7 +128,7 @@ pub(crate) const SETPOINTS: &[(&str, &str)] = &[
     ("speed", "m/s"),
 ];
 
-/// What the side view draws, with whatever charts there are.
+/// Channels that the side view needs, whatever charts are shown.
 pub(crate) const SIDE_VIEW: &[&str] = &[
     "state:depth",
     "state:pitch",
@@ -141,13 +141,13 @@ pub(crate) const SIDE_VIEW: &[&str] = &[
     "control_state:mode",
 ];
 
-/// The channels that are kept of every vehicle, relative to its namespace.
+/// Channels kept for every vehicle, relative to its namespace.
 pub(crate) fn channels() -> impl Iterator<Item = &'static str> {
     let drawn = CHARTS.iter().flat_map(|chart| chart.traces);
     drawn.map(|it| it.channel).chain(SIDE_VIEW.iter().copied())
 }
 
-/// The vehicle's topics that carry them, with their types.
+/// The topics of these channels, with their types.
 pub(crate) const TOPICS: &[(&str, &str)] = &[
     ("state", "planesman_msgs/msg/VehicleState"),
     ("control_state", "planesman_msgs/msg/ControlState"),

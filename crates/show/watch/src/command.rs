@@ -11,43 +11,42 @@ use crate::{Error, units};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Command {
-    /// Keep these channels, `TOPIC:FIELD`.
+    /// Record these channels, `TOPIC:FIELD`.
     Keep { channels: Vec<String> },
-    /// List the fields of a topic that hold a number.
+    /// List the numeric fields of a topic.
     Fields { topic: String },
-    /// Tell a node's parameters with their descriptors.
+    /// Return a node's parameters with their descriptors.
     Parameters { node: String },
-    /// Set a parameter; `kind` is its type in `rcl_interfaces/msg/ParameterType`. A number is in the page's unit of the quantity, or
-    /// brings its own.
+    /// Set a parameter; `kind` is its type in `rcl_interfaces/msg/ParameterType`. A number is in the page's unit, or has its own unit.
     Set {
         node: String,
         name: String,
         kind: u8,
         text: String,
-        /// Its SI unit, empty for none.
+        /// SI unit of the parameter, empty for none.
         unit: String,
     },
     /// Call a `std_srvs/srv/Trigger`.
     Trigger { service: String },
     /// Call a `std_srvs/srv/SetBool`.
     SetBool { service: String, data: bool },
-    /// Let a paused vehicle fly so many ticks.
+    /// Run a paused vehicle for a number of ticks.
     Step { service: String, ticks: u32 },
-    /// Ask for the estimate of the pair `name`.
+    /// Request the estimate of the pair `name`.
     Fit { service: String, name: String },
     /// Pause, resume or split a recording.
     Recorder { service: String },
-    /// Tell the file that the recorder of that name writes.
+    /// Return the file that the recorder of this name writes.
     Bag { node: String },
-    /// Publish a setpoint, in the page's unit of the quantity or with its own.
+    /// Publish a setpoint, in the page's unit or with its own.
     Publish { topic: String, text: String },
-    /// Send a manoeuvre to the action of that name.
+    /// Send a manoeuvre to the action of this name.
     Manoeuvre { action: String, goal: Goal },
-    /// Have the page's manoeuvre cancelled.
+    /// Cancel the page's manoeuvre.
     Cancel { action: String },
 }
 
-/// A manoeuvre as `planesman_msgs/action/Manoeuvre` has it, its quantities as texts in the page's units or with their own.
+/// A goal of `planesman_msgs/action/Manoeuvre`; its quantities are texts in the page's units or with their own.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Goal {
@@ -59,23 +58,23 @@ pub(crate) struct Goal {
     pub(crate) seed: i64,
 }
 
-/// A request on its way to the node, and where its answer goes.
+/// A request on its way to the node, with the channel for its answer.
 pub(crate) struct Request {
     pub(crate) command: Command,
     pub(crate) reply: oneshot::Sender<Value>,
 }
 
-/// The answer to what was done.
+/// Answer to a successful request.
 pub(crate) fn done(message: impl Into<String>) -> Value {
     json!({"ok": true, "message": message.into()})
 }
 
-/// The answer to what was not done, and why.
+/// Answer to a refused request, with the reason.
 pub(crate) fn refused(reason: impl ToString) -> Value {
     json!({"ok": false, "message": reason.to_string()})
 }
 
-/// A parameter's value from the text that a page sends; `unit` is its SI unit.
+/// Parses a parameter's value from the page's text; `unit` is its SI unit.
 pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter, Error> {
     fn list<T: DeserializeOwned>(text: &str, what: &'static str) -> Result<Vec<T>, Error> {
         serde_json::from_str(text).map_err(|_| Error::List(text.to_owned(), what))
@@ -103,7 +102,7 @@ pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter
     })
 }
 
-/// The text of a parameter's value, as [`parameter_of`] reads it.
+/// Text of a parameter's value, in the form that [`parameter_of`] reads.
 pub(crate) fn text_of(value: &Parameter, unit: &str) -> String {
     match value {
         Parameter::String(text) => text.clone(),

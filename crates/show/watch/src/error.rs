@@ -1,26 +1,26 @@
-//! Why the page is not served, or what it asks for is not done.
+//! Errors of the page's server and of its requests.
 
 use std::{io, net::SocketAddr};
 
 use planesman_decode::{CompileError, path::PathError, schema::SchemaError};
 use planesman_node::{BoxedError, DefinitionError};
 
-/// Why the page is not served, or what it asks for is not done.
+/// Why the server failed, or a request was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The node.
+    /// An error of the node.
     #[error(transparent)]
     Node(#[from] planesman_node::Error),
-    /// The address cannot be listened at.
-    #[error("cannot listen at {0}: {1}")]
+    /// The server cannot listen on this address.
+    #[error("cannot listen on {0}: {1}")]
     Listen(SocketAddr, io::Error),
-    /// The system gives no socket, or no thread.
+    /// The system provides no socket or thread.
     #[error(transparent)]
     System(#[from] io::Error),
-    /// The system gives no random number for the token.
+    /// The system provides no random number for the token.
     #[error(transparent)]
     Random(#[from] getrandom::Error),
-    /// A topic's type is not known.
+    /// The definition of a topic's type is unknown.
     #[error(transparent)]
     Definition(#[from] DefinitionError),
     /// A type's definition cannot be read.
@@ -29,59 +29,59 @@ pub enum Error {
     /// A type has no such field.
     #[error(transparent)]
     Field(#[from] CompileError),
-    /// A text that is no field's path.
+    /// A text that is not a field path.
     #[error("'{0}': {1}")]
     Path(String, PathError),
-    /// A channel without a colon.
-    #[error("a channel is written TOPIC:FIELD")]
+    /// The name of a channel has no colon.
+    #[error("TOPIC:FIELD is expected as the name of a channel")]
     Channel,
-    /// A channel's name is too long; the bytes that it may have.
-    #[error("a channel's name has at most {0} bytes")]
+    /// A channel's name is too long; contains the limit in bytes.
+    #[error("the channel's name is too long: at most {0} bytes are allowed")]
     ChannelName(usize),
-    /// There are as many channels as may be.
-    #[error("{0} channels are kept already")]
+    /// The limit of channels is reached.
+    #[error("the limit of {0} channels is reached")]
     Channels(usize),
-    /// A topic that was refused before, and why.
+    /// A topic that was refused before, with the reason.
     #[error("{0}")]
     Refused(String),
-    /// A service that nobody serves.
+    /// A service without a server.
     #[error("no node serves {0}")]
     NotServed(String),
-    /// A node's answers do not belong together.
-    #[error("it answers for other parameters than it lists")]
+    /// A node's answers contradict each other.
+    #[error("the node returned parameters different from those it lists")]
     Parameters,
-    /// The program does not know the vehicle.
+    /// The program cannot load the vehicle.
     #[error(transparent)]
     Vehicle(#[from] BoxedError),
-    /// A quantity of a manoeuvre, by its name.
+    /// An error in a quantity of a manoeuvre, with its name.
     #[error("{0}: {1}")]
     Quantity(&'static str, Box<Self>),
-    /// A text that is no number.
-    #[error("'{0}' is no number")]
+    /// A text that is not a number.
+    #[error("'{0}' is not a number")]
     Number(String),
-    /// A text that is no finite number.
-    #[error("'{0}' is no finite number")]
+    /// A text that is not a finite number.
+    #[error("'{0}' is not a finite number")]
     NotFinite(String),
-    /// A text that is no quantity of the dimension.
-    #[error("'{text}' is no number of {units}, with its unit or, in {unit}, without")]
+    /// A text that is not a quantity of the dimension.
+    #[error("'{text}': a number in {unit} is expected, or a number with one of the units {units}")]
     Unit {
-        /// As the page has it.
+        /// Text as sent by the page.
         text: String,
-        /// The dimension's units.
+        /// Units of the dimension.
         units: String,
-        /// The page's unit.
+        /// Unit of the page.
         unit: String,
     },
-    /// A text that is no Boolean value.
+    /// A text that is not a Boolean value.
     #[error("'{0}' is neither true nor false")]
     Bool(String),
-    /// A text that is no whole number.
-    #[error("'{0}' is no whole number")]
+    /// A text that is not an integer.
+    #[error("'{0}' is not a whole number")]
     Integer(String),
-    /// A text that is no list of what it should hold.
-    #[error("'{0}' is no list of {1}: [.., ..]")]
+    /// A text that is not a list of the expected type.
+    #[error("'{0}' is not a list of {1}, such as [.., ..]")]
     List(String, &'static str),
-    /// No type of `rcl_interfaces/msg/ParameterType`.
-    #[error("there is no parameter type {0}")]
+    /// An unknown type of `rcl_interfaces/msg/ParameterType`.
+    #[error("unknown parameter type {0}")]
     ParameterType(u8),
 }

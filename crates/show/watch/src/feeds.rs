@@ -1,4 +1,4 @@
-//! Topics whose numbers are read: messages of any type, decoded by the type's definition.
+//! Subscriptions whose numbers are read: messages of any type, decoded by the type's definition.
 
 use std::collections::BTreeMap;
 
@@ -7,18 +7,18 @@ use planesman_node::{Definition, Losses, RawSample};
 
 use crate::{Error, units};
 
-/// Fields of a topic that are listed.
+/// Maximum number of listed fields per topic.
 const MAX_FIELDS: usize = 500;
 
-/// A topic that is subscribed to.
+/// A subscribed topic.
 pub(crate) struct Feed {
     pub(crate) topic: String,
     pub(crate) type_name: String,
     types: Types,
     stamp: Option<FieldPath>,
-    /// The SI units of its own fields, where its definition tells them.
+    /// SI units of the fields, if the definition states them.
     units: BTreeMap<String, &'static str>,
-    /// Each channel with its field.
+    /// Channels with their fields.
     channels: Vec<(String, FieldPath)>,
     decoder: Decoder,
     values: Values,
@@ -29,7 +29,7 @@ pub(crate) struct Feed {
 }
 
 impl Feed {
-    /// The feed of a topic without channels.
+    /// A feed without channels.
     pub(crate) fn new(
         topic: &str,
         type_name: &str,
@@ -53,7 +53,7 @@ impl Feed {
         Ok(feed)
     }
 
-    /// Reads this field from now on into the channel.
+    /// Adds a channel that reads this field.
     pub(crate) fn add(&mut self, channel: &str, field: &str) -> Result<(), Error> {
         if self.channels.iter().any(|(name, _)| name == channel) {
             return Ok(());
@@ -76,7 +76,7 @@ impl Feed {
         Ok(())
     }
 
-    /// The fields that hold a number, each with its SI unit, empty where it is not known.
+    /// The numeric fields, each with its SI unit, empty if unknown.
     pub(crate) fn fields(&self) -> Vec<(String, &'static str)> {
         let fields = Catalogue::of(&self.types, MAX_FIELDS).fields;
         let with_unit = |path: &FieldPath| {
@@ -88,7 +88,7 @@ impl Feed {
         fields.iter().map(with_unit).collect()
     }
 
-    /// Reads a message: its stamp, s, if it has one. [`Feed::numbers`] then has its numbers.
+    /// Decodes a message and returns its stamp, s, if any; [`Feed::numbers`] then returns its numbers.
     pub(crate) fn read(&mut self, sample: &RawSample) -> Result<Option<f64>, DecodeError> {
         self.received += 1;
         self.losses.received(sample.publisher, sample.sequence);
@@ -102,7 +102,7 @@ impl Feed {
             .and_then(|_| Some(part(0)? + part(1)? * 1e-9)))
     }
 
-    /// The channels with the numbers of the last message; a list's element that is not there has none.
+    /// The channels with the numbers of the last message; missing elements of a list are left out.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = (&str, f64)> {
         let first = if self.stamp.is_some() { 2 } else { 0 };
         let numbered = self.channels.iter().enumerate();

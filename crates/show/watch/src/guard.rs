@@ -1,26 +1,26 @@
-//! Authentication: only the page itself is answered, at an address that the user gave, with the token.
+//! Authentication: requests are answered only from the page itself, at the printed address, with the token.
 //!
-//! Whoever can connect could command the vehicle: each user of this machine, beyond loopback everybody on the network. So every request
-//! needs the token in the printed address; the first visit puts it into a cookie. Pages of elsewhere that are open in the same browser can
-//! send requests too, with the cookie if they come from another port of the same address. They are refused by what a browser says of a
-//! request's origin: `Sec-Fetch-Site`, which scripts cannot set, and `Origin`. A name that such a page resolves to this machine's address
-//! (DNS rebinding) is refused by `Host`.
+//! Anyone who can connect could command the vehicle: every user of this machine, and with another address than loopback everybody on the
+//! network. So every request needs the token of the printed address; the first visit stores it in a cookie. Foreign pages in the same browser
+//! can send requests too, with the cookie if they come from another port of the same address. They are refused by the headers
+//! `Sec-Fetch-Site`, which scripts cannot set, and `Origin`. A foreign name that resolves to this machine's address (DNS rebinding) is refused
+//! by `Host`.
 
 use std::net::IpAddr;
 
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 
-/// What a request must show.
+/// The checks of a request.
 pub(crate) struct Guard {
     pub(crate) token: String,
     local: bool,
 }
 
-/// Why a request is not answered.
+/// HTTP status and text of a refused request.
 pub(crate) type Refusal = (StatusCode, &'static str);
 
 impl Guard {
-    /// The guard of a server at that address, with a new token.
+    /// The guard of a server at this address, with a new token.
     pub(crate) fn of(address: IpAddr) -> Result<Self, getrandom::Error> {
         Ok(Self {
             token: new_token()?,
@@ -28,7 +28,7 @@ impl Guard {
         })
     }
 
-    /// Whether a request is answered; of a first visit the cookie that it gets.
+    /// Checks a request; for a first visit returns the cookie to set.
     pub(crate) fn admit(
         &self,
         method: &Method,
@@ -41,7 +41,7 @@ impl Guard {
         if several || !self.is_own(host) {
             return Err((
                 StatusCode::MISDIRECTED_REQUEST,
-                "Ask by the address that planesman watch has printed\n",
+                "Open the address that planesman watch printed\n",
             ));
         }
         let is_known = query_token(uri.query()).is_some_and(|given| same(given, &self.token));
@@ -63,21 +63,21 @@ impl Guard {
         if !(is_visit || is_of_the_page) {
             return Err((
                 StatusCode::FORBIDDEN,
-                "Only the page of planesman watch itself may ask: open the address that it has printed\n",
+                "Requests from other pages are refused: open the address that planesman watch printed\n",
             ));
         }
         let name = cookie_name(host);
         if !(is_known || cookies(headers, &name).any(|given| same(given, &self.token))) {
             return Err((
                 StatusCode::UNAUTHORIZED,
-                "This page needs the token: open the address that planesman watch has printed\n",
+                "This page needs the token: open the address that planesman watch printed\n",
             ));
         }
         let cookie = format!("{name}={}; HttpOnly; SameSite=Strict; Path=/", self.token);
         Ok(HeaderValue::try_from(cookie).ok().filter(|_| is_visit))
     }
 
-    /// Whether the host is an address, of this machine if only this machine is served: a name can be anybody's.
+    /// Whether the host is an IP address, a loopback one if only this machine is served; a name could belong to anyone.
     fn is_own(&self, host: &str) -> bool {
         let (name, _) = name_and_port(host);
         let name = name.trim_start_matches('[').trim_end_matches(']');
@@ -95,12 +95,12 @@ fn name_and_port(host: &str) -> (&str, &str) {
     }
 }
 
-/// The cookie that holds the token. A browser has one jar for all ports of an address, so each port, as the browser knows it, has a name.
+/// Name of the token's cookie. A browser shares cookies among all ports of an address, so each port has its own name.
 fn cookie_name(host: &str) -> String {
     format!("planesman_watch_{}", name_and_port(host).1)
 }
 
-/// The values of the cookies of that name.
+/// The values of the cookies of this name.
 fn cookies<'a>(headers: &'a HeaderMap, name: &'a str) -> impl Iterator<Item = &'a str> {
     let all = headers.get_all(header::COOKIE).iter();
     all.filter_map(|it| it.to_str().ok())
@@ -109,20 +109,20 @@ fn cookies<'a>(headers: &'a HeaderMap, name: &'a str) -> impl Iterator<Item = &'
         .filter_map(move |(given, value)| (given == name).then_some(value))
 }
 
-/// The token in an address.
+/// The token in the query of an address.
 fn query_token(query: Option<&str>) -> Option<&str> {
     let mut parts = query?.split('&');
     parts.find_map(|part| part.strip_prefix("token="))
 }
 
-/// 128 random bits.
+/// A new token of 128 random bits.
 fn new_token() -> Result<String, getrandom::Error> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)?;
     Ok(bytes.map(|byte| format!("{byte:02x}")).concat())
 }
 
-/// Equal, in a time that does not tell how far.
+/// Compares in constant time.
 fn same(given: &str, token: &str) -> bool {
     let differing = given.bytes().zip(token.bytes());
     given.len() == token.len() && differing.fold(0, |all, (a, b)| all | (a ^ b)) == 0

@@ -1,23 +1,23 @@
-//! The loops of a DDS domain on a page in the browser.
+//! Web page that shows the vehicles of a DDS domain.
 //!
-//! | module | what it holds |
+//! | module | contents |
 //! |---|---|
 //! | [`run`], [`Options`] | the program: a node and a server |
 //! | `node` | the node: topics read, services called, manoeuvres flown |
-//! | `feeds` | messages of any type as numbers |
-//! | `nodes` | who is alive |
+//! | `feeds` | numbers from messages of any type |
+//! | `nodes` | which nodes are alive |
 //! | `error` | [`Error`] |
 //! | `command` | requests of a page |
-//! | `board`, `series` | the data of the page, and their updates |
+//! | `board`, `series` | the page's data, and its updates |
 //! | `charts` | the default charts |
-//! | `units` | the unit of each quantity on the page |
+//! | `units` | the page's unit of each quantity |
 //! | [`ModelFunctions`] | poles and vehicles, computed by the program |
 //! | `server`, `guard`, `visitors` | HTTP; authentication; limits of connections |
 //! | `bag_file` | the recorder's file, for download |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
 //!
-//! The node runs on the thread that calls [`run`], the server on one of its own. The node writes to the board, which each
-//! page's stream of events reads some thirty times a second: a slow page gets larger messages, and holds nobody up.
+//! The node runs on the thread that calls [`run`], the server on one of its own. The node writes to the board; each page's event stream reads
+//! the board about thirty times a second. A slow page gets larger messages and delays nobody else.
 
 mod bag_file;
 mod board;
@@ -46,14 +46,14 @@ pub use error::Error;
 pub use models::{ModelFunctions, Named, Pole, Vehicle};
 use node::{Event, Watch};
 
-/// How the page is served.
+/// Options of the page's server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// The address that is listened at.
+    /// Address to listen on.
     pub listen: IpAddr,
-    /// The port; 0 for any that is free.
+    /// Port; 0 for any free port.
     pub port: u16,
-    /// Whether the browser is opened.
+    /// Whether to open the browser.
     pub open: bool,
 }
 
@@ -70,7 +70,7 @@ impl Default for Options {
 /// Serves the page and runs its node until the process is asked to stop.
 ///
 /// # Errors
-/// When the address cannot be listened at, or the middleware does not come up.
+/// The address cannot be listened on, or the middleware does not start.
 pub fn run(options: Options, models: ModelFunctions, arguments: RosArguments) -> Result<(), Error> {
     let board = board::SharedBoard::default();
     let (requests, asked) = smol::channel::bounded(64);
@@ -96,10 +96,10 @@ pub fn run(options: Options, models: ModelFunctions, arguments: RosArguments) ->
     rt.run(move |rt, event| Ok(watch.on(rt, event)))
 }
 
-/// Opens the page in the user's browser; where there is none, the address that was printed has to do. Without a display
-/// a browser would be one in the terminal, in place of this program's output.
+/// Opens the page in the user's browser; without a browser the user opens the printed address. Without a display the only browser would run
+/// in the terminal and hide this program's output.
 ///
-/// Every user of the machine sees what a program is started with. So the browser gets a file of mode 0600 that leads to the address.
+/// Every user of the machine can see a program's arguments. So the browser gets a file of mode 0600 that redirects to the address.
 fn open(page: &str) -> Option<NamedTempFile> {
     let displays = ["DISPLAY", "WAYLAND_DISPLAY"];
     if displays.iter().all(|it| std::env::var_os(it).is_none()) {

@@ -1,4 +1,4 @@
-//! Poles and vehicles for the page, computed by functions of the program that shows it.
+//! Poles and vehicles for the page, computed by functions of the calling program.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::BoxedError;
@@ -10,7 +10,7 @@ use crate::board::Board;
 use crate::charts::{POLE, POLE_HIGH, POLE_LOW};
 use crate::nodes::bounded;
 
-/// A pole in the s plane with the standard deviation of each part, 1/s; none for a true pole.
+/// A pole in the s plane with the standard deviation of each part, 1/s; 0 for a true pole.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pole {
     /// Its real part.
@@ -21,18 +21,18 @@ pub struct Pole {
     pub re_sd: f64,
     /// The standard deviation of the imaginary part.
     pub im_sd: f64,
-    /// Whether it is an artefact of sampling: too fast for the samples to tell.
+    /// Whether it is an artefact of sampling: too fast to be determined from the samples.
     pub artefact: bool,
 }
 
-/// What is known of a vehicle by its parameters.
+/// A vehicle as known from its parameters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Vehicle {
     /// Its name or file.
     pub name: String,
-    /// The depth of the bottom, m; 0 for none.
+    /// Depth of the bottom, m; 0 without a bottom.
     pub bottom: f64,
-    /// The poles of its true response of pitch rate to plane angle.
+    /// Poles of the true response from plane angle to pitch rate.
     pub poles: Vec<Pole>,
 }
 
@@ -44,12 +44,12 @@ pub type Named = (String, Value);
 pub struct ModelFunctions {
     /// The poles of an estimate, the dominant one first.
     pub poles: fn(&ModelEstimate) -> Vec<Pole>,
-    /// The vehicle that a plant_sim with these parameters flies.
+    /// The vehicle of a `plant_sim` with these parameters.
     pub vehicle: fn(&[Named]) -> Result<Vehicle, BoxedError>,
 }
 
 impl ModelFunctions {
-    /// An estimate for the page.
+    /// An estimate in the form that the page reads.
     pub(crate) fn model(&self, model: &ModelEstimate) -> serde_json::Value {
         json!({
             "name": bounded(&model.name),
@@ -66,9 +66,9 @@ impl ModelFunctions {
         })
     }
 
-    /// Puts an estimate up: the section of its topic, and the samples of its dominant pole.
+    /// Writes an estimate to the board: the section of its topic, and the samples of its dominant pole.
     pub(crate) fn tell(&self, board: &mut Board, topic: &str, time: f64, model: &ModelEstimate) {
-        /// Pairs of signals that are told.
+        /// Maximum number of signal pairs shown.
         const PAIRS: usize = 16;
         let section = format!("model:{topic}");
         let mut pairs = match board.section(&section) {

@@ -1,4 +1,4 @@
-//! The node: what happens in the domain goes to the board, what a page asks for goes to the domain.
+//! The node: writes messages of the domain to the board, and executes the pages' requests.
 
 mod page;
 
@@ -26,19 +26,19 @@ use crate::feeds::Feed;
 use crate::models::{ModelFunctions, Vehicle};
 use crate::nodes::{Nodes, bounded, rounded};
 
-/// Time between two polls for topics that are wanted.
+/// Interval of looking for requested topics.
 const POLL_INTERVAL: Duration = Duration::from_millis(250);
-/// Of so many polls one also counts nodes and topics.
+/// Number of polls after which nodes and topics are counted.
 const POLLS_PER_COUNT: u64 = 4;
-/// Topics and services that are told, and channels that are kept; a hostile peer can make topics up without end.
+/// Maximum number of topics and services shown, and of channels kept: a hostile peer can create any number of topics.
 const MAX_TOPICS: usize = 1000;
 const MAX_CHANNELS: usize = 1000;
-/// Vehicles whose channels are kept, and that are asked for their parameters at once.
+/// Maximum number of vehicles whose channels are kept, and of simultaneous requests for their parameters.
 const MAX_VEHICLES: usize = 32;
-/// The longest name of a channel, and of a node whose parameters have changed, bytes.
+/// Largest name of a channel, and of a node with changed parameters, bytes.
 const MAX_NAME_BYTES: usize = 512;
 
-/// What happens to the node.
+/// An event of the node.
 pub(crate) enum Event {
     /// A sample of the feed with this index.
     Sample(usize, RawSample),
@@ -48,11 +48,11 @@ pub(crate) enum Event {
     Poll,
     Found(PublishedTopic, Result<Definition, DefinitionError>),
     Request(Request),
-    /// The server has ended.
+    /// The server has stopped.
     Closed,
-    /// What the plant_sim of that name flies.
+    /// The vehicle of the `plant_sim` with this name.
     Vehicle(String, Result<Vehicle, Error>),
-    /// Of the action at that name.
+    /// Feedback of the action with this name.
     Feedback(String, GoalId, ManoeuvreFeedback),
     Accepted(String, GoalId),
     Ended(
@@ -63,13 +63,13 @@ pub(crate) enum Event {
     Parameters,
 }
 
-/// A topic that is wanted.
+/// State of a requested topic.
 enum TopicRequest {
-    /// Nobody publishes it yet.
+    /// The topic has no publisher yet.
     Missing,
-    /// Its type's definition is being found.
+    /// The definition of its type has been requested.
     Defining,
-    /// It is read by the feed with this index.
+    /// The feed with this index reads it.
     Open(usize),
     Refused(String),
 }
@@ -82,25 +82,25 @@ pub(crate) struct Watch {
     definitions: Definitions,
     feeds: Vec<Feed>,
     topics: BTreeMap<String, TopicRequest>,
-    /// Wanted channels by topic: the fields.
+    /// Requested fields by topic.
     channels: BTreeMap<String, BTreeSet<String>>,
-    /// The latest stamp in each namespace, s.
+    /// Latest stamp in each namespace, s.
     times: BTreeMap<String, f64>,
     nodes: Nodes,
     polls: u64,
-    /// Messages of each feed when they were last counted.
+    /// Number of messages of each feed at the last count, and its time.
     counted: (Instant, Vec<u64>),
-    /// By type and name.
+    /// Clients by type and name.
     clients: HashMap<(TypeId, String), Box<dyn Any>>,
     setpoints: BTreeMap<String, Publisher<Float64>>,
     manoeuvres: BTreeMap<String, ManoeuvreClient>,
-    /// How often each node's parameters have changed.
+    /// Number of parameter changes of each node.
     changes: BTreeMap<String, u64>,
-    /// Vehicles that are asked for their parameters now.
+    /// Number of vehicles with a pending request for parameters.
     asked: usize,
 }
 
-/// A page's manoeuvre.
+/// The manoeuvre of a page.
 struct ManoeuvreClient {
     client: ActionClient<Manoeuvre>,
     goal: Option<GoalId>,
@@ -146,7 +146,7 @@ impl Watch {
         Ok(watch)
     }
 
-    /// Makes an event of the next request.
+    /// Waits for the next request, and turns it into an event.
     fn listen(&self, rt: &Runtime<Event>) {
         let requests = self.requests.clone();
         rt.when_done(async move { requests.recv().await.map_or(Event::Closed, Event::Request) });
@@ -179,7 +179,7 @@ impl Watch {
         Flow::Continue
     }
 
-    /// Takes a message of a feed.
+    /// Handles a message of a feed.
     fn take(&mut self, index: usize, sample: &RawSample) {
         let Some(feed) = self.feeds.get_mut(index) else {
             return;
@@ -216,7 +216,7 @@ impl Watch {
         }
     }
 
-    /// The time of a message without a stamp: the vehicle's, else that of its arrival, s.
+    /// Time of a message without a stamp: the vehicle's time, or else the time of arrival, s.
     fn time_in(&self, namespace: &str, sample: &RawSample) -> f64 {
         let mut place = namespace;
         loop {
@@ -252,7 +252,7 @@ impl Watch {
         self.ask_vehicle(rt, node);
     }
 
-    /// Looks for topics that are wanted, and every second counts nodes and topics.
+    /// Looks for requested topics, and every second counts nodes and topics.
     fn poll(&mut self, rt: &Runtime<Event>) {
         let published = rt.published_topics();
         self.want_vehicles(&published);
@@ -270,7 +270,7 @@ impl Watch {
         self.polls += 1;
     }
 
-    /// Wants the recorder's channels of each vehicle.
+    /// Requests the default channels of each vehicle.
     fn want_vehicles(&mut self, published: &[PublishedTopic]) {
         for topic in published {
             let namespace = namespace(&topic.name);
@@ -291,7 +291,7 @@ impl Watch {
         }
     }
 
-    /// Wants a channel: its topic is read once there is one.
+    /// Requests a channel: its topic is read once it exists.
     fn want(&mut self, channel: &str) -> Result<(), Error> {
         let (topic, field) = channel.split_once(':').ok_or(Error::Channel)?;
         if channel.len() > MAX_NAME_BYTES {
@@ -322,7 +322,7 @@ impl Watch {
         Ok(())
     }
 
-    /// Forgets the channels that are not read: of topics that nobody publishes, and those that were refused.
+    /// Drops channels that are not read: those without a publisher, and refused ones.
     fn forget_unread(&mut self) {
         let mut board = locked(&self.board);
         self.channels.retain(|topic, fields| {
@@ -339,7 +339,7 @@ impl Watch {
         board.forget_empty();
     }
 
-    /// Reads a field of an open topic into the channel.
+    /// Adds a field of an open topic to a channel.
     fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), Error> {
         if field.starts_with('~') {
             return Ok(()); // Computed.
@@ -347,7 +347,7 @@ impl Watch {
         self.feeds[index].add(channel, field)
     }
 
-    /// Subscribes to a topic whose type is defined now.
+    /// Subscribes to a topic whose type definition has arrived.
     fn open(
         &mut self,
         rt: &Runtime<Event>,
@@ -409,7 +409,7 @@ impl Watch {
         for (action, running) in &mut self.manoeuvres {
             if running.goal.is_some() && !running.client.is_served() {
                 running.goal = None;
-                let lost = json!({"state": "lost", "message": "the controller has gone"});
+                let lost = json!({"state": "lost", "message": "the controller no longer exists"});
                 locked(&self.board).put(&format!("manoeuvre:{action}"), lost);
             }
         }
@@ -463,7 +463,7 @@ impl Watch {
         told
     }
 
-    /// Asks a vehicle for its parameters, by which its true poles are known.
+    /// Requests a vehicle's parameters, from which its true poles are computed.
     fn ask_vehicle(&mut self, rt: &Runtime<Event>, node: &str) {
         if !node.ends_with("/plant_sim") || self.asked >= MAX_VEHICLES {
             return;
@@ -501,12 +501,12 @@ impl Watch {
     }
 }
 
-/// The namespace of a name: `/auv` of `/auv/state`, empty of `/state`.
+/// The namespace of a name: `/auv` for `/auv/state`, empty for `/state`.
 fn namespace(name: &str) -> &str {
     name.rsplit_once('/').map_or("", |(namespace, _)| namespace)
 }
 
-/// The namespaces with topics of a loop, those of vehicles first, then those with other topics.
+/// The namespaces that contain topics of a loop, those of vehicles first.
 fn vehicles(published: &[PublishedTopic]) -> Vec<&str> {
     let is_ours = |topic: &&PublishedTopic| {
         let name = topic.name.rsplit('/').next().unwrap_or_default();

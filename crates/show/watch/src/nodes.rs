@@ -1,4 +1,4 @@
-//! Which nodes are alive, by discovery and by their diagnostics.
+//! Nodes that are alive, by discovery and by diagnostics.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -7,19 +7,19 @@ use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_node::{Connections, Direction, claim};
 use serde_json::{Value, json};
 
-/// Nodes and statuses that are told; a hostile peer can make them up without end.
+/// Maximum number of nodes and statuses shown: a hostile peer can create any number.
 const MAX_NODES: usize = 500;
 const MAX_STATUSES: usize = 2000;
-/// The text of all statuses, bytes: some hundred times that of a vehicle's.
+/// Largest total text of all statuses, bytes: about a hundred times that of one vehicle.
 const MAX_TEXT: usize = 4 << 20;
 
-/// Time without diagnostics of a node that sends them every second, after which it is silent.
+/// Time without diagnostics after which a node counts as silent; nodes send them every second.
 const SILENCE_TIMEOUT: Duration = Duration::from_millis(2500);
 
-/// The longest text of another node that is told, bytes.
+/// Largest text of a foreign node, bytes.
 pub(crate) const LONGEST_TEXT: usize = 4096;
 
-/// A text of another node, cut at [`LONGEST_TEXT`].
+/// A foreign node's text, cut at [`LONGEST_TEXT`].
 pub(crate) fn bounded(text: &str) -> &str {
     match text.char_indices().find(|(at, _)| *at >= LONGEST_TEXT) {
         Some((at, _)) => &text[..at],
@@ -29,28 +29,28 @@ pub(crate) fn bounded(text: &str) -> &str {
 
 #[derive(Default)]
 struct Node {
-    /// Whether discovery knows it now.
+    /// Whether discovery lists the node now.
     discovered: bool,
-    /// Since when discovery does not know it any more.
+    /// When discovery dropped the node.
     gone: Option<Instant>,
-    /// When its last diagnostics came.
+    /// When its last diagnostics arrived.
     heard: Option<Instant>,
     connections: Option<Connections>,
-    /// Messages a second that it publishes, by topic.
+    /// Message rate of each of its topics, 1/s.
     rates: BTreeMap<String, f64>,
 }
 
-/// Every node that was met, and every status.
+/// All nodes and statuses seen so far.
 #[derive(Default)]
 pub(crate) struct Nodes {
     nodes: BTreeMap<String, Node>,
     statuses: BTreeMap<String, (Instant, DiagnosticStatus)>,
-    /// The text of all of them, bytes.
+    /// Total length of the texts of all statuses, bytes.
     text: usize,
 }
 
 impl Nodes {
-    /// Takes the names that discovery knows now; returns those that are new or have come back.
+    /// Updates the nodes from discovery's names; returns those that are new or back.
     pub(crate) fn discovered(&mut self, names: &[String], now: Instant) -> Vec<String> {
         for (name, node) in &mut self.nodes {
             if node.discovered && names.binary_search(name).is_err() {
@@ -73,7 +73,7 @@ impl Nodes {
         new
     }
 
-    /// Takes a node's diagnostics.
+    /// Updates a node from its diagnostics.
     pub(crate) fn heard(&mut self, array: &DiagnosticArray, now: Instant) {
         if let Some(connections) = Connections::from_diagnostics(array)
             && (self.nodes.len() < MAX_NODES || self.nodes.contains_key(&connections.node))
@@ -102,7 +102,7 @@ impl Nodes {
         }
     }
 
-    /// Messages a second on each topic, as their publishers count them.
+    /// Message rate of each topic as counted by its publishers, 1/s.
     pub(crate) fn topic_rates(&self) -> BTreeMap<&str, f64> {
         let mut rates: BTreeMap<&str, f64> = BTreeMap::new();
         for (topic, rate) in self.nodes.values().flat_map(|node| &node.rates) {
@@ -111,7 +111,7 @@ impl Nodes {
         rates
     }
 
-    /// The number of warnings and of errors among the statuses whose nodes are in the namespace and speak.
+    /// Number of warnings and of errors in the statuses of the namespace's nodes that are not silent.
     pub(crate) fn levels(&self, namespace: &str, now: Instant) -> [usize; 2] {
         let prefix = format!("{namespace}/");
         let within = self.statuses.iter().filter(|(name, (heard, _))| {
@@ -188,7 +188,7 @@ impl Nodes {
         self.statuses.iter().filter(is_told).map(status).collect()
     }
 
-    /// The value of a status, as `bag` of `/auv/recorder: bag`.
+    /// A value of a status, such as `bag` in `/auv/recorder: bag`.
     pub(crate) fn value(&self, status: &str, key: &str) -> Option<&str> {
         let (_, status) = self.statuses.get(status)?;
         let pair = status.values.iter().find(|pair| pair.key == key)?;
@@ -196,7 +196,7 @@ impl Nodes {
     }
 }
 
-/// The length of a status' text, bytes.
+/// Length of a status's text, bytes.
 fn text_of(status: &DiagnosticStatus) -> usize {
     let values = status.values.iter();
     let values = values.map(|it| it.key.len() + it.value.len());
@@ -218,7 +218,7 @@ fn rates(before: &Connections, now: &Connections, seconds: f64) -> BTreeMap<Stri
     published.filter_map(rate).collect()
 }
 
-/// A rate to a tenth.
+/// A rate rounded to 0.1.
 pub(crate) fn rounded(rate: f64) -> f64 {
     (rate * 10.0).round() / 10.0
 }

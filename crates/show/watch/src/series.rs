@@ -1,49 +1,49 @@
-//! The samples of one channel, as far back as they are kept.
+//! The kept samples of one channel.
 
 use std::collections::VecDeque;
 
-/// Samples kept of a channel: almost three hours at 20 Hz.
+/// Number of samples kept per channel: almost three hours at 20 Hz.
 pub(crate) const SAMPLES_PER_CHANNEL: usize = 200_000;
 
-/// A reader that was level with the last sample and is by more samples behind it goes on with the newest: a connection that is too slow
-/// for all does not show an ever older past.
+/// A reader that had caught up and then falls behind by more samples continues with the newest ones: otherwise a slow connection would show an
+/// ever older past.
 const MAX_LAG: u64 = 20_000;
 
-/// A time that goes back by less is a message out of order, by more a vehicle that begins anew, s.
+/// Time that goes back by less is a message out of order; by more, the vehicle has restarted, s.
 const RESTART: f64 = 1.0;
 
 /// Values over time, s.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
     samples: VecDeque<(f64, f64)>,
-    /// When the vehicle was reset, if it was: what is stamped before is of the run before.
+    /// Time of the vehicle's last reset; samples stamped before it belong to the previous run.
     reset: Option<f64>,
-    /// How often time has gone back.
+    /// Number of times that time went back.
     restarts: u64,
-    /// Samples of this start that were dropped because there were too many.
+    /// Number of samples of this run dropped because of the limit.
     dropped: u64,
 }
 
-/// How far a reader has read.
+/// Position of a reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Cursor {
     restarts: u64,
     next: u64,
-    /// Whether it has been level with the last sample.
+    /// Whether the reader has caught up with the last sample.
     level: bool,
 }
 
-/// What a reader has not read yet.
+/// Samples that a reader has not read yet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct News {
-    /// Whether time has gone back: what was read before is of an earlier start.
+    /// Whether time has gone back, so that earlier samples belong to a previous run.
     pub(crate) restarted: bool,
     pub(crate) times: Vec<f64>,
     pub(crate) values: Vec<f64>,
 }
 
 impl Series {
-    /// Takes a sample and keeps the latest `kept`; a second one of the same instant, or a late one, is left out.
+    /// Adds a sample and keeps the latest `kept`; ignores a late sample or a second one at the same time.
     pub(crate) fn push(&mut self, time: f64, value: f64, kept: usize) {
         if !(time.is_finite() && value.is_finite()) {
             return;
@@ -60,7 +60,7 @@ impl Series {
         self.samples.push_back((time, value));
     }
 
-    /// Drops the oldest samples beyond the latest `kept`, with their memory once that is more than twice theirs.
+    /// Drops the oldest samples beyond the latest `kept`; frees memory once more than half of it is unused.
     pub(crate) fn keep(&mut self, kept: usize) {
         let excess = self.samples.len().saturating_sub(kept);
         self.samples.drain(..excess);
@@ -70,7 +70,7 @@ impl Series {
         }
     }
 
-    /// Forgets all samples: the vehicle begins anew, at a time (s) where that goes on.
+    /// Drops all samples because the vehicle restarts. `reset`: the time of the reset, s, if time continues.
     pub(crate) fn begin_anew(&mut self, reset: Option<f64>) {
         self.samples.clear();
         self.reset = reset;
@@ -83,7 +83,7 @@ impl Series {
         self.samples.is_empty()
     }
 
-    /// At most `most` samples behind the cursor, which moves on.
+    /// At most `most` samples after the cursor, which moves forward.
     pub(crate) fn since(&self, cursor: &mut Cursor, most: usize) -> News {
         let restarted = cursor.restarts != self.restarts;
         if restarted {

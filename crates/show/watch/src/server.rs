@@ -1,4 +1,4 @@
-//! HTTP: the page, its stream of events, and what it asks for.
+//! HTTP server: the page, its event stream, and its requests.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -39,31 +39,31 @@ use crate::guard::Guard;
 use crate::units;
 use crate::visitors::{Visitor, Visitors};
 
-/// Time between two messages to a page: thirty a second.
+/// Interval of messages to a page: thirty per second.
 const UPDATE_PERIOD: Duration = Duration::from_millis(33);
-/// Longest time between two messages to a page.
+/// Longest interval between two messages to a page.
 const KEEP_ALIVE_PERIOD: Duration = Duration::from_secs(5);
-/// Requests under way at once.
+/// Maximum number of simultaneous requests.
 const MAX_REQUESTS: usize = 64;
-/// Channels of one page.
+/// Maximum number of channels per page.
 const MAX_CHANNELS: usize = 256;
-/// The longest request, bytes: its head, and its body.
+/// Largest head of a request, and largest body, bytes.
 const MAX_REQUEST_BYTES: usize = 1 << 16;
-/// Time in which a request's head must have come, also a connection's first or next one; and its body.
+/// Timeout for a request's head, including the first or next one of a connection, and for its body.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 const BODY_TIMEOUT: Duration = Duration::from_secs(10);
-/// Time for which a connection may take nothing of what it is sent, ms.
+/// Time after which a connection that accepts no data is closed, ms.
 const UNREAD_TIMEOUT_MS: u32 = 30_000;
-/// Bytes on the way to a page that it has not taken: what is older than these does not wait for it.
+/// Size of the send buffer of a page, bytes; newer data need not wait for more than this.
 const SEND_BUFFER: usize = 1 << 17;
-/// Time for the node to answer: longer than it waits for any other node.
+/// Timeout of the node's answer: longer than the node waits for any other node.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Nothing but the page's own files is loaded or run, and no other page shows it within itself.
+/// Content policy: only the page's own files are loaded or run, and no other page may embed it.
 const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; \
                       form-action 'none'; frame-ancestors 'none'";
 
-/// The files of the page: path, type and text.
+/// The page's files: path, type and text.
 const FILES: &[(&str, &str, &str)] = &[
     ("/", HTML, include_str!("../page/index.html")),
     ("/watch.css", CSS, include_str!("../page/watch.css")),
@@ -88,7 +88,7 @@ const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// What the handlers share.
+/// Data shared by the handlers.
 #[derive(Clone)]
 struct Shared {
     board: SharedBoard,
@@ -98,7 +98,7 @@ struct Shared {
     disks: Disks,
 }
 
-/// A server that listens, and does not answer yet.
+/// A server that listens, but does not answer yet.
 pub(crate) struct Server {
     listener: TcpListener,
     address: SocketAddr,
@@ -127,12 +127,12 @@ impl Server {
         })
     }
 
-    /// The page's address, with the token.
+    /// Address of the page, with the token.
     pub(crate) fn page(&self) -> String {
         format!("http://{}/?token={}", self.address, self.shared.guard.token)
     }
 
-    /// Answers from now on, on a thread of its own.
+    /// Starts answering, on a thread of its own.
     pub(crate) fn start(self) -> Result<(), Error> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
@@ -155,7 +155,7 @@ impl Server {
     }
 }
 
-/// Answers whoever connects, each on a task of its own.
+/// Accepts connections, each in its own task.
 async fn serve(listener: tokio::net::TcpListener, router: &Router) {
     let visitors = Visitors::default();
     loop {
@@ -216,7 +216,7 @@ fn routes(shared: Shared) -> Router {
         .with_state(shared)
 }
 
-/// Answers only who may ask, and says to the browser what the page may do.
+/// Answers only admitted requests, and sends the page's content policy.
 async fn admit(
     State(shared): State<Shared>,
     Extension(visitor): Extension<Visitor>,
@@ -253,8 +253,8 @@ async fn admit(
     response
 }
 
-/// The stream of a page: what is new of the channels in `?channel=A&channel=B`, of those that are kept, and of everything else, thirty
-/// times a second. A channel's number is its first place there.
+/// The event stream of a page: everything new in the channels of `?channel=A&channel=B`, in the kept channels, and elsewhere, thirty times a
+/// second. A channel's number is its first position in the query.
 async fn events(
     State(shared): State<Shared>,
     Extension(visitor): Extension<Visitor>,
@@ -278,7 +278,7 @@ async fn events(
     }))
 }
 
-/// One page's stream. Nothing is queued for it: a message is made when the last one has gone.
+/// The event stream of one page. Nothing is queued: a message is made only after the last one has been sent.
 struct Streamed {
     reader: Reader,
     board: SharedBoard,
@@ -301,14 +301,14 @@ impl Streamed {
     }
 }
 
-/// The values of that name in an address.
+/// The values of this name in a query.
 fn values<'a>(query: Option<&'a str>, name: &'a str) -> impl Iterator<Item = String> + use<'a> {
     form_urlencoded::parse(query.unwrap_or_default().as_bytes())
         .filter(move |(key, _)| key == name)
         .map(|(_, value)| value.into_owned())
 }
 
-/// Hands a request to the node and waits for its answer.
+/// Sends a request to the node and waits for its answer.
 async fn ask(shared: &Shared, command: Command) -> Value {
     let (reply, answered) = oneshot::channel();
     let request = Request { command, reply };
@@ -318,14 +318,14 @@ async fn ask(shared: &Shared, command: Command) -> Value {
     };
     match timeout(ANSWER_TIMEOUT, asking).await {
         Ok(answer) => answer.unwrap_or_else(|| refused("the node has stopped")),
-        Err(_) => refused("planesman watch itself does not answer"),
+        Err(_) => refused("the node of planesman watch does not answer"),
     }
 }
 
-/// Does what a page asks for.
+/// Executes a page's request.
 async fn execute(State(shared): State<Shared>, request: HttpRequest) -> Response {
     let Ok(_permit) = shared.under_way.try_acquire() else {
-        return busy("too many requests are under way");
+        return busy("too many requests at once");
     };
     match timeout(BODY_TIMEOUT, Json::<Command>::from_request(request, &())).await {
         Ok(Ok(Json(command))) => Json(ask(&shared, command).await).into_response(),
@@ -333,7 +333,7 @@ async fn execute(State(shared): State<Shared>, request: HttpRequest) -> Response
             (rejection.status(), Json(refused(rejection.body_text()))).into_response()
         }
         Err(_) => {
-            let reason = refused("the request has not come to its end");
+            let reason = refused("the request did not arrive completely");
             (StatusCode::REQUEST_TIMEOUT, Json(reason)).into_response()
         }
     }
@@ -343,10 +343,10 @@ fn busy(text: &str) -> Response {
     (StatusCode::SERVICE_UNAVAILABLE, Json(refused(text))).into_response()
 }
 
-/// The file that a recorder writes now, as far as it is written.
+/// The file that a recorder currently writes, as far as it is written.
 async fn bag(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Response {
     let Ok(permit) = shared.under_way.try_acquire() else {
-        return busy("too many requests are under way");
+        return busy("too many requests at once");
     };
     let node = values(query.as_deref(), "node").next().unwrap_or_default();
     let told = ask(&shared, Command::Bag { node }).await;
@@ -357,7 +357,7 @@ async fn bag(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Respons
     let (file, length) = match shared.disks.open(path.to_owned()).await {
         Ok(opened) => opened,
         Err(error) => {
-            let reason = format!("{path} cannot be read from here: {error}");
+            let reason = format!("cannot read {path} on this machine: {error}");
             return match error.kind() {
                 ErrorKind::TimedOut => busy(&reason),
                 _ => (StatusCode::NOT_FOUND, Json(refused(reason))).into_response(),

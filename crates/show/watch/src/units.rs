@@ -1,4 +1,4 @@
-//! The units of the page: one for each quantity, in charts, parameters and setpoints alike. On the wire all is in SI.
+//! Units of the page: one per quantity, in charts, parameters and setpoints. On the wire everything is in SI.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use crate::Error;
 
-/// The SI units whose quantities the page has in another unit.
+/// SI units, and the units in which the page shows them.
 const SHOWN: [(&str, &str); 3] = [("rad", "deg"), ("rad/s", "deg/s"), ("Pa", "kPa")];
 
-/// The unit in which the page has what is in this SI unit on the wire; `None` for what stays as it is: a gain, a count.
+/// The page's unit for an SI unit; `None` if it stays in SI, such as a gain or a count.
 fn shown(si: &str) -> Option<(Dimension, Unit)> {
     let dimension = Dimension::of_si_unit(si)?;
     let (_, symbol) = SHOWN.iter().find(|(it, _)| *it == si)?;
@@ -18,12 +18,12 @@ fn shown(si: &str) -> Option<(Dimension, Unit)> {
     Some((dimension, *unit))
 }
 
-/// The unit's symbol on the page.
+/// Symbol of the unit on the page.
 pub(crate) fn symbol(si: &str) -> &str {
     shown(si).map_or(si, |(_, unit)| unit.symbol)
 }
 
-/// A number in SI as the page has it.
+/// Converts a number from SI to the page's unit.
 pub(crate) fn on_page(number: f64, si: &str) -> f64 {
     match shown(si) {
         // Twelve digits, as 30 degrees are no whole number of radians.
@@ -35,10 +35,10 @@ pub(crate) fn on_page(number: f64, si: &str) -> f64 {
     }
 }
 
-/// The number in SI of a text from the page: a number in the page's unit, or with a unit of its own (`1ft`, `10 deg`).
+/// Converts a text of the page to SI: a number in the page's unit, or with its own (`1ft`, `10 deg`).
 ///
 /// # Errors
-/// What is expected instead.
+/// A sentence that says what is expected.
 pub(crate) fn parse(text: &str, si: &str) -> Result<f64, Error> {
     let text = text.trim();
     let number = text.strip_suffix(symbol(si)).unwrap_or(text).trim_end();
@@ -63,14 +63,14 @@ pub(crate) fn parse(text: &str, si: &str) -> Result<f64, Error> {
     })
 }
 
-/// A unit as the page has it: its symbol, and how many of it make one in SI.
+/// A unit of the page: its symbol, and the factor from SI.
 #[derive(Serialize)]
 pub(crate) struct UnitLabel {
     symbol: &'static str,
     scale: f64,
 }
 
-/// The units that differ from SI, by their SI units.
+/// The units that differ from SI, by SI unit.
 pub(crate) fn told() -> BTreeMap<&'static str, UnitLabel> {
     let each = SHOWN.iter().filter_map(|(si, _)| Some((*si, shown(si)?.1)));
     each.map(|(si, unit)| {
@@ -83,7 +83,7 @@ pub(crate) fn told() -> BTreeMap<&'static str, UnitLabel> {
     .collect()
 }
 
-/// A description's text and the unit that stands at its end: `Speed [m/s]`.
+/// Splits a description into its text and the unit at its end: `Speed [m/s]`.
 pub(crate) fn described(description: &str) -> (&str, &str) {
     let unit = description
         .strip_suffix(']')
@@ -91,7 +91,7 @@ pub(crate) fn described(description: &str) -> (&str, &str) {
     unit.unwrap_or((description, ""))
 }
 
-/// The SI units of a message's own fields, by the comments of its definition: `float64 depth  # m, positive down`.
+/// SI units of a message's own fields, from the comments of its definition: `float64 depth  # m, positive down`.
 pub(crate) fn of_fields(definition: &str) -> BTreeMap<String, &'static str> {
     let own = definition.lines().take_while(|it| !it.starts_with("==="));
     own.filter_map(|line| {

@@ -1,6 +1,6 @@
-//! Limits of connections: for each address and in all. A new connection takes the place of another.
+//! Limits of connections, per address and in total. At the limit a new connection replaces an old one.
 //!
-//! A connection that has not shown the token gives way first, then one without a stream, the oldest of the address that has most.
+//! Connections without the token are closed first, then those without an event stream, the oldest one of the address with the most.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -9,22 +9,22 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::oneshot;
 
-/// Places for each address and for all.
+/// Maximum number per address and in total.
 #[derive(Clone, Copy)]
 struct Places {
     each: usize,
     all: usize,
 }
 
-/// Connections, whatever has come of them.
+/// All connections.
 const CONNECTIONS: Places = Places { each: 64, all: 256 };
-/// Streams of events: pages that are open. A browser opens six to an address.
+/// Event streams, one per open page. A browser opens at most six per address.
 const STREAMS: Places = Places { each: 16, all: 32 };
 
-/// What a connection has come to.
+/// State of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Stage {
-    /// It has not shown the token yet.
+    /// The token has not been shown yet.
     Unknown,
     Known,
     Stream,
@@ -33,19 +33,19 @@ enum Stage {
 struct Entry {
     address: IpAddr,
     stage: Stage,
-    /// Closes the connection when it is dropped.
+    /// Dropping it closes the connection.
     _close: oneshot::Sender<()>,
 }
 
 #[derive(Default)]
 struct Table {
-    /// By number, in the order of their coming.
+    /// Connections by number, in order of arrival.
     entries: BTreeMap<u64, Entry>,
     last: u64,
 }
 
 impl Table {
-    /// Makes room for one more from that address among those that have come as far as `stage`.
+    /// Makes room for one more connection of this address among those that have reached `stage`.
     fn make_room(&mut self, address: IpAddr, stage: Stage, places: Places) {
         let mut counts: BTreeMap<IpAddr, usize> = BTreeMap::new();
         for entry in self.entries.values().filter(|it| it.stage >= stage) {
@@ -66,11 +66,11 @@ impl Table {
     }
 }
 
-/// Every connection of a server.
+/// All connections of a server.
 #[derive(Clone, Default)]
 pub(crate) struct Visitors(Arc<Mutex<Table>>);
 
-/// One connection; every request on it carries it along.
+/// One connection; each of its requests carries it along.
 #[derive(Clone)]
 pub(crate) struct Visitor {
     id: u64,
@@ -82,7 +82,7 @@ impl Visitors {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a connection in; it is to be closed once the receiver is ready.
+    /// Adds a connection; it must be closed when the receiver is ready.
     pub(crate) fn enter(&self, address: IpAddr) -> (Visitor, oneshot::Receiver<()>) {
         let mut table = self.table();
         table.make_room(address, Stage::Unknown, CONNECTIONS);
@@ -101,7 +101,7 @@ impl Visitors {
 }
 
 impl Visitor {
-    /// It has shown the token.
+    /// The token has been shown.
     pub(crate) fn is_known(&self) {
         let mut table = self.visitors.table();
         if let Some(entry) = table.entries.get_mut(&self.id) {
@@ -109,7 +109,7 @@ impl Visitor {
         }
     }
 
-    /// It gets a stream of events, which another one may have to end for.
+    /// An event stream begins, for which another one may have to end.
     pub(crate) fn begins_stream(&self) {
         let mut table = self.visitors.table();
         if let Some(address) = table.entries.get(&self.id).map(|it| it.address) {
@@ -120,7 +120,7 @@ impl Visitor {
         }
     }
 
-    /// Its connection has ended.
+    /// The connection has ended.
     pub(crate) fn leave(&self) {
         self.visitors.table().entries.remove(&self.id);
     }

@@ -1,4 +1,4 @@
-//! `planesman-reports bench`: the 1966 study's tables by simulation, beside the printed values.
+//! `planesman-reports bench`: simulates the 1966 study's tables and compares them with the printed values.
 
 use anyhow::Result;
 use planesman_console::progress::{end_with_reader, on_all_cores};
@@ -8,16 +8,16 @@ use planesman_reports::studies::bench::{COLUMNS, Table, flown, heading};
 
 use planesman::arguments::{choice, format};
 
-/// The arguments.
+/// Arguments of `bench`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct BenchArgs {
-    /// Only this table; may be given several times [default: all]
+    /// Simulate only this table; may be repeated [default: all]
     #[arg(long, value_parser = choice(&Table::ALL, Table::described))]
     table: Vec<Table>,
-    /// The missile's surrogate
+    /// Surrogate of the lost missile
     #[arg(long, value_parser = choice(&[Surrogate::Ps2, Surrogate::Ps1], described), default_value = "ps-2")]
     plant: Surrogate,
-    /// As one table in this format, a row per number [default: the report's tables]
+    /// Print one table in this format, a row per number [default: the report's tables]
     #[arg(long, value_parser = format())]
     format: Option<Format>,
 }
@@ -29,10 +29,10 @@ fn described(surrogate: Surrogate) -> (&'static str, &'static str) {
     }
 }
 
-/// Flies the tables asked for and prints them.
+/// Simulates the requested tables and prints them.
 ///
 /// # Errors
-/// When a built-in actuator or the book of numbers cannot be read.
+/// A built-in actuator or the book of numbers cannot be read.
 pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     let wanted = match args.table.as_slice() {
         [] => &Table::ALL,

@@ -1,5 +1,5 @@
-//! `planesman-reports limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator: simulated, as orbits found by
-//! shooting, and by harmonic balance, in one table.
+//! `planesman-reports limit-cycles`: table of limit cycles of the depth loop with the digital hydraulic actuator: simulated, as orbits found by
+//! shooting, and predicted by harmonic balance.
 
 use std::path::PathBuf;
 
@@ -13,15 +13,15 @@ use planesman_reports::studies::position_loop;
 
 use planesman::arguments::{format, output_file};
 
-/// The arguments.
+/// Arguments of `limit-cycles`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct LimitCyclesArgs {
-    /// Only configurations whose name contains this
+    /// Only configurations whose name contains this text
     name: Option<String>,
-    /// Without the prediction by harmonic balance, which takes a third of the time
+    /// Omit the prediction by harmonic balance, which takes a third of the time
     #[arg(long)]
     no_prediction: bool,
-    /// How to print the table [default: table on a terminal, md elsewhere]
+    /// Format of the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_parser = format())]
     format: Option<Format>,
     /// Also write an HTML page with plots
@@ -32,14 +32,14 @@ pub(crate) struct LimitCyclesArgs {
 /// Prints the table.
 ///
 /// # Errors
-/// When no configuration has such a name.
+/// No configuration has such a name.
 pub(crate) fn run(args: &LimitCyclesArgs) -> Result<()> {
     let wanted = args.name.as_deref().unwrap_or_default();
     let mut cases = cases()?;
     cases.retain(|case| case.name.contains(wanted));
     if cases.is_empty() {
         anyhow::bail!(
-            "no configuration has '{wanted}' in its name; without a name all are printed"
+            "no configuration has '{wanted}' in its name; leave out the name to print all"
         );
     }
     if args.html.is_none() {

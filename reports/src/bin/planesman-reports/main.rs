@@ -1,9 +1,9 @@
-//! The `planesman-reports` program: the two historical reports and Hopsan's recorded validations, computed again. `planesman reproduce`,
-//! `planesman dha bench` and others run it.
+//! The `planesman-reports` program: recomputes the two historical reports and Hopsan's recorded validations. `planesman reproduce`,
+//! `planesman dha bench` and other commands run it.
 //!
-//! - [`reproduce`]: every number compared with the recomputed one.
+//! - [`reproduce`]: compares every number with the recomputed one.
 //! - [`mod@bench`], [`limit_cycles`]: the 1966 study's tables, and limit cycles of the thesis' depth loop.
-//! - [`transfer_functions`]: those that the thesis prints.
+//! - [`transfer_functions`]: those printed in the thesis.
 
 use std::process::ExitCode;
 
@@ -18,7 +18,7 @@ mod limit_cycles;
 mod reproduce;
 mod transfer_functions;
 
-/// Computes the two historical reports and Hopsan's recorded validations again.
+/// Recomputes the two historical reports and Hopsan's recorded validations.
 #[derive(Parser)]
 #[command(
     name = "planesman-reports",
@@ -33,7 +33,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which agree
+    /// Recompute the numbers of the two historical reports and of Hopsan's validations, and print which ones agree
     #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(reproduce::ReproduceArgs),
     /// Simulate the 1966 study's flight-control tests and compare with its tables
@@ -44,14 +44,14 @@ enum Command {
         after_help = "Examples:\n  planesman dha limit-cycles --html limit_cycles.html\n  planesman dha limit-cycles 'open loop' --format csv"
     )]
     LimitCycles(limit_cycles::LimitCyclesArgs),
-    /// Compare the linear and the full model of the 1966 study's flight control under sinusoids
+    /// Compare the linear model and the full model of the 1966 study's flight control under sinusoids
     #[command(after_help = "Example:\n  planesman dha frequency auv")]
     Frequency {
         /// A built-in actuator or an actuator file
         #[arg(default_value = "table_4_1")]
         actuator: String,
     },
-    /// Print the transfer functions of the thesis as it prints them
+    /// Print the transfer functions of the thesis as printed there
     #[command(after_help = "Example:\n  planesman tf brunner --as-printed")]
     Tf(planesman::tf_command::TfArgs),
 }

@@ -1,4 +1,4 @@
-//! The thesis' transfer functions as it prints them (Brunner 1988, eq. 7 and Table 8), with its errors.
+//! The thesis's transfer functions as printed there (Brunner 1988, eq. 7 and Table 8), with the printed errors.
 
 use anyhow::{Result, bail};
 use planesman::tf_command::{TfArgs, text};
@@ -11,10 +11,10 @@ use planesman_vehicle::linearised::Output;
 use planesman_vehicle::transfer::{Input, Models};
 use planesman_vehicle::vehicle_file;
 
-/// Prints the transfer function that was asked for.
+/// Prints the requested transfer function.
 ///
 /// # Errors
-/// Another vehicle than the thesis', or a pair of input and output that it does not print.
+/// A vehicle other than the thesis's, or an input and output that the thesis does not print.
 pub(crate) fn run(args: &TfArgs) -> Result<()> {
     Ok(print_wrapped(text(&as_printed(args)?)?)?)
 }
@@ -22,7 +22,7 @@ pub(crate) fn run(args: &TfArgs) -> Result<()> {
 fn as_printed(args: &TfArgs) -> Result<Models> {
     if args.vehicle != vehicle_file::BRUNNER {
         bail!(
-            "--as-printed: the thesis prints them for its own vehicle, '{}', not for '{}'",
+            "--as-printed: the thesis prints transfer functions only for its own vehicle, '{}', not for '{}'",
             vehicle_file::BRUNNER,
             args.vehicle
         );
@@ -34,7 +34,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
             PRINTED.pitch_rate()?,
             table_8::pitch_rate_third_order()?,
             format!(
-                "times 0.54 U = {:.6} it is gyro volts per plane volt",
+                "multiply by 0.54 U = {:.6} to get gyro volts per plane volt",
                 table_8::pitch_rate_gain() * feet_per_second
             ),
         ),
@@ -43,19 +43,19 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
             PRINTED.depth(DepthRate::AsPrinted { feet_per_second }, D2_ANOMALY)?,
             table_8::depth_as_printed(feet_per_second)?,
             format!(
-                "times 23.44 / U = {:.6} it is depth volts per gyro volt; z' = w + U theta, and D2 is \
-                 1.5 times its formula",
+                "multiply by 23.44 / U = {:.6} to get depth volts per gyro volt; it uses z' = w + U theta, and its D2 is \
+                 1.5 times that of its formula",
                 table_8::depth_gain() / feet_per_second
             ),
         ),
         _ => bail!(
-            "--as-printed: the thesis prints pitch_rate over dive_planes, and depth over pitch_rate"
+            "--as-printed: the thesis prints only pitch_rate over dive_planes and depth over pitch_rate"
         ),
     };
     let mut remarks = vec![gain];
     if (args.rate * SAMPLING_TIME - 1.0).abs() > 1e-9 {
         remarks.push(format!(
-            "the thesis samples at 20 Hz alone, not at {}",
+            "the thesis samples only at 20 Hz, not at {}",
             args.rate
         ));
     }
@@ -64,7 +64,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
         continuous,
         frequency: "U/L",
         sampled: sampled.without_rounding(),
-        sampling: format!("T = {SAMPLING_TIME} L/U, which it takes for seconds"),
+        sampling: format!("T = {SAMPLING_TIME} L/U, which the thesis treats as seconds"),
         remarks,
     })
 }
@@ -99,7 +99,7 @@ mod tests {
     fn what_the_thesis_does_not_print_is_refused() {
         let refusal = printed("--output heave").expect_err("refused").to_string();
         assert!(
-            refusal.contains("the thesis prints pitch_rate"),
+            refusal.contains("the thesis prints only pitch_rate"),
             "{refusal}"
         );
     }

@@ -1,5 +1,4 @@
-//! One axis of the vehicle as a damped inertia (Brunner, NPS thesis, 1988, ch. II): the plant of the
-//! pitch, roll and heading loops alike.
+//! An axis of the vehicle as a damped inertia (Brunner, NPS thesis, 1988, ch. II): the plant of the pitch, roll and heading loops.
 //!
 //! ```text
 //! J x'' = K delta - B x' - Me x            x: angle, delta: plane angle
@@ -11,78 +10,77 @@
 //!
 //! wn^2 = (Kp K + Me) / J,   2 zeta wn = B_eff / J
 //! ```
-//! With the rate of the error fed back instead of the rate of the angle, `delta = Kp (xc - x) + Kd (xc - x)'`,
-//! the numerator is `Kp K + Kd K s` and the poles are the same.
+//! If the rate of the error is fed back instead, `delta = Kp (xc - x) + Kd (xc - x)'`, the numerator is `Kp K + Kd K s` and the poles are the
+//! same.
 
 use planesman_linear::{Error, TransferFunction};
 
 /// A damped inertia turned by planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampedInertia {
-    /// `J`, moment of inertia with the water's share, ft lbf s^2.
+    /// `J`, moment of inertia including added inertia, ft lbf s^2.
     pub inertia: f64,
-    /// `B`, moment per rate, ft lbf s.
+    /// `B`, damping moment per rate, ft lbf s.
     pub damping: f64,
     /// `K`, moment per plane angle, ft lbf/rad.
     pub plane_moment: f64,
-    /// `Me`, restoring moment per angle, ft lbf/rad; 0 where the report leaves it out.
+    /// `Me`, restoring moment per angle, ft lbf/rad; 0 if the report omits it.
     pub restoring: f64,
 }
 
-/// The gains of a loop around one axis.
+/// Gains of a loop around one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// `Kp`, plane angle per angle of error.
+    /// `Kp`, plane angle per angle error.
     pub p: f64,
     /// `Kd`, plane angle per rate, s.
     pub rate: f64,
 }
 
-/// `B_eff` at which a loop of natural frequency `frequency` (rad/s) around an inertia has the damping
-/// ratio `ratio`: `2 zeta wn J`.
+/// `B_eff` for the damping ratio `ratio` of a loop with natural frequency `frequency` (rad/s) around an inertia: `2 zeta wn J`.
 #[must_use]
 pub fn damping_for_ratio(inertia: f64, frequency: f64, ratio: f64) -> f64 {
     2.0 * ratio * frequency * inertia
 }
 
-/// `zeta = B_eff / (2 J wn)`.
+/// Damping ratio `zeta = B_eff / (2 J wn)`.
 #[must_use]
 pub fn damping_ratio(inertia: f64, frequency: f64, effective_damping: f64) -> f64 {
     effective_damping / (2.0 * inertia * frequency)
 }
 
 impl DampedInertia {
-    /// `B_eff = B + Kd K`, ft lbf s.
+    /// Effective damping `B_eff = B + Kd K`, ft lbf s.
     #[must_use]
     pub fn effective_damping(&self, rate_gain: f64) -> f64 {
         self.damping + rate_gain * self.plane_moment
     }
 
-    /// `Kd` for a `B_eff`, s.
+    /// Rate gain `Kd` for a `B_eff`, s.
     #[must_use]
     pub fn rate_gain_for_damping(&self, effective_damping: f64) -> f64 {
         (effective_damping - self.damping) / self.plane_moment
     }
 
-    /// `wn` for a `Kp`, rad/s.
+    /// Natural frequency `wn` for a `Kp`, rad/s.
     #[must_use]
     pub fn natural_frequency(&self, p: f64) -> f64 {
         ((p * self.plane_moment + self.restoring) / self.inertia).sqrt()
     }
 
-    /// `Kp` for a natural frequency (rad/s).
+    /// Gain `Kp` for a natural frequency (rad/s).
     #[must_use]
     pub fn p_for_frequency(&self, frequency: f64) -> f64 {
         (self.inertia * frequency.powi(2) - self.restoring) / self.plane_moment
     }
 
-    /// `Kp` for a damping ratio under the rate gain `rate_gain`: `wn = B_eff / (2 zeta J)`.
+    /// Gain `Kp` for a damping ratio with the rate gain `rate_gain`: `wn = B_eff / (2 zeta J)`.
     #[must_use]
     pub fn p_for_damping_ratio(&self, ratio: f64, rate_gain: f64) -> f64 {
         self.p_for_frequency(self.effective_damping(rate_gain) / (2.0 * ratio * self.inertia))
     }
 
-    /// `Kd` for a damping ratio under the gain `p`, s.
+    /// Rate gain `Kd` for a damping ratio with the gain `p`, s.
     #[must_use]
     pub fn rate_gain_for_ratio(&self, ratio: f64, p: f64) -> f64 {
         self.rate_gain_for_damping(damping_for_ratio(
@@ -92,7 +90,7 @@ impl DampedInertia {
         ))
     }
 
-    /// `zeta`.
+    /// Damping ratio `zeta`.
     #[must_use]
     pub fn damping_ratio(&self, gains: Gains) -> f64 {
         damping_ratio(
@@ -102,13 +100,13 @@ impl DampedInertia {
         )
     }
 
-    /// The time that the report takes an oscillation to settle in, `4 / (zeta wn) = 8 J / B_eff`, s.
+    /// Settling time of an oscillation by the report's formula, `4 / (zeta wn) = 8 J / B_eff`, s.
     #[must_use]
     pub fn settling_time(&self, rate_gain: f64) -> f64 {
         8.0 * self.inertia / self.effective_damping(rate_gain)
     }
 
-    /// `x / xc` with the rate of the angle fed back.
+    /// Closed loop `x / xc` with feedback of the angle's rate.
     ///
     /// # Errors
     /// Those of [`TransferFunction::new`].
@@ -117,7 +115,7 @@ impl DampedInertia {
         TransferFunction::new(vec![k], self.characteristic(gains).to_vec())
     }
 
-    /// `x / xc` with the rate of the error fed back.
+    /// Closed loop `x / xc` with feedback of the error's rate.
     ///
     /// # Errors
     /// Those of [`TransferFunction::new`].
@@ -126,7 +124,7 @@ impl DampedInertia {
         TransferFunction::new(num.to_vec(), self.characteristic(gains).to_vec())
     }
 
-    /// `J s^2 + B_eff s + Kp K + Me`, highest power first.
+    /// Characteristic polynomial `J s^2 + B_eff s + Kp K + Me`, highest power first.
     #[must_use]
     pub fn characteristic(&self, gains: Gains) -> [f64; 3] {
         [

@@ -1,4 +1,4 @@
-//! The loops of ch. II: pitch, depth, roll and heading.
+//! Recomputed numbers of the loops of ch. II: pitch, depth, roll and heading.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -11,10 +11,10 @@ use super::depth::{DepthDesign, p_for_limit};
 use super::values::{Values, or_nan};
 use super::{heading, pitch, roll};
 
-/// `wn` of the pitch loop as the report rounds it before it goes on, rad/s (p. 9).
+/// `wn` of the pitch loop as rounded by the report before further use, rad/s (p. 9).
 const ROUNDED_FREQUENCY: f64 = 0.4;
 
-/// Every value of the families pitch, depth, roll and yaw.
+/// Values of the families pitch, depth, roll and yaw.
 #[must_use]
 pub(super) fn recomputed() -> Values {
     let mut all = pitch_loop();
@@ -61,7 +61,7 @@ fn pitch_loop() -> Values {
     ]
 }
 
-/// The report's depth loop: `Kpz = 0.25` rad/ft at 1 ft/s, without derivative.
+/// The report's depth loop: `Kpz = 0.25` rad/ft at 1 ft/s, without derivative action.
 const DEPTH: DepthDesign = DepthDesign {
     axis: pitch::AXIS,
     pitch: pitch::GAINS,
@@ -70,7 +70,7 @@ const DEPTH: DepthDesign = DepthDesign {
     d: 0.0,
 };
 
-/// The depth loop with the effective damping of the report's second choice.
+/// The depth loop with the effective damping of the report's second design.
 fn with_more_damping() -> DepthDesign {
     DepthDesign {
         pitch: Gains {
@@ -81,7 +81,7 @@ fn with_more_damping() -> DepthDesign {
     }
 }
 
-/// The depth loop of p. 48: with the restoring moment.
+/// The depth loop of p. 48, with the restoring moment.
 fn with_restoring() -> DepthDesign {
     DepthDesign {
         axis: DampedInertia {
@@ -119,13 +119,13 @@ fn depth_damping() -> Values {
     ]
 }
 
-/// Figures of a step of the depth setpoint, of 120 s.
+/// Metrics of a step response of the depth loop over 120 s.
 type Figure = fn(&StepMetrics) -> Option<f64>;
 const OVERSHOOT: Figure = |metrics| Some(metrics.overshoot);
 const TS2: Figure = |metrics| metrics.settling_time;
 const TS5: Figure = |metrics| metrics.settling_time_5;
 
-/// A closed loop, and the figures that the book has of its step.
+/// A closed loop, and the entries for metrics of its step response.
 type Stepped = (
     Result<TransferFunction, Error>,
     &'static [(&'static str, Figure)],
@@ -231,7 +231,7 @@ fn depth_steps() -> Values {
         .collect()
 }
 
-/// The figures of a unit step, sampled finely enough for six digits of the overshoot.
+/// Metrics of a unit step response, with a sampling fine enough for six digits of the overshoot.
 fn stepped(closed_loop: Result<TransferFunction, planesman_linear::Error>) -> Option<StepMetrics> {
     step::response(&closed_loop.ok()?, 0.002, 120.0).ok()
 }

@@ -1,9 +1,9 @@
-//! Program T6: the step of the setpoint under each derivative gain, and what the report says of it.
+//! Recomputed numbers of program T6: the step response for each derivative gain, and the report's statements about it.
 
 use super::program_t6::{Program, Track};
 use super::values::{Values, or_nan};
 
-/// A figure of a flown program, in the unit of its entries.
+/// A metric of a simulated program, in the unit of its entries.
 type Figure = fn(&Track) -> Option<f64>;
 
 const OVERSHOOT: Figure = |track| Some(track.overshoot());
@@ -38,7 +38,7 @@ const fn limited(setpoint: f64, derivative: f64) -> Program {
     }
 }
 
-/// Each program with the figures that the book has of it.
+/// Programs with the entries for their metrics.
 const FLOWN: &[(Program, &[(&str, Figure)])] = &[
     (
         as_coded(5.0, 0.25),
@@ -175,10 +175,10 @@ const FLOWN: &[(Program, &[(&str, Figure)])] = &[
     ),
 ];
 
-/// The choice of the report: 5 ft, `Kdz = 0.6` rad s/ft.
+/// The report's choice: 5 ft, `Kdz = 0.6` rad s/ft.
 const CHOSEN: Program = as_coded(5.0, 0.6);
 
-/// Every value of the family T6.
+/// Values of the family T6.
 #[must_use]
 pub(super) fn recomputed() -> Values {
     let mut all = steps();
@@ -246,8 +246,7 @@ fn first_commands() -> Values {
     ]
 }
 
-/// The smallest `Kdz`, in steps of 0.01 rad s/ft, whose overshoot is none to the eye: 0.25 %. At 0.5 it
-/// is still 3 %.
+/// Smallest `Kdz`, in steps of 0.01 rad s/ft, with a practically invisible overshoot of 0.25 %. At 0.5 the overshoot is still 3 %.
 fn smallest_without_overshoot() -> f64 {
     (50..100)
         .map(|hundredths| f64::from(hundredths) / 100.0)

@@ -8,15 +8,14 @@
 //! --- = ------------------------------------------------------
 //! z_c    J s^3 + B s^2 + (k + Me + Kdz k U) s + Kpz k U
 //! ```
-//! The derivative of the measured depth instead, `theta_c = Kpz e - Kdz z'`, takes `Kdz s` out of the
-//! numerator and leaves the poles.
+//! With the derivative of the measured depth instead, `theta_c = Kpz e - Kdz z'`, the numerator has no term `Kdz s`, and the poles are the same.
 //!
 //! Routh: the loop is stable if and only if all coefficients are positive and
 //! ```text
 //! B (k + Me + Kdz k U) > J Kpz k U
 //! ```
-//! whence the bounds below. With `Me = 0` they are `Kpz < B / (J U)` at `Kdz = 0`, printed as
-//! `Kpz < 2 / U`, and `Kdz > (J Kpz U / B - 1) / U`.
+//! This gives the bounds below. For `Me = 0` they are `Kpz < B / (J U)` at `Kdz = 0`, printed as `Kpz < 2 / U`, and
+//! `Kdz > (J Kpz U / B - 1) / U`.
 
 use planesman_linear::{Complex, ComplexFunctions as _, Error, TransferFunction};
 
@@ -25,7 +24,7 @@ use super::axis::{DampedInertia, Gains};
 /// A depth loop at one speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthDesign {
-    /// The vehicle in pitch.
+    /// Pitch dynamics of the vehicle.
     pub axis: DampedInertia,
     /// `Kpy` and `Kr` of the pitch loop.
     pub pitch: Gains,
@@ -37,24 +36,24 @@ pub struct DepthDesign {
     pub d: f64,
 }
 
-/// `Kpz` that asks for the pitch limit `limit` (rad) when the vehicle is `error` too shallow: rad/ft.
+/// `Kpz` for which a depth error of `error` commands the pitch limit `limit` (rad): rad/ft.
 #[must_use]
 pub fn p_for_limit(limit: f64, error: f64) -> f64 {
     limit / error
 }
 
 impl DepthDesign {
-    /// `k = Kpy Ky`, ft lbf/rad.
+    /// Stiffness `k = Kpy Ky`, ft lbf/rad.
     fn stiffness(&self) -> f64 {
         self.pitch.p * self.axis.plane_moment
     }
 
-    /// `B = By + Kr Ky`, ft lbf s.
+    /// Damping `B = By + Kr Ky`, ft lbf s.
     fn damping(&self) -> f64 {
         self.axis.effective_damping(self.pitch.rate)
     }
 
-    /// `J s^3 + B s^2 + (k + Me + Kdz k U) s + Kpz k U`.
+    /// Characteristic polynomial `J s^3 + B s^2 + (k + Me + Kdz k U) s + Kpz k U`.
     #[must_use]
     pub fn characteristic(&self) -> [f64; 4] {
         let k = self.stiffness();
@@ -66,21 +65,21 @@ impl DepthDesign {
         ]
     }
 
-    /// Routh's condition: all poles have a negative real part.
+    /// Routh's criterion: whether all poles have a negative real part.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         let [a0, a1, a2, a3] = self.characteristic();
         [a0, a1, a2, a3].iter().all(|a| *a > 0.0) && a1 * a2 > a0 * a3
     }
 
-    /// The `Kpz` below which the loop is stable, rad/ft: `B (k + Me + Kdz k U) / (J k U)`.
+    /// Upper stability bound of `Kpz`, rad/ft: `B (k + Me + Kdz k U) / (J k U)`.
     #[must_use]
     pub fn largest_p(&self) -> f64 {
         let [a0, a1, a2, _] = self.characteristic();
         a1 * a2 / (a0 * self.stiffness() * self.speed)
     }
 
-    /// The `Kdz` above which the loop is stable, rad s/ft: `(J Kpz U / B - 1 - Me / k) / U`.
+    /// Lower stability bound of `Kdz`, rad s/ft: `(J Kpz U / B - 1 - Me / k) / U`.
     #[must_use]
     pub fn smallest_d(&self) -> f64 {
         let [a0, a1, ..] = self.characteristic();
@@ -88,8 +87,7 @@ impl DepthDesign {
         (needed - 1.0 - self.axis.restoring / self.stiffness()) / self.speed
     }
 
-    /// The speed above which the loop is unstable, ft/s: `B (k + Me) / (k (J Kpz - B Kdz))`. `None`
-    /// when it is stable at every speed.
+    /// Speed above which the loop is unstable, ft/s: `B (k + Me) / (k (J Kpz - B Kdz))`. `None` if it is stable at every speed.
     #[must_use]
     pub fn critical_speed(&self) -> Option<f64> {
         let [a0, a1, ..] = self.characteristic();
@@ -98,7 +96,7 @@ impl DepthDesign {
         (excess > 0.0).then(|| a1 * (k + self.axis.restoring) / (k * excess))
     }
 
-    /// `z / z_c` with the derivative of the error.
+    /// Closed loop `z / z_c` with the derivative of the error.
     ///
     /// # Errors
     /// Those of [`TransferFunction::new`].
@@ -107,7 +105,7 @@ impl DepthDesign {
         TransferFunction::new(num.to_vec(), self.characteristic().to_vec())
     }
 
-    /// `z / z_c` with the derivative of the measured depth.
+    /// Closed loop `z / z_c` with the derivative of the measured depth.
     ///
     /// # Errors
     /// Those of [`TransferFunction::new`].
@@ -116,8 +114,7 @@ impl DepthDesign {
         TransferFunction::new(vec![characteristic[3]], characteristic.to_vec())
     }
 
-    /// The damping ratio `-Re s / |s|` of the oscillation: the pair of poles nearest to the imaginary
-    /// axis. `None` when no pole oscillates.
+    /// Damping ratio `-Re s / |s|` of the oscillation: that of the pole pair nearest to the imaginary axis. `None` if all poles are real.
     ///
     /// # Errors
     /// Those of [`TransferFunction::poles`].

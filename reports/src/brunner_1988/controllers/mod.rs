@@ -1,13 +1,13 @@
 //! The controllers of ch. II and program T6: designs, step responses, root loci, numbers.
 //!
-//! - [`axis`]: an axis of the vehicle as a damped inertia; [`pitch`], [`roll`], [`heading`]: its constants.
+//! - [`axis`]: an axis of the vehicle as a damped inertia; [`pitch`], [`roll`], [`heading`]: constants of the axes.
 //! - [`depth`]: the depth loop around the pitch loop: stability, critical speed, closed loop.
-//! - [`program_t6`]: program T6, flown through the controller's loops.
-//! - [`root_loci`], [`time_responses`]: the lost figures.
-//! - [`book`], [`recomputed`]: `data/brunner_1988/controllers.json`, and its numbers computed again.
+//! - [`program_t6`]: program T6, simulated with the controller's loops.
+//! - [`root_loci`], [`time_responses`]: figures missing in the copy.
+//! - [`book`], [`recomputed`]: `data/brunner_1988/controllers.json`, and its recomputed numbers.
 //!
-//! Angles are dive-positive here, as in program T6. Every equation is homogeneous, so any consistent units will do;
-//! the constants are the report's, in feet, pounds-force and seconds.
+//! Angles are positive to dive here, as in program T6. All equations are homogeneous, so any consistent units are valid; the constants are the
+//! report's, in feet, pounds-force and seconds.
 
 use crate::book::{Book, BookError, Recomputed};
 
@@ -23,10 +23,10 @@ pub mod root_loci;
 pub mod time_responses;
 mod values;
 
-/// The report's numbers on the controllers, and its errata.
+/// The report's numbers on controllers, with its errata.
 ///
 /// # Errors
-/// [`BookError`]; a test reads the files that are compiled in.
+/// [`BookError`]; a test reads the compiled-in files.
 pub fn book() -> Result<Book, BookError> {
     Book::parse(
         include_str!("../../../data/brunner_1988/controllers.json"),
@@ -34,7 +34,7 @@ pub fn book() -> Result<Book, BookError> {
     )
 }
 
-/// The numbers as this crate computes them.
+/// The numbers as recomputed by this crate.
 #[must_use]
 pub fn recomputed() -> Recomputed {
     let mut all = book_t6::recomputed();

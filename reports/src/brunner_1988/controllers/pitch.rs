@@ -1,18 +1,17 @@
-//! The pitch loop: proportional with rate feedback (Brunner, NPS thesis, 1988, pp. 9 f. and 19).
+//! Pitch loop: proportional control with rate feedback (Brunner, NPS thesis, 1988, pp. 9 f. and 19).
 //!
 //! ```text
 //!  theta               Kpy Ky
 //! ------- = -----------------------------------
 //! theta_c    J s^2 + (By + Kr Ky) s + Kpy Ky
 //! ```
-//! The report leaves the restoring moment out until p. 48.
+//! The report omits the restoring moment until p. 48.
 
 use planesman_control::gains::PitchModel;
 
 use super::axis::{DampedInertia, Gains};
 
-/// `J = 0.6` ft lbf s^2, `By = 0.06` ft lbf s, `Ky = 0.14` ft lbf/rad (Table 3; `Ky` as program T6
-/// signs it).
+/// Constants `J = 0.6` ft lbf s^2, `By = 0.06` ft lbf s, `Ky = 0.14` ft lbf/rad (Table 3; sign of `Ky` as in program T6).
 pub const AXIS: DampedInertia = DampedInertia {
     inertia: 0.6,
     damping: 0.06,
@@ -20,7 +19,7 @@ pub const AXIS: DampedInertia = DampedInertia {
     restoring: 0.0,
 };
 
-/// `K/J` and `B/J`, the vehicle as the controller's designs take it.
+/// `K/J` and `B/J` of the vehicle, in the form of the controller's design functions.
 #[must_use]
 pub fn model() -> PitchModel {
     PitchModel {
@@ -30,16 +29,16 @@ pub fn model() -> PitchModel {
     }
 }
 
-/// `Me`, the restoring moment for small angles, ft lbf/rad (p. 48).
+/// Restoring moment `Me` for small angles, ft lbf/rad (p. 48).
 pub const RESTORING: f64 = 0.163;
 
-/// `Kpy = 0.7`, `Kr = 2` s: the report's choice (p. 10).
+/// The report's gains `Kpy = 0.7`, `Kr = 2` s (p. 10).
 pub const GAINS: Gains = Gains { p: 0.7, rate: 2.0 };
 
-/// The effective damping of the second choice, ft lbf s (p. 19).
+/// Effective damping of the second design, ft lbf s (p. 19).
 pub const MORE_DAMPING: f64 = 0.72;
 
-/// The pitch error at which a vehicle at rest has its planes at `plane_limit`, in the limit's unit.
+/// Pitch error at which the planes of a vehicle at rest reach `plane_limit`, in the limit's unit.
 #[must_use]
 pub fn error_at_plane_limit(p: f64, plane_limit: f64) -> f64 {
     plane_limit / p

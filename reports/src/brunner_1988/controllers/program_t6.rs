@@ -1,5 +1,5 @@
-//! Program T6 (Brunner, NPS thesis, 1988, App. C, p. 132): the depth controller on the damped-inertia
-//! plant, flown through the controller's own [`DepthLoop`] and [`PitchLoop`].
+//! Program T6 (Brunner, NPS thesis, 1988, App. C, p. 132): the depth controller with the damped-inertia plant, simulated with the controller's
+//! own [`DepthLoop`] and [`PitchLoop`].
 //!
 //! ```text
 //! J T'' = Ky delta - By T' - Me sin T      T: pitch, dive-positive; Me = 0 in the program
@@ -7,9 +7,8 @@
 //! J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, U = 1 ft/s
 //! Kpz = 0.25 rad/ft, Kpy = 0.7, Kr = 2 s
 //! ```
-//! The loops work in SI with pitch bow-up positive; the world here is the program's with `theta = -T`.
-//! The integrator is the classical fourth-order Runge-Kutta, every [`STEP`]. The program codes no
-//! limits; the report states them in prose.
+//! The loops use SI with pitch positive bow up; the plant is the program's with `theta = -T`. The integrator is the classical fourth-order
+//! Runge-Kutta method with steps of [`STEP`]. The program has no limits; the report states them in the text.
 
 use planesman_control::{DepthLoop, Limit, LimitError, PitchLoop};
 use planesman_linear::runge_kutta_step;
@@ -18,41 +17,41 @@ use planesman_units::FOOT;
 use super::axis::DampedInertia;
 use super::pitch::{AXIS, GAINS};
 
-/// Time between samples, s.
+/// Integration step, s.
 pub const STEP: f64 = 0.005;
-/// The duration of the program, s.
+/// Duration of the program, s.
 pub const DURATION: f64 = 50.0;
 /// `Kpz`, rad/ft.
 pub const DEPTH_GAIN: f64 = 0.25;
-/// The report's limit on the pitch command, deg.
+/// Limit of the pitch command in the report, deg.
 pub const PITCH_LIMIT: f64 = 45.0;
-/// The report's limit on the planes, deg.
+/// Limit of the plane angle in the report, deg.
 pub const PLANE_LIMIT: f64 = 30.0;
 
-/// Where the vehicle is, in the controller's frame.
+/// State of the vehicle, in the controller's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Pitch, rad, bow up.
+    /// Pitch, rad, positive bow up.
     pub pitch: f64,
-    /// Pitch rate, rad/s, bow up.
+    /// Pitch rate, rad/s, positive bow up.
     pub pitch_rate: f64,
-    /// Depth, m, down.
+    /// Depth, m, positive down.
     pub depth: f64,
 }
 
-/// The program's vehicle: a damped inertia that moves in the direction it points.
+/// The program's vehicle: a damped inertia whose path follows its pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// The vehicle in pitch.
+    /// Pitch dynamics.
     pub axis: DampedInertia,
     /// `U`, m/s.
     pub speed: f64,
-    /// `z' = U T`.
+    /// Whether `z' = U T` is used for `z' = U sin T`.
     pub small_angles: bool,
 }
 
 impl Default for Plant {
-    /// As the program has it.
+    /// As in the program.
     fn default() -> Self {
         Self {
             axis: AXIS,
@@ -63,7 +62,7 @@ impl Default for Plant {
 }
 
 impl Plant {
-    /// `z'`, m/s down.
+    /// Depth rate `z'`, m/s, positive down.
     #[must_use]
     pub fn depth_rate(&self, motion: &Motion) -> f64 {
         match self.small_angles {
@@ -72,8 +71,7 @@ impl Plant {
         }
     }
 
-    /// The motion `dt` seconds later, under the dive-positive plane angle (rad) that `planes` gives at
-    /// each stage.
+    /// State after `dt` seconds; `planes` returns the plane angle (rad, positive to dive) at each stage.
     #[must_use]
     pub fn after(&self, motion: Motion, dt: f64, planes: impl Fn(&Motion) -> f64) -> Motion {
         let state = [motion.pitch, motion.pitch_rate, motion.depth];
@@ -95,24 +93,23 @@ impl Plant {
     }
 }
 
-/// The program with its choices.
+/// The program with its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Program {
-    /// `ZC`, ft.
+    /// Depth setpoint `ZC`, ft.
     pub setpoint: f64,
-    /// `Kdz`, rad s/ft.
+    /// Derivative gain `Kdz`, rad s/ft.
     pub derivative: f64,
-    /// The limits of the report's prose are there.
+    /// Whether the limits stated in the text are applied.
     pub limited: bool,
-    /// `DERIV` sees the setpoint's step as an impulse, which leaves the vehicle pitching at
-    /// `T' = Ky Kpy Kdz ZC / J`.
+    /// Whether `DERIV` differentiates the setpoint's step as an impulse, after which the vehicle pitches at `T' = Ky Kpy Kdz ZC / J`.
     pub impulse: bool,
-    /// `z' = U T`.
+    /// Whether `z' = U T` is used.
     pub small_angles: bool,
 }
 
 impl Program {
-    /// The program as coded, for a setpoint in ft and a `Kdz` in rad s/ft.
+    /// The program as coded, with a setpoint in ft and a `Kdz` in rad s/ft.
     #[must_use]
     pub fn new(setpoint: f64, derivative: f64) -> Self {
         Self {
@@ -131,7 +128,7 @@ impl Program {
         }
     }
 
-    /// Flies the program over [`DURATION`].
+    /// Simulates the program over [`DURATION`].
     ///
     /// # Errors
     /// Those of [`Limit::new`].
@@ -156,7 +153,7 @@ impl Program {
         })
     }
 
-    /// The first command: the loops' answer to the step of the setpoint, the vehicle at rest.
+    /// First command after the setpoint's step, with the vehicle at rest.
     ///
     /// # Errors
     /// Those of [`Limit::new`].
@@ -164,7 +161,7 @@ impl Program {
         self.command(Motion::default())
     }
 
-    /// The loops' command at a motion.
+    /// Command of the loops for a state.
     ///
     /// # Errors
     /// Those of [`Limit::new`].
@@ -174,16 +171,16 @@ impl Program {
     }
 }
 
-/// The loops' command.
+/// Command of the loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    /// `TC`, rad, dive-positive.
+    /// Pitch command `TC`, rad, positive to dive.
     pub dive_angle: f64,
-    /// `DEL`, rad, dive-positive.
+    /// Plane command `DEL`, rad, positive to dive.
     pub planes: f64,
 }
 
-/// Both loops and the planes' limit.
+/// Both loops with the planes' limit.
 struct Law {
     setpoint: f64,
     depth: DepthLoop,
@@ -228,7 +225,7 @@ impl Law {
     }
 }
 
-/// The program flown: a motion every [`STEP`].
+/// Result of a simulation: a state every [`STEP`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     setpoint: f64,
@@ -236,45 +233,45 @@ pub struct Track {
 }
 
 impl Track {
-    /// The depth at the sample nearest to `time` (s), ft.
+    /// Depth at the sample nearest to `time` (s), ft.
     #[must_use]
     pub fn depth(&self, time: f64) -> f64 {
         self.motion(time).depth / FOOT
     }
 
-    /// `T` at the sample nearest to `time` (s), deg, dive-positive.
+    /// `T` at the sample nearest to `time` (s), deg, positive to dive.
     #[must_use]
     pub fn dive_angle(&self, time: f64) -> f64 {
         -self.motion(time).pitch.to_degrees()
     }
 
-    /// The largest `T`, deg.
+    /// Largest `T`, deg.
     #[must_use]
     pub fn largest_dive_angle(&self) -> f64 {
         let angles = self.motions.iter().map(|m| -m.pitch.to_degrees());
         angles.fold(f64::MIN, f64::max)
     }
 
-    /// The largest depth beyond the setpoint, in percent of it; below zero when it is not reached.
+    /// Overshoot of the depth, percent of the setpoint; negative if the setpoint is not reached.
     #[must_use]
     pub fn overshoot(&self) -> f64 {
         100.0 * (self.shares().fold(f64::MIN, f64::max) - 1.0)
     }
 
-    /// The first sample's time at which this share of the setpoint is reached, s.
+    /// Time of the first sample at which this fraction of the setpoint is reached, s.
     #[must_use]
     pub fn reached(&self, share: f64) -> Option<f64> {
         let index = self.shares().position(|s| s >= share)?;
         Some(index as f64 * STEP)
     }
 
-    /// The first maximum of the depth: its time (s), and the depth as a share of the setpoint.
+    /// First maximum of the depth: time (s), and depth as a fraction of the setpoint.
     #[must_use]
     pub fn first_maximum(&self) -> Option<(f64, f64)> {
         self.turn(0, |before, now, after| before < now && now >= after)
     }
 
-    /// The first minimum after the first maximum, likewise.
+    /// First minimum of the depth after the first maximum: time (s), and depth as a fraction of the setpoint.
     #[must_use]
     pub fn first_dip(&self) -> Option<(f64, f64)> {
         let (time, _) = self.first_maximum()?;
@@ -283,7 +280,7 @@ impl Track {
         })
     }
 
-    /// The largest deviation from the setpoint from `time` on, in percent of the setpoint.
+    /// Largest deviation from the setpoint after `time`, percent of the setpoint.
     #[must_use]
     pub fn deviation_since(&self, time: f64) -> f64 {
         let deviations = self
@@ -299,7 +296,7 @@ impl Track {
             .map(|m| m.depth / (self.setpoint * FOOT))
     }
 
-    /// The first sample after `from` that stands to its neighbours as `is_turn` says.
+    /// First sample after `from` for which `is_turn` of its neighbours and itself is true.
     fn turn(&self, from: usize, is_turn: impl Fn(f64, f64, f64) -> bool) -> Option<(f64, f64)> {
         let shares: Vec<f64> = self.shares().collect();
         let after = shares[from..]
@@ -313,7 +310,7 @@ impl Track {
         ((time / STEP).round() as usize).min(self.motions.len() - 1)
     }
 
-    /// The motion at the sample nearest to `time` (s).
+    /// State at the sample nearest to `time` (s).
     #[must_use]
     pub fn motion(&self, time: f64) -> Motion {
         self.motions[self.index(time)]

@@ -1,4 +1,4 @@
-//! The root loci of Figs. 5 to 10, 13, 14, 17, 20 and 21 (Brunner 1988, ch. II).
+//! Root loci of Figs. 5 to 10, 13, 14, 17, 20 and 21 (Brunner 1988, ch. II).
 
 use std::borrow::Cow;
 
@@ -10,18 +10,17 @@ use super::axis::{DampedInertia, Gains};
 use super::depth::DepthDesign;
 use super::{heading, pitch, roll};
 
-/// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
+/// `B` \[ft lbf s\] with rate feedback gains of 2 and 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
 
-/// The varied quantity of a locus and its last value: \[s\] or \[ft/s\].
+/// The varied quantity of a locus, with its last value: \[s\] or \[ft/s\].
 #[derive(Clone, Copy)]
 enum Varied {
     DerivativeGain(f64),
     Speed(f64),
 }
 
-/// A locus of the depth loop: the figure's number, `Kpz`, what is fixed of `Kdz` and `U` \[ft/s\], what varies,
-/// which of [`DAMPING`], and a note.
+/// A locus of the depth loop: figure number, `Kpz`, fixed value of `Kdz` or `U` \[ft/s\], varied quantity, index into [`DAMPING`], and a note.
 type DepthLocus = (u8, f64, f64, Varied, usize, &'static str);
 
 const DEPTH_LOCI: [DepthLocus; 9] = {
@@ -34,7 +33,7 @@ const DEPTH_LOCI: [DepthLocus; 9] = {
             1.0,
             DerivativeGain(100.0),
             0,
-            "Needs Kdz above 0.765 to be stable.",
+            "Stable only for Kdz above 0.765.",
         ),
         (7, 0.5, 0.5, DerivativeGain(100.0), 0, ""),
         (8, 0.5, 1.0, DerivativeGain(100.0), 0, ""),
@@ -44,7 +43,7 @@ const DEPTH_LOCI: [DepthLocus; 9] = {
             1.0,
             DerivativeGain(100.0),
             0,
-            "Kdz = 0.5 has a damping ratio of 0.39.",
+            "For Kdz = 0.5 the damping ratio is 0.39.",
         ),
         (10, 0.25, 0.5, Speed(20.0), 0, ""),
         (
@@ -75,10 +74,10 @@ fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
     design.characteristic().to_vec()
 }
 
-/// Every locus of the report.
+/// All root loci of the report.
 ///
 /// # Errors
-/// [`Error`] when a polynomial's roots are not found.
+/// [`Error`] if roots of a polynomial cannot be found.
 pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
     let mut figures = DEPTH_LOCI
         .into_iter()
@@ -98,7 +97,7 @@ pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
             "Kdx",
             of_rate_gain(roll, roll::GAINS.p)?,
         )
-        .note("The vehicle's own restoring moment is 0.163 ft lbf (E17)."),
+        .note("The actual restoring moment of the vehicle is 0.163 ft lbf/rad (E17)."),
     );
     figures.push(figure(
         "Fig. 21: heading, Kpy = 1, Kdy from 0 to 20",
@@ -130,14 +129,14 @@ fn depth_locus((number, kpz, fixed, varied, b, note): DepthLocus) -> Result<Plot
     .note(note))
 }
 
-/// Where the poles begin, go and end while a value runs from 0 to `last`: each pole with the value.
+/// A root locus from 0 to `last`: first poles, last poles, and each pole with its value.
 struct Locus {
     first: Poles,
     between: Poles,
     last: Poles,
 }
 
-/// Poles with the value of what varies.
+/// Poles with the value of the varied quantity.
 type Poles = Vec<(Complex<f64>, f64)>;
 
 fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error> {

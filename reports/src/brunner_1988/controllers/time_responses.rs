@@ -1,9 +1,7 @@
-//! The time responses of the depth loop: Figs. 11, 12, 15 and 16 (Brunner 1988, pp. 19 f.) and C2 to C9
-//! (p. 47 f., program T6).
+//! Time responses of the depth loop: Figs. 11, 12, 15 and 16 (Brunner 1988, pp. 19 f.) and C2 to C9 (p. 47 f., program T6).
 //!
-//! The first four are of the linear loop after a step of three feet, its derivative that of the error; the others
-//! program T6's output for four derivative gains. That the four are 0.25, 0.5, 0.6 and 1.0 is a reading: the
-//! report names the first, the last and the best.
+//! The first four are step responses of the linear loop to three feet, with the derivative of the error. The others are the output of program T6
+//! for four derivative gains. The values 0.25, 0.5, 0.6 and 1.0 are assumed: the report states only the first, the last and the best.
 
 use crate::book::ReportError;
 use planesman_control::LimitError;
@@ -17,48 +15,48 @@ use super::depth::DepthDesign;
 use super::pitch;
 use super::program_t6::{self as t6, Program};
 
-/// The step of Figs. 11 to 16, ft.
+/// Setpoint step of Figs. 11 to 16, ft.
 const STEP: f64 = 3.0;
-/// Their duration, s.
+/// Duration of these figures, s.
 const DURATION: f64 = 50.0;
-/// Between two drawn points, s.
+/// Time between two plotted points, s.
 const INTERVAL: f64 = 0.1;
-/// The setpoint of Figs. C2 to C9, ft: that of the listing, p. 132.
+/// Setpoint of Figs. C2 to C9, ft, from the listing on p. 132.
 const SETPOINT: f64 = 5.0;
 
-/// The figures of the linear loop: number, `Kdz`, `U` \[ft/s\], `B` \[ft lbf s\], and a note.
+/// Figures of the linear loop: number, `Kdz`, `U` \[ft/s\], `B` \[ft lbf s\], and a note.
 const STEPS: [(u8, f64, f64, f64, &str); 4] = [
     (
         11,
         5.0,
         1.0,
         0.34,
-        "Overshoot 22 %, within 2 % after 47 s: a larger derivative gain does not settle sooner (E20). The list of figures has Kdz = 5.",
+        "Overshoot 22 %, settling to 2 % in 47 s: a larger derivative gain does not settle sooner (E20). The list of figures gives Kdz = 5.",
     ),
     (
         12,
         0.5,
         1.0,
         0.34,
-        "Overshoot 8.7 %, within 2 % after 21 s. The list of figures has Kdz = 0.5.",
+        "Overshoot 8.7 %, settling to 2 % in 21 s. The list of figures gives Kdz = 0.5.",
     ),
     (
         15,
         1.5,
         1.0,
         pitch::MORE_DAMPING,
-        "No overshoot to speak of: 0.5 %.",
+        "Negligible overshoot (0.5 %).",
     ),
     (16, 1.5, 3.0, pitch::MORE_DAMPING, "Some overshoot: 10 %."),
 ];
 
-/// The figures of program T6, two for each `Kdz`: the number of the first, and the gain.
+/// Figures of program T6, two for each `Kdz`: number of the first, and gain.
 const PROGRAMS: [(u8, f64); 4] = [(2, 0.25), (4, 0.5), (6, 0.6), (8, 1.0)];
 
-/// Every time response of the controllers.
+/// All time responses of the controllers.
 ///
 /// # Errors
-/// A response that overflows, or a program that cannot be flown.
+/// A response that overflows, or an error of a simulation.
 pub fn figures() -> Result<Vec<Plot<'static>>, ReportError> {
     let mut figures = Vec::new();
     for (number, derivative, speed, damping, note) in STEPS {
@@ -82,13 +80,13 @@ pub fn figures() -> Result<Vec<Plot<'static>>, ReportError> {
     Ok(figures)
 }
 
-/// The depth after a step of [`STEP`] at zero, ft over s.
+/// Depth after a setpoint step of [`STEP`] from zero, ft over s.
 fn step_of(design: &DepthDesign) -> Result<Vec<(f64, f64)>, Error> {
     let response = step::samples(&design.closed_loop_of_error_rate()?, INTERVAL, DURATION)?;
     Ok(response.into_iter().map(|(t, z)| (t, STEP * z)).collect())
 }
 
-/// Depth and angles of program T6: Fig. C`number` and the next.
+/// Depth and angles of program T6: Fig. C`number` and the next one.
 fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2], LimitError> {
     let program = Program::new(SETPOINT, derivative);
     let track = program.fly()?;
@@ -102,10 +100,14 @@ fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2], LimitEr
         commanded(time).map_or(f64::NAN, |command| of(&command).to_degrees())
     };
     let title = |number: u8, what| format!("Fig. C{number}: Kdz = {derivative}, {what}");
-    let depth = depth_figure(title(number, "depth"), SETPOINT, over_time(&|t| track.depth(t)))
-        .note("Program T6 as listed: no limits, so that the planes are asked for 50 degrees at first (E9).");
+    let depth = depth_figure(
+        title(number, "depth"),
+        SETPOINT,
+        over_time(&|t| track.depth(t)),
+    )
+    .note("Program T6 as listed, without limits: the first plane command is 50 degrees (E9).");
     let angles = Plot::new(title(number + 1, "angles"), [TIME, "angle [deg], bow down"])
-        .note("Dive positive, as the program has it.")
+        .note("Positive to dive, as in the program.")
         .from_zero()
         .line("pitch", over_time(&|t| track.dive_angle(t)))
         .dashed(

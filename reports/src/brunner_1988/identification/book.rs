@@ -1,23 +1,22 @@
-//! Table 9 of Brunner 1988 (pp. 97-99): the models identified from runs 7/3 to 9/2, gone
-//! through again.
+//! Recomputed numbers of Table 9 of Brunner 1988 (pp. 97-99): models identified from runs 7/3 to 9/2.
 //!
-//! The table prints each model twice, as coefficients and as roots in z:
+//! The table prints each model twice, by its coefficients and by its roots in z:
 //!
 //! ```text
 //!    b1 z^(n-1) + ... + bn
 //! ---------------------------,   volts over volts, T = 0.05 s
 //! z^n + a1 z^(n-1) + ... + an
 //! ```
-//! From the coefficients follow roots, their places `s = ln(z) / T`, zeros and steady-state gain. Beside
-//! the second-order models of pitch rate stands the theory without restoring moment:
+//! The coefficients give roots, poles `s = ln(z) / T`, zeros and steady-state gain. For the second-order models of pitch rate the table also has
+//! the theory without restoring moment:
 //!
 //! ```text
 //!   q          M'delta U^2
 //! ----- = Cf1 -------------
 //! delta        J s - M'q U
 //! ```
-//! `data/brunner_1988/identification.json` names them `Tab9.RUN.MODEL.QUANTITY`. The model is `qd` (pitch rate
-//! over plane angle), `zq` (depth over pitch rate) or `zd` (depth over plane angle) with its order.
+//! `data/brunner_1988/identification.json` names the entries `Tab9.RUN.MODEL.QUANTITY`. The model is `qd` (pitch rate over plane angle), `zq`
+//! (depth over pitch rate) or `zd` (depth over plane angle), followed by its order.
 
 use std::sync::LazyLock;
 
@@ -28,25 +27,25 @@ use planesman_linear::{Complex, ComplexFunctions as _, Domain, TransferFunction,
 const ENTRIES: &str = include_str!("../../../data/brunner_1988/identification.json");
 const ERRATA: &str = include_str!("../../../data/brunner_1988/errata.json");
 
-/// The runs' sampling interval, s (p. 97).
+/// Sampling interval of the runs, s (p. 97).
 const SAMPLE_TIME: f64 = 0.05;
 
-/// The table counts in steps of this.
+/// Resolution of the printed coefficients.
 const LAST_DIGIT: f64 = 1e-4;
 
-/// The book for as long as the program runs, so that values may borrow the entries' names.
+/// The book in a static variable, so that values may borrow the entries' names.
 static BOOK: LazyLock<Option<Book>> = LazyLock::new(|| book().ok());
 
-/// The report's numbers of Table 9, and its errata.
+/// Numbers of Table 9, with the errata.
 ///
 /// # Errors
-/// [`BookError`]; a test reads the file that is compiled in.
+/// [`BookError`]; a test reads the compiled-in file.
 pub fn book() -> Result<Book, BookError> {
     Book::parse(ENTRIES, ERRATA)
 }
 
-/// The numbers of Table 9 computed again: name and value, in the entry's unit. Coefficients come
-/// from records that are lost: they are computed again only where the roots contradict them.
+/// Recomputed numbers of Table 9: name and value, in the entry's unit. The coefficients came from records that are lost; they are recomputed
+/// only where the printed roots contradict them.
 #[must_use]
 pub fn recomputed() -> Vec<(&'static str, f64)> {
     BOOK.iter()
@@ -58,8 +57,8 @@ pub fn recomputed() -> Vec<(&'static str, f64)> {
         .collect()
 }
 
-/// The model that Table 9 prints of a run (`7/3` and so on): `qd2`, `qd3`, `zq2`, `zq4` or `zd4`; `None` where it
-/// prints none. A misprinted coefficient is the one that the printed roots imply.
+/// The model of a run (such as `7/3`) in Table 9: `qd2`, `qd3`, `zq2`, `zq4` or `zd4`; `None` if not printed. A misprinted coefficient is replaced by
+/// the one that the printed roots imply.
 #[must_use]
 pub fn table_9(run: &str, model: &str) -> Option<Model> {
     let book = BOOK.as_ref()?;
@@ -81,8 +80,7 @@ struct Row<'b> {
 }
 
 impl<'b> Row<'b> {
-    /// The row in which the entry `id` stands, and the entry's name in it; `None` for what belongs
-    /// to no single model.
+    /// The row of the entry `id`, and the entry's name within the row; `None` for an entry that does not belong to one model.
     fn of(book: &'b Book, id: &'b str) -> Option<(Self, &'b str)> {
         let mut dots = id.match_indices('.').map(|(at, _)| at).skip(1);
         let (run, name) = (dots.next()?, dots.next()?);
@@ -98,14 +96,14 @@ impl<'b> Row<'b> {
         self.book.printed(&format!("{}.{quantity}", self.name))
     }
 
-    /// Whether the printed roots contradict the printed `a`, counted from 1.
+    /// Whether the printed roots contradict the printed `a` number `i`, from 1.
     fn is_misprinted(&self, i: usize) -> bool {
         let corrected = format!("{}.a{i}_corrected", self.name);
         self.book.entry(&corrected).is_some()
     }
 
-    /// The model of the printed coefficients. A misprinted one is taken from the printed roots, to
-    /// the digits of the table; a numerator shorter than the model's order begins with zeros.
+    /// The model of the printed coefficients. A misprinted one is computed from the printed roots, rounded as in the table; a numerator shorter than
+    /// the model's order is padded with leading zeros.
     fn model(&self) -> Option<Model> {
         let printed: Vec<f64> = (1..)
             .map_while(|i| self.printed(&format!("a{i}")))
@@ -132,7 +130,7 @@ impl<'b> Row<'b> {
         })
     }
 
-    /// `a`, counted from 1, of the polynomial with the printed roots.
+    /// Coefficient `a` number `i`, from 1, of the polynomial with the printed roots.
     fn implied_by_roots(&self, order: usize, i: usize) -> Option<f64> {
         let roots = (1..=order)
             .map(|k| {
@@ -145,8 +143,7 @@ impl<'b> Row<'b> {
         Some((a / LAST_DIGIT).round() * LAST_DIGIT)
     }
 
-    /// Pitch rate over plane angle without restoring moment, in s, counted positive in the
-    /// polarity of the records.
+    /// Transfer function from plane angle to pitch rate without restoring moment, in s, with the polarity of the records.
     fn theory(&self) -> Option<TransferFunction> {
         let of_report = |name: &str| self.book.printed(&format!("Tab9.theory.{name}"));
         let speed = self.book.printed(&format!("{}.U", self.run))?;
@@ -155,7 +152,7 @@ impl<'b> Row<'b> {
         TransferFunction::new(vec![gain], vec![of_report("J")?, damping]).ok()
     }
 
-    /// The value of `quantity`; `None` for one that is not computed.
+    /// Value of `quantity`; `None` if it is not computed.
     fn value(&self, quantity: &str) -> Option<f64> {
         let model = self.model()?;
         match quantity {
@@ -168,7 +165,7 @@ impl<'b> Row<'b> {
         }
     }
 
-    /// The same for `a1`, `a1_corrected`, `root1.re`, `s1.im`, `zero1.re` and so on.
+    /// As `value`, for `a1`, `a1_corrected`, `root1.re`, `s1.im`, `zero1.re` and so on.
     fn numbered_value(&self, model: &Model, quantity: &str) -> Option<f64> {
         let (numbered, part) = quantity.split_once('.').unwrap_or((quantity, ""));
         let numbered = numbered.strip_suffix("_corrected").unwrap_or(numbered);

@@ -1,9 +1,8 @@
-//! Figs. 45 to 56: the fits to the runs and the inputs they were made to (Brunner 1988, pp. 99-113), on synthetic
-//! records: those of the report are lost. Abscissa is the number of sampling periods (p. 97), ordinates are volts.
+//! Figs. 45 to 56: fits to the runs, and their inputs (Brunner 1988, pp. 99-113). The report's records are lost, so synthetic records are used. The
+//! x axis is the number of sampling periods (p. 97), the y axis is in volts.
 //!
-//! The contents of each figure are known from the text: curve 1 is the record, 2 and 3 are fits, and curve 4 of Fig. 53 is
-//! depth as it follows the plane command. That the prediction of second order is drawn is said of Fig. 45; here
-//! Table 8 stands beside every fit.
+//! The contents of the figures are known from the text: curve 1 is the record, 2 and 3 are fits, and curve 4 of Fig. 53 is the depth predicted from
+//! the plane command. The text mentions a second-order prediction only for Fig. 45; here the prediction of Table 8 is drawn with every fit.
 
 use planesman_identification::IdentificationError;
 use planesman_show::plot::{Plot, Style};
@@ -12,32 +11,32 @@ use super::procedure::{Comparison, Detrend, Identification};
 use super::procedure_text::{Relation, nearness, roots};
 use super::synthetic::Run;
 
-/// A model that runs away is drawn to so many times the largest of the record.
+/// A diverging model is drawn up to this multiple of the record's largest value.
 const RUNS_AWAY: f64 = 3.0;
 
-/// Every figure, in the report's order.
+/// All figures, in the report's order.
 ///
 /// # Errors
-/// When a fit cannot be made.
+/// A fit fails.
 pub fn figures() -> Result<Vec<Plot<'static>>, IdentificationError> {
     use Run::{EightOne, NineOne, NineTwo, SevenFive, SevenThree};
     Ok(vec![
         rate(45, SevenThree, "Four short pulses.")?,
         planes(46, SevenThree, "UD: detrended."),
         rate(47, SevenFive, "A square wave.")?,
-        planes(48, SevenFive, "Y4: made to begin at zero."),
+        planes(48, SevenFive, "Y4: shifted to begin at zero."),
         rate(49, EightOne, "The report calls this fit excellent.")?,
         depth(50, EightOne)?,
         planes(51, EightOne, "Y4."),
         rate(52, NineOne, "Two pulses.")?,
         depth(53, NineOne)?,
-        planes(54, NineOne, "Y4 with its bias offset removed."),
+        planes(54, NineOne, "Y4 with its offset removed."),
         rate(
             55,
             NineTwo,
-            "A rapid sinusoid; a good fit here says only that gain and phase at 1.25 Hz match.",
+            "A fast sinusoid: a good fit shows only that gain and phase match at 1.25 Hz.",
         )?,
-        planes(56, NineTwo, "The command that drives Fig. 55."),
+        planes(56, NineTwo, "The input of Fig. 55."),
     ])
 }
 
@@ -68,7 +67,7 @@ fn rate(number: u8, run: Run, note: &str) -> Result<Plot<'static>, Identificatio
     Drawing::of(plot, &identified).predictions(Relation::PitchRate, run, note)
 }
 
-/// Depth from pitch rate, and in Fig. 53 from the plane command too.
+/// Depth fitted to pitch rate, in Fig. 53 also to the plane command.
 fn depth(number: u8, run: Run) -> Result<Plot<'static>, IdentificationError> {
     let plot = figure(number, run, "depth (synthetic)", "depth cell [V]");
     let mut identified = Relation::Depth.identify(run)?;
@@ -86,11 +85,11 @@ fn depth(number: u8, run: Run) -> Result<Plot<'static>, IdentificationError> {
     drawing.predictions(
         Relation::Depth,
         run,
-        "The synthetic depth is the pitch rate integrated as Table 8's second order has it: what that prediction errs by is the bias that detrending leaves in the gyro, integrated twice.",
+        "The synthetic depth is the pitch rate integrated by Table 8's second-order model. The error of that prediction is the gyro bias left by detrending, integrated twice.",
     )
 }
 
-/// A figure that grows curve by curve, and what is said of each.
+/// A figure under construction, with its note.
 struct Drawing<'i> {
     identified: &'i Identification,
     plot: Plot<'static>,
@@ -127,7 +126,7 @@ impl<'i> Drawing<'i> {
         self.plot = plot.with(style, name, within);
     }
 
-    /// With what Table 8 predicts: the finished figure.
+    /// Adds the predictions of Table 8.
     fn predictions(
         mut self,
         relation: Relation,

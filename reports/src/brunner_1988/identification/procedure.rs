@@ -1,13 +1,13 @@
-//! The thesis' procedure, step by step, as printed (Brunner 1988, p. 94 f.).
+//! The thesis's identification procedure, step by step, as printed (Brunner 1988, p. 94 f.).
 //!
 //! > 1) Load the data file for the particular run of interest. 2) Detrend data as necessary. 3) Enter the
 //! > order of the transfer function numerator and denominator. 4) Perform recursive-least-squares (RLS) fit
 //! > of the data. 5) With the computer generated transfer function, simulate the model's response to the
 //! > input data. 6) Compare actual response to simulated response.
 //!
-//! Detrended are: the gyro, whose mean should be zero (p. 95); in run 7/3 the plane command too, and of run
-//! 9/1's plane command the offset (p. 99 f.); run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth never.
-//! The records are lost: the procedure is run here on [`super::synthetic`] ones.
+//! The thesis detrends the gyro, whose mean should be zero (p. 95), the plane command of run 7/3, and the offset of run 9/1's plane command (p. 99
+//! f.). Run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth is never detrended. The records are lost; here the procedure uses
+//! [`super::synthetic`] ones.
 
 use planesman_identification::{
     IdentificationError, Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated,
@@ -16,22 +16,22 @@ use planesman_identification::{
 
 use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 
-/// Covariance before the first row: large, as such programs begin with.
+/// Initial covariance of the recursive least squares: large, as usual.
 const INITIAL_COVARIANCE: f64 = 1e6;
 
-/// Step 2: what is subtracted from a signal.
+/// Step 2: the trend to subtract from a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detrend {
-    /// Nothing.
+    /// No trend.
     Nothing,
-    /// Its mean.
+    /// The mean.
     Mean,
-    /// Its first value.
+    /// The first value.
     Beginning,
 }
 
 impl Detrend {
-    /// The thesis' detrending of a run's gyro.
+    /// The thesis's detrending of a run's gyro.
     #[must_use]
     pub fn of_gyro(run: Run) -> Self {
         match run {
@@ -40,7 +40,7 @@ impl Detrend {
         }
     }
 
-    /// The thesis' detrending of a run's plane command.
+    /// The thesis's detrending of a run's plane command.
     #[must_use]
     pub fn of_planes(run: Run) -> Self {
         match run {
@@ -50,7 +50,7 @@ impl Detrend {
         }
     }
 
-    /// The signal without it.
+    /// Subtracts the trend from a signal.
     #[must_use]
     pub fn apply(self, mut values: Vec<f64>) -> Prepared {
         let level = match self {
@@ -72,25 +72,25 @@ impl Detrend {
 /// A signal after step 2.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// The kind of trend subtracted.
+    /// Kind of the subtracted trend.
     pub detrend: Detrend,
-    /// The value subtracted, V.
+    /// Subtracted value, V.
     pub subtracted: f64,
-    /// The signal without it, V.
+    /// Signal after subtraction, V.
     pub values: Vec<f64>,
 }
 
-/// Step 3: the orders of numerator and denominator.
+/// Step 3: orders of numerator and denominator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orders {
-    /// The degree of the numerator, below that of the denominator.
+    /// Degree of the numerator, below that of the denominator.
     pub numerator: usize,
-    /// The degree of the denominator: the order of the model.
+    /// Degree of the denominator: the model order.
     pub denominator: usize,
 }
 
 impl Orders {
-    /// The largest numerator for a denominator, as in Table 9 but for depth over planes.
+    /// The largest numerator for a denominator, as in Table 9, except for depth over planes.
     #[must_use]
     pub fn of(denominator: usize) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl Orders {
         }
     }
 
-    /// Step 4: the fit of the data.
+    /// Step 4: fits the data.
     fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, IdentificationError> {
         let order = self.denominator;
         let shape = Shape {
@@ -121,32 +121,32 @@ impl Orders {
     }
 }
 
-/// Steps 5 and 6 for a model.
+/// Result of steps 5 and 6 for a model.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The model.
     pub model: Model,
-    /// Its response to the input from rest, V.
+    /// Response to the input from rest, V.
     pub simulated: Vec<f64>,
-    /// How near it comes, `100 (1 - |y - yhat| / |y - mean y|)` %; `None` when it overflows.
+    /// Fit, `100 (1 - |y - yhat| / |y - mean y|)` %; `None` if it overflows.
     pub fit: Option<f64>,
-    /// The root of the mean squared difference, V.
+    /// Root mean square of the error, V.
     pub rms: f64,
 }
 
-/// Two signals of a run, prepared, and what comes of fitting the one to the other.
+/// Two detrended signals of a run, and the models fitted to them.
 #[derive(Clone, Debug)]
 pub struct Identification {
     /// The input.
     pub input: Prepared,
     /// The output.
     pub output: Prepared,
-    /// The fitted models, in the order asked for.
+    /// Fitted models, in the requested order.
     pub models: Vec<(Orders, Comparison)>,
 }
 
 impl Identification {
-    /// Steps 3 to 6.
+    /// Performs steps 3 to 6.
     ///
     /// # Errors
     /// As [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
@@ -169,7 +169,7 @@ impl Identification {
         Ok(identification)
     }
 
-    /// Steps 1 to 6 for the pitch rate that follows a run's plane command, second and third order.
+    /// Performs steps 1 to 6 for plane command to pitch rate, second and third order.
     ///
     /// # Errors
     /// As [`Identification::of`].
@@ -181,7 +181,7 @@ impl Identification {
         )
     }
 
-    /// The same for the depth that follows a run's pitch rate.
+    /// Performs steps 1 to 6 for pitch rate to depth.
     ///
     /// # Errors
     /// As [`Identification::of`].
@@ -193,7 +193,7 @@ impl Identification {
         )
     }
 
-    /// The same for the depth that follows a run's plane command, as Table 9 has it: first order over fourth.
+    /// Performs steps 1 to 6 for plane command to depth, with the orders of Table 9: first over fourth.
     ///
     /// # Errors
     /// As [`Identification::of`].
@@ -208,7 +208,7 @@ impl Identification {
         )
     }
 
-    /// Steps 5 and 6 for any model, one that was predicted for instance.
+    /// Performs steps 5 and 6 for any model, for example a predicted one.
     #[must_use]
     pub fn compare(&self, model: Model) -> Comparison {
         let (inputs, outputs) = (self.inputs(), &self.output.values);
@@ -227,14 +227,14 @@ impl Identification {
     }
 }
 
-/// Step 1, in place of the lost file: the run's gyro, V.
+/// Step 1, replacing the lost file: the run's gyro signal, V.
 #[must_use]
 pub fn pitch_rate(run: Run) -> Vec<f64> {
     run.measured(GYRO_SEED, NOISE, BIAS)
 }
 
-/// The run's depth cell, V above its value where the run begins: the pitch rate integrated twice at the run's
-/// speed (Table 8, second order), with the gyro's level of noise.
+/// The run's depth signal, V above its initial value: the pitch rate integrated twice at the run's speed (Table 8, second order), with noise of the
+/// gyro's level.
 #[must_use]
 pub fn depth(run: Run) -> Vec<f64> {
     let gain = 0.005_382_5 * run.speed();
@@ -242,7 +242,7 @@ pub fn depth(run: Run) -> Vec<f64> {
     with_noise(&integrated, DEPTH_SEED, NOISE)
 }
 
-/// The noises drawn.
+/// Seeds of the noise.
 const GYRO_SEED: u32 = 12345;
 const DEPTH_SEED: u32 = 54321;
 

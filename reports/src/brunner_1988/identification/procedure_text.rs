@@ -1,5 +1,4 @@
-//! The identification of Brunner 1988, ch. V, gone through again on synthetic records: the six steps of p. 94 f.,
-//! each with what it did, and Tables 8 and 9 beside what came out.
+//! Identification of Brunner 1988, ch. V, on synthetic records: text of the six steps of p. 94 f. with their results, compared with Tables 8 and 9.
 
 use std::fmt::Write as _;
 
@@ -11,18 +10,18 @@ use super::procedure::{Comparison, Detrend, Identification, Orders, Prepared};
 use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use crate::brunner_1988::predicted::{PitchAlone, scaled, table_8};
 
-/// A further order has to explain this much more of the output to be worth having, percentage points: the report's
-/// "very little difference" (p. 95) is below it in each of its excellent fits.
+/// Smallest increase of the fit, percentage points, for which a higher order is preferred. The report's "very little difference" (p. 95) is below
+/// it in each of its excellent fits.
 const WORTH_ANOTHER_ORDER: f64 = 5.0;
 
-/// The two signals of a fit.
+/// Input and output of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Relation {
-    /// Pitch rate to plane command.
+    /// Plane command to pitch rate.
     PitchRate,
-    /// Depth to pitch rate.
+    /// Pitch rate to depth.
     Depth,
-    /// Depth to plane command.
+    /// Plane command to depth.
     DepthOfPlanes,
 }
 
@@ -39,7 +38,7 @@ pub(super) const FITTED: [(Run, Relation); 8] = [
 ];
 
 impl Relation {
-    /// Input and output.
+    /// Names of input and output.
     fn signals(self) -> [&'static str; 2] {
         match self {
             Self::PitchRate => ["plane command", "gyro"],
@@ -48,7 +47,7 @@ impl Relation {
         }
     }
 
-    /// The name of its models in the book's Table 9, before the order.
+    /// Name of its models in Table 9, before the order.
     fn in_table_9(self) -> &'static str {
         match self {
             Self::PitchRate => "qd",
@@ -57,10 +56,10 @@ impl Relation {
         }
     }
 
-    /// The fits of a run.
+    /// Fits of a run.
     ///
     /// # Errors
-    /// When a fit cannot be made.
+    /// A fit fails.
     pub(super) fn identify(self, run: Run) -> Result<Identification, IdentificationError> {
         match self {
             Self::PitchRate => Identification::pitch_rate(run),
@@ -73,8 +72,7 @@ impl Relation {
         }
     }
 
-    /// The predictions of Table 8 at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth
-    /// over planes it predicts nothing.
+    /// Predictions of Table 8 at a speed \[ft/s\], volts over volts with the polarity of the records, by name; none for depth over planes.
     ///
     /// # Errors
     /// None for a finite speed.
@@ -136,13 +134,13 @@ fn model(g: &TransferFunction) -> Model {
     }
 }
 
-/// Every fit with its six steps.
+/// Text of all fits with their six steps.
 ///
 /// # Errors
-/// When a fit cannot be made.
+/// A fit fails.
 pub fn procedure_text() -> Result<String, IdentificationError> {
     let mut text = format!(
-        "Identification, p. 94 f., step by step. The records are lost: these are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 stands with run 9/1's two misprints put right (E19).\n",
+        "Identification, p. 94 f., step by step. The records are lost: these are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 is used with the two misprints of run 9/1 corrected (E19).\n",
         1e3 * NOISE,
         1e3 * BIAS
     );
@@ -234,14 +232,14 @@ fn of_run(run: Run, relation: Relation) -> Result<String, IdentificationError> {
     Ok(text)
 }
 
-/// The trend subtracted.
+/// Description of the subtracted trend.
 fn subtracted(signal: &Prepared) -> String {
     // Zero has no sign.
     let level = signal.subtracted + 0.0;
     match signal.detrend {
-        Detrend::Nothing => "as it is".to_owned(),
-        Detrend::Mean => format!("its mean of {level:.4} V taken away"),
-        Detrend::Beginning => format!("made to begin at zero, {level:.4} V taken away"),
+        Detrend::Nothing => "unchanged".to_owned(),
+        Detrend::Mean => format!("mean of {level:.4} V subtracted"),
+        Detrend::Beginning => format!("shifted to begin at zero, {level:.4} V subtracted"),
     }
 }
 
@@ -251,7 +249,7 @@ fn range(values: &[f64]) -> String {
     format!("{least:.3} to {most:.3} V")
 }
 
-/// Fit and error of a comparison.
+/// Fit and error of a comparison, as text.
 pub(super) fn nearness(comparison: &Comparison) -> String {
     match comparison.fit {
         Some(fit) => format!("fit {fit:.1} %, rms error {:.4} V", comparison.rms),
@@ -259,7 +257,7 @@ pub(super) fn nearness(comparison: &Comparison) -> String {
     }
 }
 
-/// Which order to take, and why.
+/// Sentence on the preferred order.
 fn conclusion(found: &[(Orders, Comparison)]) -> Option<String> {
     let [(lower, first), .., (higher, last)] = found else {
         return None;
@@ -267,25 +265,25 @@ fn conclusion(found: &[(Orders, Comparison)]) -> Option<String> {
     let more = last.fit? - first.fit?;
     Some(if more < WORTH_ANOTHER_ORDER {
         format!(
-            "order {} adds {more:.1} points: order {} will do",
+            "order {} improves the fit by only {more:.1} points: order {} is sufficient",
             higher.denominator, lower.denominator
         )
     } else {
         format!(
-            "order {} adds {more:.1} points: it is needed",
+            "order {} improves the fit by {more:.1} points: it is needed",
             higher.denominator
         )
     })
 }
 
-/// A model with its roots and its steady-state gain.
+/// A model with its roots and its steady-state gain, as text.
 fn described(model: &Model) -> String {
     let stable = model
         .poles()
         .is_ok_and(|poles| poles.iter().all(|z| z.modulus() < 1.0));
     let gain = match model.steady_state_gain() {
         Some(gain) if stable => format!("steady-state gain {gain:.3} V/V"),
-        _ => "not stable, no steady-state gain".to_owned(),
+        _ => "unstable, no steady-state gain".to_owned(),
     };
     format!(
         "({}) / ({})\n{:14}roots {}; {gain}",
@@ -296,7 +294,7 @@ fn described(model: &Model) -> String {
     )
 }
 
-/// The roots of a model's characteristic equation, the upper of a pair for both.
+/// Roots of a model's characteristic equation; of a pair the one with positive imaginary part.
 pub(super) fn roots(model: &Model) -> String {
     let roots: Vec<String> = model
         .poles()
@@ -308,7 +306,7 @@ pub(super) fn roots(model: &Model) -> String {
     roots.join(", ")
 }
 
-/// `0.0602 z + 0.0875`, highest power first.
+/// Text of a polynomial, such as `0.0602 z + 0.0875`, highest power first.
 fn polynomial(coefficients: &[f64]) -> String {
     let degree = coefficients.len().saturating_sub(1);
     let mut text = String::new();

@@ -1,34 +1,32 @@
-//! Five synthetic runs in place of the thesis' lost records: third-order plants from dive planes
-//! to pitch rate at the runs' three speeds, driven by inputs shaped like those of runs 7/3 to 9/2
-//! (Brunner, NPS thesis, 1988, pp. 99-101), volts to volts, 20 Hz.
+//! Five synthetic runs that replace the thesis's lost records: third-order plants from dive planes to pitch rate at the runs' three speeds, with
+//! inputs shaped like those of runs 7/3 to 9/2 (Brunner, NPS thesis, 1988, pp. 99-101), volts to volts, 20 Hz.
 //!
-//! The plants have the structure of Table 8's third-order model, a zero at z = 1 included, in
-//! consistent units, and are defined by their decimals, so that any program can make the same
-//! numbers. Noise is that of [`planesman_identification::noise`], scaled.
-//! Durations and the level of the noise are assumed: the thesis gives none.
+//! The plants have the structure of Table 8's third-order model, including a zero at z = 1, in consistent units. They are defined by decimals, so
+//! that any program can compute identical numbers. Noise is that of [`planesman_identification::noise`], scaled. Durations and noise level are
+//! assumed, since the thesis does not state them.
 
 use planesman_identification::estimators::UNKNOWNS;
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::with_noise;
 
-/// The runs' sampling interval, s.
+/// Sampling interval of the runs, s.
 pub const SAMPLE_TIME: f64 = 0.05;
-/// The noise on the gyro, V (assumed; the thesis gives none).
+/// Noise of the gyro, V (assumed; not stated in the thesis).
 pub const NOISE: f64 = 0.005;
-/// The thesis' gyro bias, V.
+/// Gyro bias stated in the thesis, V.
 pub const BIAS: f64 = 0.025;
 
 /// A plant's difference equation `y_k = -a1 y_(k-1) - ... + b1 u_(k-1) + ...`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// `a1 ... an`.
+    /// Coefficients `a1 ... an`.
     pub a: Vec<f64>,
-    /// `b1 ... bn`, V/V.
+    /// Coefficients `b1 ... bn`, V/V.
     pub b: Vec<f64>,
 }
 
 impl Plant {
-    /// `y_k` from the outputs and inputs before it, V.
+    /// Next output `y_k` from previous outputs and inputs, V.
     #[must_use]
     pub fn next(&self, inputs: &[f64], outputs: &[f64]) -> f64 {
         let k = outputs.len();
@@ -43,7 +41,7 @@ impl Plant {
         past(&self.b, inputs) - past(&self.a, outputs)
     }
 
-    /// The response from rest, V.
+    /// Response from rest, V.
     #[must_use]
     pub fn respond(&self, inputs: &[f64]) -> Vec<f64> {
         let mut outputs = Vec::with_capacity(inputs.len());
@@ -78,7 +76,7 @@ impl Run {
         Self::ALL.into_iter().find(|run| run.name() == name)
     }
 
-    /// The speed, ft/s.
+    /// Speed, ft/s.
     #[must_use]
     pub fn speed(self) -> f64 {
         match self {
@@ -88,7 +86,7 @@ impl Run {
         }
     }
 
-    /// The plant at the run's speed.
+    /// Plant at the run's speed.
     #[must_use]
     pub fn plant(self) -> Plant {
         let (a, b) = match self {
@@ -111,9 +109,9 @@ impl Run {
         }
     }
 
-    /// The same plant as the vehicle's equations, in volts: what is known of heave, and `kappa`, `beta`,
-    /// `mu`. From the nondimensional coefficients of Table 1 (Brunner 1988, p. 41), 28 in long, by
-    /// gyro and plane calibrations of 1.25 V/V; the polarity is the records'.
+    /// The same plant in the form of the vehicle's equations, in volts: the known heave terms, and `kappa`, `beta`, `mu`. Computed from the
+    /// nondimensional coefficients of Table 1 (Brunner 1988, p. 41), a length of 28 in, and calibrations of gyro and planes of 1.25 V/V, with the
+    /// polarity of the records.
     #[must_use]
     pub fn vehicle(self) -> (Vehicle, [f64; UNKNOWNS]) {
         const GAIN: f64 = 1.25;
@@ -137,7 +135,7 @@ impl Run {
         (Vehicle { heave: Some(heave) }, unknowns)
     }
 
-    /// The plane command, V; 0.2 V is 20 degrees.
+    /// Plane command, V; 0.2 V is 20 degrees.
     #[must_use]
     pub fn planes(self) -> Vec<f64> {
         match self {
@@ -167,13 +165,13 @@ impl Run {
         }
     }
 
-    /// The output without noise or bias, V.
+    /// Output without noise and bias, V.
     #[must_use]
     pub fn clean(self) -> Vec<f64> {
         self.plant().respond(&self.planes())
     }
 
-    /// The output as a gyro with noise and bias gives it, V.
+    /// Output with gyro noise and bias, V.
     #[must_use]
     pub fn measured(self, seed: u32, noise: f64, bias: f64) -> Vec<f64> {
         with_noise(&self.clean(), seed, noise)
@@ -183,7 +181,7 @@ impl Run {
     }
 }
 
-/// Zero but for the pulses: from (included), to (excluded), V.
+/// A signal that is zero except for pulses: first sample, sample after the last, V.
 fn pulses(count: usize, pulses: &[(usize, usize, f64)]) -> Vec<f64> {
     (0..count)
         .map(|k| {
@@ -196,7 +194,7 @@ fn pulses(count: usize, pulses: &[(usize, usize, f64)]) -> Vec<f64> {
         .collect()
 }
 
-/// sin(j pi / 8) to ten decimals: these decimals define the run.
+/// sin(j pi / 8) with ten decimals, which define the run.
 fn sixteenth_sine(j: usize) -> f64 {
     #[allow(clippy::approx_constant)]
     const EIGHTH: [f64; 5] = [0.0, 0.3826834324, 0.7071067812, 0.9238795325, 1.0];

@@ -1,7 +1,7 @@
-//! The vehicle's quantities: Tables 1, 2, 4 and 6, Fig. 23, lift, damping, planes, drag and power,
-//! structure, ballast and swing tests (Brunner 1988, chs. II to IV).
+//! Quantities of the vehicle: Tables 1, 2, 4 and 6, Fig. 23, lift, damping, planes, drag and power, structure, ballast and swing tests (Brunner
+//! 1988, chs. II to IV).
 //!
-//! The report goes on from its own rounded results; where it does, so does this.
+//! Where the report continues with its own rounded results, this module does the same.
 
 use std::f64::consts::FRAC_PI_6;
 
@@ -28,15 +28,15 @@ use planesman_vehicle::{
 const SQUARE_INCH: f64 = INCH * INCH;
 const CUBIC_INCH: f64 = SQUARE_INCH * INCH;
 const CUBIC_FOOT: f64 = FOOT * FOOT * FOOT;
-/// `g` \[m/s^2\] where masses in kg are weighed.
+/// `g` \[m/s^2\] used to convert masses in kg to weights.
 const STANDARD_GRAVITY: f64 = 9.806_65;
-/// The report's plane angle of 30 degrees.
+/// The report's plane angle, 30 degrees.
 const PLANES: f64 = FRAC_PI_6;
 
-/// Every number of this part.
+/// All numbers of this module.
 ///
 /// # Panics
-/// Never: tests read the files that are compiled in.
+/// Never: tests read the compiled-in files.
 #[must_use]
 pub(super) fn recomputed() -> Recomputed {
     let report = Report {
@@ -65,7 +65,7 @@ pub(super) fn recomputed() -> Recomputed {
     .concat()
 }
 
-/// The sources of the numbers.
+/// Sources of the numbers.
 struct Report {
     book: Book,
     vehicle: Vehicle,
@@ -99,7 +99,7 @@ impl Report {
         ]
     }
 
-    /// Table 1, each column from the other.
+    /// Table 1, each column computed from the other.
     fn table_1(&self) -> Recomputed {
         let r = self.reference();
         let nondim = |name: &str| self.printed(&format!("Tab1.{name}.nondim"));
@@ -168,7 +168,7 @@ impl Report {
         ]
     }
 
-    /// Fig. 23: particulars.
+    /// Fig. 23: particulars of the vehicle.
     fn figure_23(&self) -> Recomputed {
         let weight = self.vehicle.weight;
         let fins = self.geometry.fins;
@@ -189,12 +189,12 @@ impl Report {
         ]
     }
 
-    /// 62.4 lbf/ft^3 \[N/m^3\] (p. 52).
+    /// Specific weight of water, 62.4 lbf/ft^3 \[N/m^3\] (p. 52).
     fn specific_weight(&self) -> f64 {
         62.4 * POUND_FORCE / CUBIC_FOOT
     }
 
-    /// Lift of fins and hull, and what it makes of Table 1 (pp. 43-46).
+    /// Lift of fins and hull, and the resulting entries of Table 1 (pp. 43-46).
     fn fins_and_hull(&self) -> Recomputed {
         let (vehicle, hull) = (&self.vehicle, self.geometry.hull);
         let l = vehicle.reference_length;
@@ -242,7 +242,7 @@ impl Report {
         ]
     }
 
-    /// Displacement by geometry, and ballast (pp. 52, 79).
+    /// Displacement from geometry, and ballast (pp. 52, 79).
     fn volumes(&self) -> Recomputed {
         let hull = self.geometry.hull;
         let mid = displacement::box_volume(17.0 * INCH, hull.breadth, hull.depth);
@@ -297,7 +297,7 @@ impl Report {
         values
     }
 
-    /// Viscous damping and its linearisations (pp. 54-57).
+    /// Viscous damping and its linearisation (pp. 54-57).
     fn damping(&self) -> Recomputed {
         let choice = self.geometry.damping;
         let plate = |p: planesman_vehicle::coefficients::geometry::Plate| {
@@ -361,7 +361,7 @@ impl Report {
         ]
     }
 
-    /// Table 6: each column from the rounded one before.
+    /// Table 6: each column computed from the previous rounded one.
     fn table_6(&self) -> Recomputed {
         let areas = self.geometry.drag;
         [
@@ -470,7 +470,7 @@ impl Report {
         ]
     }
 
-    /// Plates and beams of aluminium under 5 psi (pp. 50-52).
+    /// Plates and beams of aluminium under a pressure of 5 psi (pp. 50-52).
     fn structure(&self) -> Recomputed {
         let (pressure, stress, modulus) = (5.0 * PSI, 30_000.0 * PSI, 1e7 * PSI);
         let (length, breadth, skin) = (16.0 * INCH, 6.0 * INCH, 0.125 * INCH);
@@ -549,7 +549,7 @@ impl Report {
             .collect()
     }
 
-    /// The main quantities in SI units, from the printed ones.
+    /// Main quantities in SI units, from the printed ones.
     fn metric(&self) -> Recomputed {
         let table_1 = |name: &str| self.printed(&format!("Tab1.{name}.dim"));
         // Table 3 and p. 48 [ft lbf s]: By rounded, and with rate feedback of 2 on Ky = 0.14.

@@ -1,7 +1,7 @@
-//! The report's numbers of the vehicle and its instruments, computed again.
+//! Recomputed numbers of the vehicle and its instruments.
 //!
-//! `data/brunner_1988/vehicle.json` holds them with their pages. Each part recomputes some families of them with the
-//! models of the vehicle.
+//! `data/brunner_1988/vehicle.json` contains the printed numbers with their pages. Each module recomputes some families of them with the vehicle's
+//! models.
 
 mod coefficients;
 mod numbers;
@@ -25,7 +25,7 @@ pub fn recomputed() -> Vec<(&'static str, f64)> {
     .concat()
 }
 
-/// The printed numbers that the instruments' models are made of.
+/// Printed numbers used as constants of the instruments' models.
 #[must_use]
 pub fn carried() -> Vec<(&'static str, f64)> {
     sensors::carried()

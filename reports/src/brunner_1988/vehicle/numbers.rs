@@ -4,16 +4,16 @@ use std::sync::LazyLock;
 
 use crate::book::{Book, BookError};
 
-/// The book for as long as the program runs, so that values may borrow the entries' names.
+/// The book in a static variable, so that values may borrow the entries' names.
 pub(super) static BOOK: LazyLock<Option<Book>> = LazyLock::new(|| book().ok());
 
 /// Recomputed numbers: name and value, in the entry's unit.
 pub(super) type Recomputed = Vec<(&'static str, f64)>;
 
-/// The numbers of the vehicle and its instruments, with the report's errata.
+/// Numbers of the vehicle and its instruments, with the report's errata.
 ///
 /// # Errors
-/// [`BookError`]; a test reads the files that are compiled in.
+/// [`BookError`]; a test reads the compiled-in files.
 pub fn book() -> Result<Book, BookError> {
     Book::parse(
         include_str!("../../../data/brunner_1988/vehicle.json"),

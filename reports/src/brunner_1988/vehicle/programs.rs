@@ -1,4 +1,4 @@
-//! Programs T2 to T5 (App. A), as printed and with the dimensional vehicle in real seconds.
+//! Programs T2 to T5 (App. A), as printed and with the dimensional vehicle in seconds.
 
 use std::sync::LazyLock;
 
@@ -12,10 +12,10 @@ use crate::brunner_1988::{
     track::Track,
 };
 
-/// Long enough for every dive to have come to rest \[L/U\] or \[s\].
+/// Duration after which every dive has come to rest \[L/U\] or \[s\].
 const LONG: f64 = 60.0;
 
-/// Every value of the families T2 to T5, A1, C1, C2, and T2dim to T5dim.
+/// Values of the families T2 to T5, A1, C1, C2, and T2dim to T5dim.
 #[must_use]
 pub(super) fn recomputed() -> Vec<(&'static str, f64)> {
     let mut all = vec![
@@ -73,7 +73,7 @@ fn as_printed() -> Vec<(&'static str, f64)> {
     values
 }
 
-/// Pitch \[deg\] and depth \[L\] of T2 at some times \[L/U\].
+/// Pitch \[deg\] and depth \[L\] of T2 at several times \[L/U\].
 fn t2_trajectory() -> Vec<(&'static str, f64)> {
     macro_rules! at {
         ($($time:literal)*) => {
@@ -94,18 +94,18 @@ fn t2_trajectory() -> Vec<(&'static str, f64)> {
         .collect()
 }
 
-/// One dive of the dimensional vehicle at 1 ft/s from rest at the surface.
+/// A dive of the dimensional vehicle at 1 ft/s from rest at the surface.
 struct Dive {
     names: Names,
     derivatives: Derivatives,
     restoring: Restoring,
-    /// \[s\].
+    /// Time until the planes are released \[s\].
     held_for: f64,
-    /// \[s\].
+    /// Duration of the simulation \[s\].
     watched_for: f64,
 }
 
-/// The names of one dive's entries.
+/// Names of one dive's entries.
 struct Names {
     pitch_at_release: &'static str,
     steepest_pitch: &'static str,
@@ -156,7 +156,7 @@ impl Dive {
     }
 }
 
-/// The programs' manoeuvres with the dimensional vehicle; computed once, they take a while.
+/// Manoeuvres of the programs with the dimensional vehicle; computed once because they take a while.
 static CONSISTENT: LazyLock<Vec<Vec<(&'static str, f64)>>> = LazyLock::new(|| {
     consistent()
         .iter()

@@ -1,6 +1,6 @@
-//! Rounding as a report does between its steps: Table 6 goes on from its own rounded columns.
+//! Rounding between steps, as in the report: Table 6 continues with its own rounded columns.
 
-/// `value` to so many decimals.
+/// `value` rounded to so many decimals.
 #[must_use]
 pub(super) fn to_decimals(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);

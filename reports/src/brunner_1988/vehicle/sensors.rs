@@ -1,4 +1,4 @@
-//! The instruments' numbers: gyros, pressure cells, plane signals, acquisition, tank.
+//! Numbers of the instruments: gyros, pressure cells, plane signals, acquisition, tank.
 //!
 //! Source: Brunner 1988, ch. III.E to IV.H.
 
@@ -15,17 +15,17 @@ use planesman_vehicle::Port;
 
 use crate::brunner_1988::plane_forces;
 
-/// The sampling time \[s\] (p. 97).
+/// Sampling time \[s\] (p. 97).
 const SAMPLING_TIME: f64 = 0.05;
-/// The drift's range \[mV\] (p. 90).
+/// Range of the gyro drift \[mV\] (p. 90).
 const DRIFT: f64 = 25.0;
-/// Depth at which the bench calibration gives full scale \[in\] (p. 76).
+/// Depth of full scale in the bench calibration \[in\] (p. 76).
 const BENCH_FULL_SCALE: f64 = 39.0;
-/// The speed cell's full scale \[in of water\] (p. 75).
+/// Full scale of the speed cell \[in of water\] (p. 75).
 const SPEED_FULL_SCALE: f64 = 0.8;
 
-/// Every number of the families gyro, press, plane, daq and tank that can be recomputed; rollplane and tx have
-/// none. [`carried`] gives the printed ones that the models are made of.
+/// Recomputable numbers of the families gyro, press, plane, daq and tank; rollplane and tx have none. [`carried`] has the printed numbers used as
+/// model constants.
 #[must_use]
 pub(super) fn recomputed() -> Recomputed {
     [gyros(), pressure_cells(), planes(), acquisition()].concat()
@@ -46,8 +46,8 @@ fn gyros() -> Recomputed {
     gyros
 }
 
-/// The numbers of the preliminary calibrations, which the book calls
-/// `gyro.prelim.GYRO_RAIL.DIRECTION.QUANTITY`, as in `gyro.prelim.pitch_4.35V.CCW.slope`.
+/// Numbers of the preliminary calibrations, named `gyro.prelim.GYRO_RAIL.DIRECTION.QUANTITY` in the book, such as
+/// `gyro.prelim.pitch_4.35V.CCW.slope`.
 fn preliminary(quantities: &[&str]) -> Recomputed {
     let value = |id: &str| -> Option<f64> {
         let (gyro, id) = id.strip_prefix("gyro.prelim.")?.split_once('_')?;
@@ -182,7 +182,7 @@ fn planes() -> Recomputed {
     ]
 }
 
-/// The printed numbers that the models carry, read back from them.
+/// Printed numbers used as model constants, read back from the models.
 #[must_use]
 pub(super) fn carried() -> Recomputed {
     let (depth, speed) = (&pressure_cell::DEPTH, &pressure_cell::SPEED);

@@ -1,4 +1,4 @@
-//! Eq. (7), Table 8, and the models put right: P2 and P3 (pitch rate), Pz (depth).
+//! Eq. (7), Table 8, and the corrected models: P2 and P3 (pitch rate), Pz (depth).
 
 use planesman_linear::{Complex, ComplexFunctions as _, Error, TransferFunction};
 
@@ -9,10 +9,10 @@ use crate::brunner_1988::predicted::{
     self, CF1, CF2, D2_ANOMALY, DepthRate, PRINTED, PitchAlone, SAMPLING_TIME, table_8,
 };
 
-/// Names and values.
+/// Names and values of entries.
 type Entries = Vec<(&'static str, f64)>;
 
-/// Every value of the families Cf1, Cf2, eq7, Tab8, P2, P3 and Pz.
+/// Values of the families Cf1, Cf2, eq7, Tab8, P2, P3 and Pz.
 #[must_use]
 pub(super) fn recomputed() -> Entries {
     let mut all = vec![("Cf1", CF1), ("Cf2", CF2)];
@@ -29,7 +29,7 @@ pub(super) fn recomputed() -> Entries {
     all
 }
 
-/// Names for coefficients, highest power first, paired with them.
+/// Coefficients, highest power first, paired with their names.
 fn named<const N: usize>(names: [&'static str; N], values: &[f64]) -> Entries {
     names.into_iter().zip(values.iter().copied()).collect()
 }
@@ -152,7 +152,7 @@ fn table_8() -> Result<Entries, Error> {
     Ok(all)
 }
 
-/// The two poles of (7b) beside its double integrator, in the z plane, the faster first.
+/// The two poles of (7b) other than its double integrator, in the z plane, the faster one first.
 fn sampled_depth_poles(d2_factor: f64) -> Result<[f64; 2], Error> {
     let [d1, d2, d3] = PRINTED.depth_denominator();
     let quadratic = TransferFunction::new(vec![1.0], vec![d1, d2_factor * d2, d3])?;
@@ -160,7 +160,7 @@ fn sampled_depth_poles(d2_factor: f64) -> Result<[f64; 2], Error> {
     Ok([poles[1], poles[0]].map(|s| (s * SAMPLING_TIME).exp().re))
 }
 
-/// `NAME.b1` and on, `NAME.a1` and on: the coefficients of a sampled transfer function behind the leading 0 and 1.
+/// `NAME.b1` and following, `NAME.a1` and following: coefficients of a sampled transfer function after the leading 0 and 1.
 macro_rules! coefficients {
     ($name:literal, $g:ident, $($i:literal)+) => {
         named([$(concat!($name, ".b", $i)),+], &$g.num[1..])

@@ -1,4 +1,4 @@
-//! Tables 3-1 and 4-1, and what follows from them by algebra.
+//! Numbers of Tables 3-1 and 4-1, and those that follow from them by algebra.
 
 use crate::book::Recomputed;
 use crate::ibm_1966::autopilot::{COMPENSATION, PULSE};
@@ -10,15 +10,15 @@ use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 const CUBIC_INCH: f64 = INCH * INCH * INCH;
 /// q_LC of both tables, in^3/s.
 const CONSTANT_LEAKAGE: f64 = -0.006;
-/// Pressure that the auxiliary pistons of both actuators hold about the middle, psi.
+/// Pressure maintained by the auxiliary pistons of both actuators, relative to the middle, psi.
 const AUXILIARY: f64 = 750.0;
-/// Inches in a foot: a slug is a pound (force) s^2/ft.
+/// Inches per foot: a slug is one lbf s^2/ft.
 const FOOT: f64 = 12.0;
 
-/// Every value of the tables and what they imply.
+/// Values of the tables, and derived values.
 ///
 /// # Errors
-/// [`ActuatorFileError`] for a built-in actuator that cannot be read.
+/// [`ActuatorFileError`] if a built-in actuator cannot be read.
 pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let (hardware, polaris, auv) = (load("table_3_1")?, load("table_4_1")?, load("auv")?);
     let mut all = table("T3-1", &hardware);
@@ -46,7 +46,7 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     Ok(all)
 }
 
-/// A parameter table, in its units.
+/// Values of a parameter table, in its units.
 fn table(name: &str, set: &ActuatorSet) -> Recomputed {
     let symmetric = set.oil.clamp_positive == set.oil.clamp_negative;
     let clamps = if symmetric {
@@ -83,7 +83,7 @@ fn table(name: &str, set: &ActuatorSet) -> Recomputed {
     named(name, values)
 }
 
-/// Values that follow from a parameter table.
+/// Values derived from a parameter table.
 fn implied(name: &str, set: &ActuatorSet) -> Recomputed {
     let (plus, minus) = set.force_limits();
     let degrees = |flow: f64| flow * CUBIC_INCH / (set.area * set.load.moment_arm) / DEGREE;
@@ -112,7 +112,7 @@ fn implied(name: &str, set: &ActuatorSet) -> Recomputed {
     )
 }
 
-/// The resting pressures, what the clamps say of them, and q_LC*.
+/// Resting pressures, related pressures of the clamps, and q_LC*.
 fn pressures(hardware: &ActuatorSet, polaris: &ActuatorSet) -> Recomputed {
     let middle = 0.5 * (polaris.oil.supply + polaris.oil.return_pressure) / PSI;
     let above = hardware.resting_pressure() / PSI - middle;
@@ -137,7 +137,7 @@ fn pressures(hardware: &ActuatorSet, polaris: &ActuatorSet) -> Recomputed {
     ]
 }
 
-/// Pulses, their flow, their power, and the autopilot's constants.
+/// Pulses, their flow and power, and constants of the autopilot.
 fn pulses(polaris: &ActuatorSet) -> Recomputed {
     let cycle = polaris.cycle();
     let own = (cycle - polaris.valve_time) / polaris.flow_time * polaris.volume / CUBIC_INCH;

@@ -1,4 +1,4 @@
-//! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of Section IV, by simulated flights.
+//! Numbers of Tables 2-1, 3-2, 4-2 and 4-3 and of the limit cycles of Section IV, from simulated flights.
 
 use crate::book::Recomputed;
 use crate::ibm_1966::case::Case;
@@ -10,10 +10,10 @@ use crate::ibm_1966::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use planesman_hydraulics::actuator_file::ActuatorFileError;
 use planesman_units::DEGREE;
 
-/// Every value of the tables, and the limit cycles.
+/// Values of the tables, and the limit cycles.
 ///
 /// # Errors
-/// [`ActuatorFileError`] for a built-in actuator that cannot be read.
+/// [`ActuatorFileError`] if a built-in actuator cannot be read.
 pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let mut all = Recomputed::new();
     for surrogate in [Surrogate::Ps2, Surrogate::Ps1] {
@@ -47,7 +47,7 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     Ok(all)
 }
 
-/// A table's rows. The default surrogate's stand beside the printed ones.
+/// Rows of a table. Those of the default surrogate are compared with the printed ones.
 fn table(surrogate: Surrogate, name: &str, rows: &[Row], base: &Case) -> Recomputed {
     let family = match (surrogate, name) {
         (Surrogate::Ps2, "T2-1" | "T3-2" | "T4-2") => name.to_owned(),
@@ -76,7 +76,7 @@ fn limit_cycle(family: &str, cycle: &LimitCycle) -> Recomputed {
     ]
 }
 
-/// The limit cycles of Section IV.B.
+/// Limit cycles of Section IV.B.
 fn printed_of_limit_cycle(name: &str, cycle: &LimitCycle) -> Recomputed {
     let yaw = cycle.yaw / DEGREE;
     match name {
@@ -94,7 +94,7 @@ fn printed_of_limit_cycle(name: &str, cycle: &LimitCycle) -> Recomputed {
     }
 }
 
-/// Table 4-3: the largest stable step and gain, and the first beyond.
+/// Table 4-3: largest stable step and gain, and the first unstable ones.
 fn phase_1() -> Recomputed {
     let surrogate = Surrogate::Ps2;
     let step = f64::from(analog_step_limit(surrogate));

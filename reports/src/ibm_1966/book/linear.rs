@@ -1,4 +1,4 @@
-//! Section V: the linear model's margins, resonance and bandwidth, around PS-2.
+//! Numbers of Section V: margins, resonance and bandwidth of the linear model with PS-2.
 
 use planesman_linear::Error;
 
@@ -8,17 +8,17 @@ use crate::ibm_1966::flight_control::FlightControl;
 use planesman_hydraulics::linearised::Ram;
 use planesman_units::DEGREE;
 
-/// Frequencies, rad/s, between which both gain limits lie,
+/// Frequency range of both gain limits, rad/s.
 const MARGINS: (f64, f64) = (0.5, 150.0);
-/// the resonance,
+/// Frequency range of the resonance, rad/s.
 const RESONANCE: (f64, f64) = (2.0, 6.0);
-/// and the bandwidth.
+/// Frequency range of the bandwidth, rad/s.
 const BANDWIDTH: (f64, f64) = (6.0, 15.0);
 
-/// Every value of the family `lin`, of a flight control with the base gains.
+/// Values of the family `lin`, for a flight control with the base gains.
 ///
 /// # Errors
-/// Those of the linear model.
+/// Errors of the linear model.
 pub(super) fn recomputed(case: &Case) -> Result<Recomputed, Error> {
     let plant = case.surrogate.plant();
     let linear = FlightControl::new(&plant, &case.gains, &case.set, Ram::Rigid)?;

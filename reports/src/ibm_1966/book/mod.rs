@@ -1,9 +1,8 @@
-//! The printed numbers of IBM 66-L03-005 (1966), computed again.
+//! Printed numbers of IBM 66-L03-005 (1966), recomputed.
 //!
-//! `data/ibm_1966/ibm_1966.json` holds them with their tables and sections, `data/ibm_1966/errata.json` what is wrong with the
-//! report or with the scan of it (I), and what the simulation leaves open (D). Ids begin with the table they
-//! stand in (`T3-1`, `T4-2`), with `chk` for what follows from printed numbers, or with the surrogate (`PS-1`,
-//! `PS-2`) for results of the simulation alone. Where nothing else is said, a flight is that of PS-2.
+//! `data/ibm_1966/ibm_1966.json` contains the numbers with their tables and sections; `data/ibm_1966/errata.json` contains errors of the report or of
+//! its scan (I), and questions that the simulation leaves open (D). Ids begin with their table (`T3-1`, `T4-2`), with `chk` for numbers derived
+//! from printed ones, or with the surrogate (`PS-1`, `PS-2`) for simulation results only. Flights are those of PS-2 unless stated otherwise.
 
 use crate::book::{Book, BookError, Recomputed};
 use crate::ibm_1966::case::Case;
@@ -14,10 +13,10 @@ mod flights;
 mod linear;
 mod strokes;
 
-/// The report's numbers and its errata.
+/// Numbers of the report, with its errata.
 ///
 /// # Errors
-/// [`BookError`]; a test reads the files that are compiled in.
+/// [`BookError`]; a test reads the compiled-in files.
 pub fn book() -> Result<Book, BookError> {
     Book::parse(
         include_str!("../../../data/ibm_1966/ibm_1966.json"),
@@ -25,7 +24,7 @@ pub fn book() -> Result<Book, BookError> {
     )
 }
 
-/// The numbers as this crate computes them. None, should a built-in actuator not be readable; a test reads them.
+/// Numbers recomputed by this crate; empty if a built-in actuator cannot be read, which a test excludes.
 #[must_use]
 pub fn recomputed() -> Recomputed {
     let Ok(mut all) = actuators::recomputed() else {

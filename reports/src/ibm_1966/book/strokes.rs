@@ -1,14 +1,14 @@
-//! One calibrated volume alone, and drift against friction: by simulation.
+//! Numbers of a single calibrated volume, and of drift against friction, by simulation.
 
 use crate::book::Recomputed;
 use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_hydraulics::{ActuatorSet, PulseTrain};
 use planesman_units::INCH;
 
-/// Every value of the families `quantum` and `drift`.
+/// Values of the families `quantum` and `drift`.
 ///
 /// # Errors
-/// [`ActuatorFileError`] for a built-in actuator that cannot be read.
+/// [`ActuatorFileError`] if a built-in actuator cannot be read.
 pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let mut all = Recomputed::new();
     for (id, actuator, friction, sign) in [
@@ -35,7 +35,7 @@ pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     Ok(all)
 }
 
-/// When half of it has come (to 0.1 ms), how far it overshoots, and where the ram is after a second.
+/// Time to half of the stroke (to 0.1 ms), overshoot, and ram position after one second.
 fn quantum(id: &str, set: &ActuatorSet, sign: i8) -> Recomputed {
     let mut train = PulseTrain::settled(set, sign, &[sign]);
     let (mut half_way, mut peak, mut rest) = (f64::NAN, 0.0f64, 0.0);

@@ -1,4 +1,4 @@
-//! What a bag holds so far, as rosbag2's metadata has it.
+//! The bag's contents so far, as rosbag2 metadata.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::metadata::{
 };
 
 impl BagWriter {
-    /// The contents of the bag so far, as rosbag2 metadata.
+    /// Metadata of the bag so far.
     pub(super) fn account(&self) -> BagMetadata {
         let mut files = self.closed.clone();
         files.push(self.current_file());
@@ -29,7 +29,7 @@ impl BagWriter {
         }
     }
 
-    /// The contents of the current file, likewise.
+    /// Metadata of the current file.
     pub(super) fn account_of_file(&self) -> BagMetadata {
         if self.closed.is_empty() {
             return self.account();
@@ -57,7 +57,7 @@ impl BagWriter {
         }
     }
 
-    /// The account of these files, with so many messages of each topic.
+    /// Metadata of these files, with the given numbers of messages per topic.
     fn account_of(
         &self,
         files: Vec<FileInformation>,

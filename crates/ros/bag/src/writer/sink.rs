@@ -1,4 +1,4 @@
-//! The file that a bag is written into.
+//! The file that a bag is written to.
 
 use std::{
     fs::File,
@@ -12,24 +12,24 @@ use std::{
 
 use mcap::{McapError, write::NoSeek};
 
-/// How chunks are compressed.
+/// Compression of chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all: the least work per message.
+    /// No compression: the least work per message.
     None,
-    /// Zstandard at its default level, on the writing thread: a third of the size or less.
+    /// Zstandard at its default level, on the writing thread: reduces the size to a third or less.
     #[default]
     Zstd,
 }
 
-/// A new file, and the same file again.
+/// Creates a file; returns two handles to it.
 pub(super) fn create_new(path: &Path) -> io::Result<(File, File)> {
     let file = File::create_new(path)?;
     let handle = file.try_clone()?;
     Ok((file, handle))
 }
 
-/// The part of an error that matters to the user: the message of the operating system, if there is one.
+/// The part of an error that matters to the user: the operating system's message if there is one.
 pub(super) fn reason(error: McapError) -> String {
     match error {
         McapError::Io(error) => error.to_string(),
@@ -37,7 +37,7 @@ pub(super) fn reason(error: McapError) -> String {
     }
 }
 
-/// Begins an `.mcap` file.
+/// Starts an `.mcap` file.
 pub(super) fn begin(
     output: Box<dyn Write + Send>,
     compression: Compression,
@@ -63,15 +63,15 @@ pub(super) fn begin(
     Ok((mcap, gate))
 }
 
-/// State shared by the bag and its file: the number of bytes accepted, and whether more are.
+/// State shared by the bag and its file: number of bytes written, and whether the file is still open for writing.
 #[derive(Default)]
 pub(super) struct Gate {
     pub(super) bytes: AtomicU64,
     pub(super) closed: AtomicBool,
 }
 
-/// The file, which takes nothing more once its gate is closed. It is not buffered: a chunk
-/// comes as one piece, and the few small records between chunks are rare.
+/// The file, which refuses data once its gate is closed. It is not buffered: a chunk is written at once, and the small records between
+/// chunks are rare.
 pub(super) struct Sink {
     output: Box<dyn Write + Send>,
     gate: Arc<Gate>,
@@ -80,7 +80,7 @@ pub(super) struct Sink {
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.gate.closed.load(Ordering::Relaxed) {
-            return Err(io::Error::other("the bag takes nothing more"));
+            return Err(io::Error::other("the bag accepts no more data"));
         }
         let written = self.output.write(bytes)?;
         self.gate.bytes.fetch_add(written as u64, Ordering::Relaxed);

@@ -185,7 +185,7 @@ fn what_is_no_bag_is_refused_in_one_line_that_names_it() {
             file_with(folder.path(), "letter.txt", b"Dear planesman,"),
             "something else",
         ),
-        (empty_folder, "holds no .mcap or .db3 file"),
+        (empty_folder, "contains no .mcap or .db3 file"),
         (not_yaml, "not the metadata of a rosbag2 bag"),
     ];
     for (path, words) in cases {
@@ -362,8 +362,8 @@ fn metadata_of_versions_5_to_8_is_read() {
 #[test]
 fn lying_lengths_are_refused_and_cost_no_memory() {
     const WORDS: [(&str, &str); 18] = [
-        ("record", "at most"),
-        ("record within the limit", "3 of 104857600 bytes are there"),
+        ("record", "the limit is"),
+        ("record within the limit", "3 of 104857600 bytes"),
         ("attachment", "cut off"),
         ("unknown record", "cut off"),
         ("schema", "shorter than its fields"),
@@ -371,19 +371,19 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
         ("message without a head", "shorter than its fields"),
         ("message of no channel", "unknown channel 9"),
         ("channel of no schema", "unknown schema 9"),
-        ("chunk that claims less", "its header says holds 100"),
+        ("chunk that claims less", "a chunk of 100"),
         ("chunk that claims more", "its header says 33554433"),
-        ("chunk that claims far more", "at most"),
+        ("chunk that claims far more", "the limit is"),
         ("lz4 chunk that claims less", "its header says 100"),
         ("chunk of zeros", "inside a chunk"),
-        ("chunk of something else", "does not unpack"),
+        ("chunk of something else", "cannot be unpacked"),
         (
             "chunk that claims more than it has",
-            "claims 100 bytes, 9 are there",
+            "claims 100 bytes, but 9 are there",
         ),
         (
             "chunk whose packing acts on a terminal",
-            "'br\\u{7}'; none, zstd and lz4",
+            "'br\\u{7}'; supported: none, zstd, lz4",
         ),
         ("chunk whose record overruns it", "inside a chunk"),
     ];
@@ -464,7 +464,7 @@ fn a_bag_is_read_up_to_the_unpacked_bytes_that_are_asked_for() {
     assert_eq!(read(Some(5 * one.len() as u64)).0, 5);
     let (count, why) = read(Some(3 * one.len() as u64 + 1));
     assert_eq!(count, 3, "{why}");
-    assert!(why.contains("bytes asked for"), "{why}");
+    assert!(why.contains("exceeds the limit of"), "{why}");
 }
 
 #[test]
@@ -503,7 +503,7 @@ fn messages_packed_one_by_one_are_read_up_to_the_unpacked_bytes_that_are_asked_f
     assert_eq!(count, 3, "{said:?}");
     let said = said.expect("a limit");
     assert!(
-        said.contains("more than the 3001 bytes asked for"),
+        said.contains("more than the 3001 exceeds the limit of"),
         "{said}"
     );
 }
@@ -555,7 +555,7 @@ fn topics_beyond_all_measure_are_passed_over_and_reported() {
     assert_eq!(all(&bag).expect("a whole file").len() as u64, kept);
     assert!(bag.completeness().is_whole());
     let info = BagInfo::of(&bag).to_string();
-    let line = format!("and {} topics more than are listed", 99 - kept);
+    let line = format!("and {} more topics (memory limit)", 99 - kept);
     assert!(info.contains(&line), "{info}");
 
     // The measure is the whole bag's, in however many files; a topic that is in several is held once.

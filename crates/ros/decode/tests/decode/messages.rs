@@ -327,14 +327,14 @@ fn what_leads_to_no_number_is_refused_with_what_would() {
     let types = types_of::<TFMessage>();
     for (text, reason) in [
         ("transform", "it has transforms"),
-        ("transforms", "name an element"),
+        ("transforms", "choose an element"),
         ("transforms[0]", "it has header, child_frame_id, transform"),
         (
             "transforms[0].child_frame_id",
             "it is a string, not a number",
         ),
-        ("transforms.header", "nothing called 'header'"),
-        ("transforms[0].transform[1]", "which is no list"),
+        ("transforms.header", "'header' does not exist in a"),
+        ("transforms[0].transform[1]", "which is not a list"),
         (
             "transforms[0].transform.translation.pitch",
             "has no field 'pitch'",
@@ -507,7 +507,11 @@ fn elements_and_messages_are_chosen_by_what_they_are_called() {
     // A name where nothing has one.
     let types = types_of::<PlaneMotion>();
     let refusal = Decoder::compile(&types, &[path("dive_planes[x]")]).unwrap_err();
-    assert!(refusal.to_string().contains("nothing in the message names"));
+    assert!(
+        refusal
+            .to_string()
+            .contains("the message has no names for its elements")
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The node's ends of topics, services and actions, and a look at those of others.
+//! The node's endpoints of topics, services and actions, and discovery of others'.
 
 use std::marker::PhantomData;
 use std::rc::Rc;
@@ -32,7 +32,7 @@ use crate::{
     subscription::{self, Delivery, Read, Speakers, Unread, non_finite},
 };
 
-/// The topic of the loop of that name, if it is of the type.
+/// The topic of the loop with this name, if it has the type `M`.
 fn loop_topic<M: Message>(name: &str) -> Result<&'static LoopTopic> {
     loop_topics::named(name)
         .filter(|topic| topic.info.type_name == M::TYPE_NAME)
@@ -43,25 +43,25 @@ fn loop_topic<M: Message>(name: &str) -> Result<&'static LoopTopic> {
 }
 
 impl<E: 'static> Runtime<E> {
-    /// Opens `topic` for sending.
+    /// Opens a publisher of `topic`.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>> {
         let publisher = self.unlisted_publisher(topic, qos)?;
         self.list(publisher.endpoint());
         Ok(publisher)
     }
 
-    /// Opens a topic of the loop for sending, with its QoS there.
+    /// Opens a publisher of a topic of the loop, with the loop's QoS.
     ///
     /// # Errors
-    /// A name that is not in [`loop_topics::ALL`], or of another type there; when the middleware refuses.
+    /// A name that is not in [`loop_topics::ALL`] or has another type there; an error of the middleware.
     pub fn loop_publisher<M: Message>(&self, topic: &str) -> Result<Publisher<M>> {
         self.publisher(topic, Qos::of(loop_topic::<M>(topic)?))
     }
 
-    /// As [`Runtime::loop_publisher`], for those who must miss nothing, as members of lockstep.
+    /// As [`Runtime::loop_publisher`], for readers that must not lose messages, such as members of lockstep.
     ///
     /// # Errors
     /// Those of [`Runtime::loop_publisher`].
@@ -71,11 +71,11 @@ impl<E: 'static> Runtime<E> {
 
     /// Turns each message on `topic` into an event.
     ///
-    /// A message that cannot be decoded, comes from a publisher of another type, or holds a number
-    /// that is not finite is refused, counted, and named in the log.
+    /// A message is refused, counted and logged if it cannot be decoded, comes from a publisher of another type, or contains a number that is not
+    /// finite.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn subscribe<M: Message>(
         &self,
         topic: &str,
@@ -85,7 +85,7 @@ impl<E: 'static> Runtime<E> {
         self.subscribe_where(topic, qos, |_| None, |_| Vec::new(), event)
     }
 
-    /// As [`Runtime::subscribe`]; messages for which `reason_against` gives a reason are refused too.
+    /// As [`Runtime::subscribe`]; also refuses messages for which `reason_against` returns a reason.
     ///
     /// # Errors
     /// Those of [`Runtime::subscribe`].
@@ -99,8 +99,8 @@ impl<E: 'static> Runtime<E> {
         self.subscribe_where(topic, qos, reason_against, |_| Vec::new(), event)
     }
 
-    /// As [`Runtime::subscribe`], of messages that speak for nodes, named in full (`/auv/sysid`): refused is a message
-    /// that speaks for a node which another participant serves.
+    /// As [`Runtime::subscribe`], for messages sent in the name of nodes, given by full name (`/auv/sysid`). A message is refused if another
+    /// participant contains that node.
     ///
     /// # Errors
     /// Those of [`Runtime::subscribe`].
@@ -139,7 +139,7 @@ impl<E: 'static> Runtime<E> {
         self.open(&topic, types_of::<M>(), qos, None, Box::new(read))
     }
 
-    /// Hands the messages on `topic`, named in full, to the node as `read` does.
+    /// Subscribes to `topic` (full name); `read` passes its messages to the node.
     fn open(
         &self,
         topic: &str,
@@ -154,35 +154,35 @@ impl<E: 'static> Runtime<E> {
         Ok(())
     }
 
-    /// The topics that other participants publish now, in order of name.
+    /// Topics currently published by other participants, sorted by name.
     #[must_use]
     pub fn published_topics(&self) -> Vec<PublishedTopic> {
         let participant = self.shared.participant();
         participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
     }
 
-    /// The nodes of other participants that publish on `topic`, by their full names where they serve parameters, in order.
+    /// Nodes of other participants that publish on `topic`, sorted; by full name if they serve parameters.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules.
+    /// The name violates the ROS rules.
     pub fn publishing_nodes(&self, topic: &str) -> Result<Vec<String>> {
         let topic = format!("rt{}", self.shared.topic_name(topic)?);
         let participant = self.shared.participant();
         Ok(participant.map_or_else(Vec::new, |it| discovered::publishing_nodes(&it, &topic)))
     }
 
-    /// The services of other participants whose names end so (`/get_parameters`), in order of name.
+    /// Services of other participants whose names end with `ending` (such as `/get_parameters`), sorted.
     #[must_use]
     pub fn services(&self, ending: &str) -> Vec<String> {
         let participant = self.shared.participant();
         participant.map_or_else(Vec::new, |it| discovered::services_of_others(&it, ending))
     }
 
-    /// Turns each sample on `topic` into an event without decoding it. `type_name` is
-    /// ROS's (`std_msgs/msg/Float64`, `std_srvs/srv/Empty_Event`); `type_hash`, where known, is announced.
+    /// Turns each sample on `topic` into an event without decoding. `type_name`: ROS type (`std_msgs/msg/Float64`, `std_srvs/srv/Empty_Event`);
+    /// `type_hash`: announced if known.
     ///
     /// # Errors
-    /// When a name breaks ROS's rules, or the middleware refuses.
+    /// A name violates the ROS rules, or an error of the middleware.
     pub fn subscribe_raw(
         &self,
         topic: &str,
@@ -207,10 +207,10 @@ impl<E: 'static> Runtime<E> {
         self.open(&topic, types, qos, Some(gate), Box::new(read))
     }
 
-    /// Opens `topic` for sending payloads as they are; names as of [`Runtime::subscribe_raw`].
+    /// Opens a publisher of raw payloads on `topic`; names as in [`Runtime::subscribe_raw`].
     ///
     /// # Errors
-    /// When a name breaks ROS's rules, or the middleware refuses.
+    /// A name violates the ROS rules, or an error of the middleware.
     pub fn raw_publisher(
         &self,
         topic: &str,
@@ -237,12 +237,11 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
-    /// and reads the claims of others. They count where the claimant has a writer on the DDS topic `evidence`, as
-    /// `rt/auv/state`.
+    /// Claims an exclusive role in the domain (`subject`, the same for all claimants), and reads the claims of others. A claim counts only if the
+    /// claimant has a writer on the DDS topic `evidence`, such as `rt/auv/state`.
     ///
     /// # Errors
-    /// When the middleware refuses.
+    /// An error of the middleware.
     pub fn claim(&self, subject: &str, evidence: &str) -> Result<Claim> {
         let claim = Claim::new(&self.shared, subject, evidence);
         let types = types_of::<DiagnosticArray>();
@@ -268,11 +267,10 @@ impl<E: 'static> Runtime<E> {
         Ok(claim)
     }
 
-    /// Turns each request to the service `name` into an event, which is to be answered
-    /// through the [`Responder`] it brings.
+    /// Turns each request of the service `name` into an event, to be answered through its [`Responder`].
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn serve<S: Service>(
         &self,
         name: &str,
@@ -282,7 +280,7 @@ impl<E: 'static> Runtime<E> {
         let subject = self.shared.service_name(name)?;
         self.serve_with::<S, _>(name, async move |request, responder, turn| {
             if let Some(reason) = non_finite(&request) {
-                shared.warn(&subject, &format!("a request is refused: {reason}"));
+                shared.warn(&subject, &format!("request refused: {reason}"));
                 return;
             }
             let queued = Queued {
@@ -294,15 +292,15 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Opens the service `name` of another node for calling.
+    /// Opens a client of the service `name` of another node.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn client<S: Service>(&self, name: &str) -> Result<Client<S>> {
         self.client_opener().open(name)
     }
 
-    /// Opens services from a task.
+    /// Opens clients of services from within a task.
     pub(crate) fn client_opener(&self) -> ClientOpener {
         ClientOpener {
             shared: Rc::clone(&self.shared),
@@ -310,12 +308,10 @@ impl<E: 'static> Runtime<E> {
         }
     }
 
-    /// Serves the action `name`: each goal becomes an event, and so does each one that is to be
-    /// cancelled. Which goals there may be, and how they end, is for the node to say through the
-    /// [`Goal`].
+    /// Serves the action `name`: each goal becomes an event, and so does each cancel request. The node decides through the [`Goal`] how a goal ends.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn serve_action<A: Action>(
         &self,
         name: &str,
@@ -340,10 +336,10 @@ impl<E: 'static> Runtime<E> {
         )
     }
 
-    /// Opens the action `name` of another node. All its feedback becomes events.
+    /// Opens a client of the action `name` of another node. All its feedback becomes events.
     ///
     /// # Errors
-    /// When the name breaks ROS's rules, or the middleware refuses.
+    /// The name violates the ROS rules, or an error of the middleware.
     pub fn action_client<A: Action>(
         &self,
         name: &str,
@@ -360,7 +356,7 @@ impl<E: 'static> Runtime<E> {
         )
     }
 
-    /// Answers each request of the service `name` at once.
+    /// Answers each request of the service `name` immediately.
     pub(super) fn answer_with<S: Service>(
         &self,
         name: &str,
@@ -371,7 +367,7 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Hands each request of the service `name` to `answer`, one after the other, each in its turn.
+    /// Passes the requests of the service `name` to `answer`, one after the other.
     pub(super) fn serve_with<S, A>(&self, name: &str, mut answer: A) -> Result<()>
     where
         S: Service,
@@ -409,7 +405,7 @@ impl<E: 'static> Runtime<E> {
                             is_advised = true;
                             log::warn!("{advice}");
                         }
-                        None => shared.warn(&name, &format!("a request is refused: {error}")),
+                        None => shared.warn(&name, &format!("request refused: {error}")),
                     },
                 }
             }
@@ -417,7 +413,7 @@ impl<E: 'static> Runtime<E> {
         Ok(())
     }
 
-    /// One end of a topic, with the quality of service that the parameters give it.
+    /// An endpoint of a topic, with the QoS that the parameters select.
     fn endpoint(
         &self,
         direction: Direction,
@@ -434,7 +430,7 @@ impl<E: 'static> Runtime<E> {
         self.shared.request_diagnostics();
     }
 
-    /// A publisher that does not show in the connections: the runtime's own.
+    /// A publisher of the runtime itself, not listed among the connections.
     pub(super) fn unlisted_publisher<M: Message>(
         &self,
         topic: &str,
@@ -445,9 +441,9 @@ impl<E: 'static> Runtime<E> {
     }
 }
 
-/// What sends an event to the handler, made when it is to go.
+/// A function that makes an event and queues it for the handler.
 ///
-/// In a box: its code is then compiled once for each node, and not for each type of message.
+/// Boxed, so that its code is compiled once per node instead of once per message type.
 fn sent_to<E: 'static>(
     sender: &Sender<Queued<E>>,
     event: Box<dyn FnOnce() -> Queued<E>>,
@@ -459,7 +455,7 @@ fn sent_to<E: 'static>(
     sent.boxed_local()
 }
 
-/// The names of a type that is known by its ROS name only.
+/// Names of a type known only by its ROS name.
 fn names_of(type_name: &str, type_hash: Option<&str>) -> Result<TypeNames> {
     let (package, kind, name) = type_parts(type_name)?;
     Ok(TypeNames {
@@ -469,7 +465,7 @@ fn names_of(type_name: &str, type_hash: Option<&str>) -> Result<TypeNames> {
     })
 }
 
-/// What opens services of other nodes.
+/// Opens clients of services of other nodes.
 pub(crate) struct ClientOpener {
     pub(crate) shared: Rc<Shared>,
     mapping: ServiceMapping,
@@ -485,8 +481,7 @@ impl ClientOpener {
     }
 }
 
-/// The service's type as the middleware takes it, its hash announced for both its
-/// topics, and its QoS.
+/// Type of the service for the middleware, with its hash announced for both topics, and its QoS.
 fn announce_service<S: Service>() -> Result<(ServiceTypeName, Qos)> {
     announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
     announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);

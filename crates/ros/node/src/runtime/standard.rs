@@ -1,4 +1,4 @@
-//! What every node does beside its own work: lifecycle, parameters, diagnostics, a look at the middleware.
+//! Standard functions of every node: lifecycle, parameters, diagnostics, check of the middleware.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -42,22 +42,22 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Time between two diagnostics, s.
+/// Interval of the diagnostics.
 const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 
-/// Time between two lines in the log about messages that are refused, s.
+/// Minimum time between two log lines about refused messages.
 const REFUSALS_PERIOD: Duration = Duration::from_secs(5);
 
-/// Time without a further change, or without any more messages, after which the diagnostics go out because of the latest, s.
-/// While there is always more, as where many nodes start at once or in a dive, they go out every [`DIAGNOSTICS_PERIOD`].
+/// Time without further changes or messages after which a change is published in the diagnostics. While changes continue, for example when many
+/// nodes start at once, diagnostics are published every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 
 impl<E: 'static> Runtime<E> {
-    /// The node's lifecycle. A managed node is unconfigured at first: it serves the services of `lifecycle_msgs`, publishes
-    /// `~/transition_event`, and turns each change of state into an event, once it is made. Any other is always active.
+    /// The node's lifecycle. A managed node is initially unconfigured; it serves the services of `lifecycle_msgs`, publishes `~/transition_event`,
+    /// and turns each completed transition into an event. Other nodes are always active.
     ///
     /// # Errors
-    /// When the middleware refuses.
+    /// An error of the middleware.
     pub fn lifecycle(
         &self,
         managed: bool,
@@ -183,7 +183,7 @@ impl<E: 'static> Runtime<E> {
         )
     }
 
-    /// Serves descriptions of the types and levels of the log, where the parameters ask for them.
+    /// Serves type descriptions and log levels, if the parameters request them.
     pub(super) fn serve_types_and_levels(&self) -> Result<()> {
         if self.parameters.borrow().describes_types() {
             self.answer_with::<GetTypeDescription>("~/get_type_description", |request| {
@@ -233,8 +233,7 @@ impl<E: 'static> Runtime<E> {
         Ok(())
     }
 
-    /// Once a second: shows what the middleware has refused, and fails when one of its
-    /// threads has ended.
+    /// Once a second: publishes what the middleware has refused, and fails if one of its threads has ended.
     pub(super) fn watch_middleware(&self, threads: ThreadWatch, fail: Sender<String>) {
         let shared = Rc::downgrade(&self.shared);
         let mut overrides = Some(Rc::clone(&self.parameters));
@@ -254,13 +253,13 @@ impl<E: 'static> Runtime<E> {
                 }
                 if let Some(trouble) = watchdog.look(threads.threads()) {
                     let _ =
-                        fail.try_send(format!("{trouble}: the node receives no messages any more"));
+                        fail.try_send(format!("{trouble}: the node no longer receives messages"));
                 }
                 let now = refusals();
                 let [.., (_, samples)] = now;
                 if samples > told && next_word <= Instant::now() {
                     log::warn!(
-                        "{} messages are refused: larger than this node reads, or more bytes than it has room for",
+                        "{} messages refused: they are larger than this node accepts, or exceed its memory limit",
                         samples - told
                     );
                     told = samples;

@@ -1,4 +1,4 @@
-//! How a node comes up.
+//! Start of a node.
 
 use std::cell::RefCell;
 use std::net::Ipv4Addr;
@@ -37,28 +37,27 @@ use crate::{
     shutdown, timers,
 };
 
-/// Events that wait for the handler; more wait in the middleware's histories.
+/// Number of events queued for the handler; more wait in the middleware.
 const QUEUE: usize = 64;
 
-/// A node before it joins the graph.
+/// Description of a node to start.
 pub struct NodeSpec<E, P> {
-    /// The bare name, unless `__node` remaps it.
+    /// Default name; `__node` remaps it.
     pub name: &'static str,
-    /// The namespace, unless `__ns` remaps it: `/auv`.
+    /// Default namespace, such as `/auv`; `__ns` remaps it.
     pub namespace: &'static str,
-    /// The rule for the parameters together, beyond the range of each. `use_sim_time` is added to them.
+    /// Rule for the complete set of parameters, beyond the range of each. `use_sim_time` is added to them.
     pub validate: fn(&P) -> Result<(), BoxedError>,
-    /// The event when parameters have changed.
+    /// Makes the event for changed parameters.
     pub on_parameters: fn(P) -> E,
 }
 
 impl<E: 'static> Runtime<E> {
-    /// Brings the node up in the domain that the environment names: log, memory ceiling,
-    /// parameters, participant, parameter services, diagnostics. Returns it with its parameters.
+    /// Starts the node in the domain given by the environment: log, memory limit, parameters, participant, parameter services, diagnostics. Returns
+    /// the node and its parameters.
     ///
     /// # Errors
-    /// When an argument, a parameter or an environment variable is refused, or the
-    /// middleware does not come up.
+    /// A refused argument, parameter or environment variable, or an error of the middleware.
     pub fn start<P: Parameters + 'static>(
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
@@ -66,7 +65,7 @@ impl<E: 'static> Runtime<E> {
         Self::start_in(Domain::from_environment()?, spec, arguments)
     }
 
-    /// Brings the node up in `domain`.
+    /// Starts the node in `domain`.
     ///
     /// # Errors
     /// As [`Runtime::start`].
@@ -78,7 +77,7 @@ impl<E: 'static> Runtime<E> {
         Self::with_receive_limits(domain, spec, arguments, |_| ReceiveLimits::small())
     }
 
-    /// Brings the node up in `domain`, for a node that receives other messages than small ones.
+    /// Starts the node in `domain`, with other limits of received messages.
     ///
     /// # Errors
     /// As [`Runtime::start`].
@@ -121,7 +120,7 @@ impl<E: 'static> Runtime<E> {
         Graph::replace_writer_of_context(&participant);
         let context = Context::from_domain_participant(participant.clone()).map_err(|reason| {
             Error::Middleware {
-                what: "no ROS context".to_owned(),
+                what: "cannot create a ROS context".to_owned(),
                 reason: reason.to_string(),
             }
         })?;
@@ -184,7 +183,7 @@ impl<E: 'static> Runtime<E> {
     }
 }
 
-/// The participant of a domain, on the networks and with the peers that are asked for.
+/// The participant of a domain, with the selected networks and peers.
 fn participant(
     domain: Domain,
     peers: &[Ipv4Addr],
@@ -201,12 +200,12 @@ fn participant(
         .applied(builder)
         .build()
         .map_err(|reason| Error::Middleware {
-            what: format!("no participant in domain {}", domain.id),
+            what: format!("cannot create a participant in domain {}", domain.id),
             reason: reason.to_string(),
         })
 }
 
-/// Takes what the participant finds out about others.
+/// Handles discovery events of the participant.
 fn watch_discovery(shared: &Rc<Shared>, participant: &DomainParticipant) {
     let (ours, listener) = (Rc::clone(shared), participant.status_listener());
     shared.spawn(async move {

@@ -198,7 +198,7 @@ fn definitions_that_rust_cannot_have_are_refused() {
     let error = rust::generate(&library).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "p/msg/M:1: no Rust source is generated for wstring"
+        "p/msg/M:1: no Rust code can be generated for wstring"
     );
 
     let mut library = Library::new();

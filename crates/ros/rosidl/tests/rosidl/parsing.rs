@@ -136,7 +136,7 @@ fn a_refusal_names_the_file_the_line_and_the_rule() {
     let error = parse_message("p", "M", "float64 x\n\nfloat65 4ever\n").unwrap_err();
     assert_eq!(
         error.to_string(),
-        "p/msg/M:3: `4ever` is not a name: letters, digits and underscores, starting with a letter"
+        "p/msg/M:3: `4ever` is not a name; letters, digits and underscores, starting with a letter, are expected"
     );
     let error = parse_service("p", "S", "int8 a\n---\nint8 b 200\n").unwrap_err();
     assert_eq!(

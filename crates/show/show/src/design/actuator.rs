@@ -1,4 +1,4 @@
-//! An actuator by itself: its sizes, its frequency response in the position loop, and the limit cycle that it leaves in the depth loop.
+//! Sizes of an actuator, its frequency response in the position loop, and the limit cycle it causes in the depth loop.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -35,12 +35,12 @@ pub fn size_table(set: &ActuatorSet) -> Table {
     table
 }
 
-/// The sizes, and the limit cycle foreseen in the depth loop.
+/// The sizes, and the predicted limit cycle of the depth loop.
 #[must_use]
 pub fn size_text(set: &ActuatorSet) -> String {
     format!(
         "{}\n{}\n\n{}\n\
-         Limit cycle foreseen by describing functions, open loop, single-speed:\n  \
+         Limit cycle predicted by describing functions, open loop, single-speed:\n  \
          AUV's depth loop (Brunner, T6), no leakage: {}\n",
         set.name,
         set.source,
@@ -86,7 +86,7 @@ pub fn gain_and_phase(response: Complex<f64>) -> String {
     )
 }
 
-/// The actuator's own response, for amplitudes counted in quanta, as text.
+/// The actuator's frequency response as text, for amplitudes given in quanta.
 ///
 /// # Errors
 /// An actuator without a linear model.

@@ -1,6 +1,6 @@
 //! Poles, margins and step response of the loop at each speed.
 //!
-//! What is analysed is the sampled loop, as it is flown; the continuous approximation stands beside it.
+//! The sampled loop is analysed, as it is implemented; the continuous approximation is printed for comparison.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ use crate::design::subject::{
     Drive, Law, Subject, discrete_poles_text, law_text, poles_text, speed_text,
 };
 
-/// The loop, the speeds and the observation time.
+/// Input of an analysis: the loop, the speeds and the simulated duration.
 #[derive(Clone, Debug)]
 pub struct Analysis {
     /// Vehicle and actuator.
@@ -33,15 +33,15 @@ pub struct Analysis {
     pub duration: f64,
 }
 
-/// Frequencies drawn, rad/s: a sampled loop's up to Nyquist's.
+/// Range of plotted frequencies, rad/s; for a sampled loop up to the Nyquist frequency.
 const LOWEST: f64 = 1e-3;
 const HIGHEST: f64 = 30.0;
-/// Poles in `z` nearer to 0 than this are those of the actuator's motion within its ticks: at 20 Hz they decay within 25 ms.
+/// Poles with `|z|` below this belong to the actuator's motion within a tick: at 20 Hz they decay within 25 ms.
 pub(crate) const FAST: f64 = 0.3;
-/// A Nyquist plot shows what lies within this of 0.
+/// Largest magnitude shown in a Nyquist plot.
 const NYQUIST_EXTENT: f64 = 3.0;
 
-/// A loop, its margins, and its response as it is drawn.
+/// A loop with its margins and the plotted response.
 struct Drawn {
     name: String,
     judged: Judgement,
@@ -49,7 +49,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// A continuous loop up to `highest`, rad/s.
+    /// The frequency response of a continuous loop up to `highest`, rad/s.
     fn new(dive_loop: &DiveLoop, name: String, highest: f64, duration: f64) -> Result<Self> {
         let continuous = || {
             let open = dive_loop.open_loop()?;
@@ -81,7 +81,7 @@ impl Drawn {
         points.map(|(it, phase)| (it.0, phase.to_degrees()))
     }
 
-    /// The phase, degrees, as it is drawn at a frequency.
+    /// The plotted phase at a frequency, degrees.
     fn degrees_at(&self, frequency: f64) -> f64 {
         let mut points = self.degrees().collect::<Vec<_>>();
         points.sort_by(|a, b| {
@@ -91,7 +91,7 @@ impl Drawn {
         points.first().map_or(f64::NAN, |point| point.1)
     }
 
-    /// Where the margins are read: in the plot of the magnitude, and in that of the phase.
+    /// Points at which the margins are read, for the magnitude plot and for the phase plot.
     fn marks(&self) -> [Vec<(f64, f64)>; 2] {
         let (above, below) = self.judged.gain_limits();
         let gain = [above, below].into_iter().flatten();
@@ -110,10 +110,10 @@ fn decibels(factor: f64) -> f64 {
 }
 
 impl Analysis {
-    /// The page: stability in a sentence a speed, frequency response, poles, step, and the text.
+    /// The HTML page: one sentence on stability per speed, frequency response, poles, step response, and the text.
     ///
     /// # Errors
-    /// A vehicle or actuator that is refused, numbers that overflow.
+    /// A refused vehicle or actuator, numerical overflow.
     pub fn page(&self) -> Result<String> {
         let law = self.law;
         let drive = self.subject.drive()?;
@@ -126,20 +126,20 @@ impl Analysis {
         });
         let [mut magnitude, mut phase] = open;
         magnitude = magnitude.note(
-        "Broken at the planes, up to the Nyquist frequency. A circle is a gain margin: the magnitude where the phase is -180 degrees.",
+        "The loop is broken at the planes; shown up to the Nyquist frequency. A circle marks a gain margin: the magnitude where the phase is -180 degrees.",
     );
         phase = phase.note(
-        "A circle is a phase margin: the distance from -180 degrees where the magnitude is 0 dB.",
+        "A circle marks a phase margin: the distance from -180 degrees where the magnitude is 0 dB.",
     );
         let mut nyquist = Plot::new("Nyquist plot", ["real part", "imaginary part"])
-        .note("Of the open loop, and the point -1. The inverse of the sensitivity peak is its distance from that point.")
+        .note("The open loop and the point -1. The smallest distance between them is the inverse of the sensitivity peak.")
         .one_scale();
         let mut poles = Plot::new("Poles", ["real part [1/s]", "imaginary part [rad/s]"])
-        .note("Of the closed loop; of the sampled one ln(z)/T. Those far to the left are left out.")
+        .note("Poles of the closed loop; for the sampled loop ln(z)/T. Poles far to the left are not shown.")
         .from_zero()
         .one_scale();
         let mut step = Plot::new("Depth step", ["time [s]", "depth over setpoint"])
-            .note("After a unit step of the setpoint.");
+            .note("Response to a unit step of the setpoint.");
         let sampling = drive.sampling.as_ref();
         let highest = sampling.map_or(HIGHEST, |it| PI / it.tick);
         for speed in &self.speeds {
@@ -203,7 +203,7 @@ impl Analysis {
         Ok(document(&title, "", &body, ""))
     }
 
-    /// All numbers in lines.
+    /// All results as text.
     ///
     /// # Errors
     /// As [`Analysis::page`].
@@ -211,8 +211,8 @@ impl Analysis {
         Ok(self.outcome(true)?.to_string())
     }
 
-    /// Stability and margins at each speed, and the numbers behind them; with `verbose` also the poles in z, Routh's
-    /// column, and the continuous approximation.
+    /// Stability and margins at each speed, with the numbers they follow from; with `verbose` also the poles in z, Routh's column, and the
+    /// continuous approximation.
     ///
     /// # Errors
     /// As [`Analysis::page`].
@@ -237,7 +237,7 @@ impl Analysis {
             if drive.sampling.is_some() && verbose {
                 let delay = 1e3 * drive.path.delay;
                 text += &format!(
-                    "  continuous approximation: hold and actuator as a dead time of {delay:.1} ms, whose fast poles are those of Pade's approximation\n{}",
+                    "  continuous approximation: hold and actuator as a dead time of {delay:.1} ms; its fast poles come from the Pade approximation\n{}",
                     described(&judged(&dive_loop.continuous())?)
                 );
             }
@@ -249,7 +249,7 @@ impl Analysis {
 const LOOP_MAGNITUDE: [&str; 2] = ["Magnitude of the open loop", "magnitude [dB]"];
 const LOOP_PHASE: [&str; 2] = ["Phase of the open loop", "phase [deg]"];
 
-/// The poles that a drawing can show together: not those of a dead time, far to the left.
+/// The poles that fit into one plot: without those of a dead time, far to the left.
 fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
     let far = 4.0
         * poles
@@ -261,10 +261,10 @@ fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
     near.map(|s| (s.re, s.im)).collect()
 }
 
-/// Damping ratios whose lines are drawn between the poles.
+/// Damping ratios whose lines are plotted with the poles.
 const DAMPING: [f64; 3] = [0.3, 0.5, 0.7];
 
-/// The poles with lines of equal damping ratio, as long as the farthest pole is away.
+/// Adds lines of equal damping ratio to a plot of poles, as long as the most distant pole.
 fn with_damping_lines<'a>(poles: Plot<'a>) -> Plot<'a> {
     let points = poles.series.iter().flat_map(|it| &it.points);
     let far = points
@@ -277,7 +277,7 @@ fn with_damping_lines<'a>(poles: Plot<'a>) -> Plot<'a> {
     })
 }
 
-/// Stability and margins in a sentence.
+/// A sentence on stability and margins.
 #[must_use]
 pub fn stability(judged: &Judgement) -> String {
     if !judged.is_stable() {
@@ -301,7 +301,7 @@ pub fn stability(judged: &Judgement) -> String {
     parts.join(", ")
 }
 
-/// Vehicle, actuator and sampling, and the conditions under which the analysis holds.
+/// Vehicle, actuator and sampling, and the conditions under which the analysis is valid.
 #[must_use]
 pub fn heading(subject: &Subject, drive: &Drive) -> String {
     let note = drive.sampling.as_ref().map(|it| it.note.as_str());
@@ -313,13 +313,13 @@ pub fn heading(subject: &Subject, drive: &Drive) -> String {
     text
 }
 
-/// A judgement in lines.
+/// A judgement as text.
 #[must_use]
 pub fn described(judged: &Judgement) -> String {
     lines_of(judged, true)
 }
 
-/// The same; without `verbose` only the poles in s, the margins and the step.
+/// As [`described`]; without `verbose` only the poles in s, the margins and the step response.
 fn lines_of(judged: &Judgement, verbose: bool) -> String {
     let mut text = String::new();
     let mut line = |line: String| {

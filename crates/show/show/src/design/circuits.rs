@@ -1,16 +1,16 @@
-//! Designs of a circuit of on/off valves beside each other: coding, number of valves and law, each over one load cycle.
+//! Comparison of designs of a circuit of on/off valves: coding, number of valves and control law, each over one load cycle.
 //!
-//! All designs have the file's flow with all valves of an edge open; the coding shares it. The figures that a paper would print:
+//! All designs have the file's total flow per edge; the coding divides the flow among the valves. The results:
 //!
-//! Each is a mean over seeds of the valves' scatter, the peak the worst. A design whose ram met a stop did not carry its load, or overran; one
-//! that tracks worse than half of the reference's standard deviation, the dead zone and a hundredth of the stroke does not follow. Neither is
-//! ever among those not beaten.
+//! Each result is a mean over several random draws of the valves' scatter; for the peak pressure it is the maximum. A design whose ram hit a
+//! stop is marked. A design does not follow if its tracking error exceeds the largest of: half of the reference's standard deviation, the
+//! dead zone, 1 % of the stroke. Neither kind counts as unbeaten.
 //!
-//! - **energy**: what the supply levels gave over the load cycle, pressure times volume, and the solenoids took, J;
-//! - **tracking**: root of the mean square of reference less position, m;
-//! - **peak pressure**: the highest in a chamber, gauge, Pa;
-//! - **switchings**: of all valves, opening and closing counted apart, an hour;
-//! - **life**: until the valve that switches most has reached its rated life, h.
+//! - **energy**: energy from the supply over the load cycle, pressure times volume, plus that of the solenoids, J;
+//! - **tracking**: root mean square of reference less position, m;
+//! - **peak pressure**: the highest chamber pressure, gauge, Pa;
+//! - **switchings**: number of valve switchings per hour, opening and closing counted separately;
+//! - **life**: time until the valve that switches most reaches its rated life, h.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -25,24 +25,24 @@ use planesman_linear::digits::significant;
 use planesman_parameters::Choice as _;
 use planesman_text::number;
 
-/// Largest error of a step of the integration, as a share of each quantity's scale.
+/// Largest integration error per step, relative to each quantity's scale.
 const ACCURACY: f64 = 1e-6;
-/// Points of a time plot.
+/// Maximum number of points of a time plot.
 const POINTS: usize = 1500;
 
-/// A design.
+/// A design of the circuit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// `None` for the file's own valves.
+    /// Coding and number of valves per edge; `None` for the file's own valves.
     pub coding: Option<(Coding, usize)>,
-    /// The law.
+    /// Control law.
     pub law: Law,
     /// The circuit.
     pub circuit: Arc<Circuit>,
 }
 
 impl Design {
-    /// Its name: `pcm 5, model`.
+    /// Name, such as `pcm 5, model`.
     #[must_use]
     pub fn name(&self) -> String {
         match self.coding {
@@ -85,7 +85,7 @@ pub fn designs(file: &Circuit, codings: &[Coding], counts: &[usize], laws: &[Law
     designs
 }
 
-/// Whether two circuits that differ in valves and law at most are the same, but for rounding.
+/// Whether two circuits are equal except for rounding; only valves and law may differ.
 fn is_same(one: &Circuit, other: &Circuit) -> bool {
     let valves = |circuit: &Circuit| -> Vec<f64> {
         circuit
@@ -101,16 +101,16 @@ fn is_same(one: &Circuit, other: &Circuit) -> bool {
         && one_valves.iter().zip(&other_valves).all(near)
 }
 
-/// A design's figures over the seeds of its valves' scatter.
+/// Results of a design over several random draws of the valves' scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation {
-    /// The means of energy, tracking, switchings, life and the ledger; the worst of the others.
+    /// Means of energy, tracking, switchings, life and the ledger; worst values of the others.
     pub mean: Figures,
-    /// The largest tracking of a seed, m.
+    /// Largest tracking error of all draws, m.
     pub worst_tracking: f64,
 }
 
-/// The figures of a design on a load cycle, with the seeds 1 to `seeds` of the valves' scatter; without scatter one is enough.
+/// Results of a design on a load cycle with the seeds 1 to `seeds` of the valves' scatter; without scatter one seed is enough.
 #[must_use]
 pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
     let seeds = if design.circuit.valves.scatter > 0.0 {
@@ -150,7 +150,7 @@ pub fn evaluate(design: &Design, cycle: &LoadCycle, seeds: u64) -> Evaluation {
     }
 }
 
-/// The highest and the lowest of both.
+/// The union of two pressure ranges (highest, lowest).
 fn wider(one: Option<(f64, f64)>, other: Option<(f64, f64)>) -> Option<(f64, f64)> {
     let both = one
         .zip(other)
@@ -158,21 +158,22 @@ fn wider(one: Option<(f64, f64)>, other: Option<(f64, f64)>) -> Option<(f64, f64
     both.or(one).or(other)
 }
 
-/// Designs with their figures.
+/// Designs with their results.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The designs, the file's own first.
     pub designs: Vec<(Design, Evaluation)>,
-    /// Whether it follows and met no stop, and no other such design is at least as good in every figure and better in one.
+    /// Whether the design follows the load cycle without hitting a stop, and no other such design is at least as good in every result and better
+    /// in one.
     pub front: Vec<bool>,
-    /// What an ideal proportional valve would take for the reference's motion, J.
+    /// Energy that an ideal proportional valve would need for the reference's motion, J.
     pub proportional: f64,
-    /// Tracking beyond which a design does not follow, m.
+    /// Tracking error above which a design does not follow, m.
     pub loose: f64,
 }
 
 impl Outcome {
-    /// The designs on a load cycle, the file's own first, and who of them is not beaten.
+    /// Compares the designs (the file's own first) by their results on the load cycle, and finds those that no other design beats.
     #[must_use]
     pub fn new(designs: Vec<(Design, Evaluation)>, cycle: &LoadCycle) -> Self {
         let circuit = &designs[0].0.circuit;
@@ -215,7 +216,7 @@ impl Outcome {
         }
     }
 
-    /// The table: all designs, or those not beaten, by tracking.
+    /// The table of all designs, or of those not beaten, sorted by tracking.
     #[must_use]
     pub fn table(&self, all: bool) -> Table {
         let mut table = Table::new([
@@ -267,12 +268,12 @@ impl Outcome {
         table
     }
 
-    /// The best compromise in a sentence, or that no design follows the load cycle.
+    /// A sentence about the best compromise, or that no design follows the load cycle.
     #[must_use]
     pub fn winner(&self) -> String {
         let of = self.designs.len();
         if !self.front.contains(&true) {
-            return format!("None of {of} designs follows the load cycle.");
+            return format!("No design of {of} follows the load cycle.");
         }
         let (design, it) = &self.designs[self.middle()];
         let figures = &it.mean;
@@ -287,7 +288,7 @@ impl Outcome {
         )
     }
 
-    /// What is printed above the table.
+    /// The text above the table.
     #[must_use]
     pub fn head(&self, cycle_name: &str, cycle: &LoadCycle) -> String {
         let (design, _) = &self.designs[0];
@@ -297,7 +298,7 @@ impl Outcome {
         // Writing to a String does not fail.
         let _ = writeln!(
             text,
-            "Load cycle {cycle_name}, {} s; {} designs, {count} of them not beaten in all of energy, tracking, peak pressure, switchings and life.",
+            "Load cycle {cycle_name}, {} s; {} designs, {count} of them not beaten (no other design is better in energy, tracking, peak pressure, switchings and life together).",
             number(cycle.duration()),
             self.designs.len()
         );
@@ -305,11 +306,11 @@ impl Outcome {
         if let Some((highest, lowest)) = lines.fold(None, wider) {
             let _ = writeln!(
                 text,
-                "At the valves' end of the lines the oil's pressure is from {:.2} to {:.2} MPa, over all designs{}.",
+                "At the valves' end of the lines the oil pressure ranges from {:.2} to {:.2} MPa over all designs{}.",
                 lowest / 1e6,
                 highest / 1e6,
                 if lowest < -ATMOSPHERE {
-                    "; below -0.1 MPa it would boil, which is not modelled"
+                    "; below -0.1 MPa the oil would boil, which is not modelled"
                 } else {
                     ""
                 }
@@ -318,7 +319,7 @@ impl Outcome {
         text
     }
 
-    /// The design nearest to the best of all in tracking and energy, each as a share of its range over the front.
+    /// Index of the design nearest to the best values of tracking and energy, each relative to its range over the unbeaten designs.
     #[must_use]
     pub fn middle(&self) -> usize {
         let front = || {
@@ -361,10 +362,10 @@ impl Outcome {
             div.scroll { (self.table(false).html()) }
             h2 { "All designs" }
             div.scroll { (self.table(true).html()) }
-            h2 { "One of them over time: " (design.name()) }
-            p { "The design nearest to the best in tracking and in energy, with the first seed." }
+            h2 { "Time histories of " (design.name()) }
+            p { "The best compromise between tracking and energy, with the first seed of the valves' scatter." }
             (figures(&traces(design, cycle)))
-            h2 { "Where its energy goes, on average over the seeds" }
+            h2 { "Where its energy goes (mean over the seeds)" }
             (ledger(&design.circuit, &of_design.mean.ledger))
         };
         document(title, "", &body, "")
@@ -463,7 +464,7 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
     row("leakage past the piston".to_owned(), ledger.seal);
     row("compression of the oil, net".to_owned(), ledger.compression);
     row(
-        "  put in (the rest was given back)".to_owned(),
+        "  stored (the rest was given back)".to_owned(),
         ledger.compressed,
     );
     row("viscous friction".to_owned(), ledger.viscous);
@@ -472,12 +473,12 @@ pub fn ledger_table(circuit: &Circuit, ledger: &Ledger) -> Table {
     row("kinetic, springs, weight".to_owned(), ledger.mechanical);
     row("stops".to_owned(), ledger.stops);
     if circuit.levels.iter().any(|level| level.line.is_some()) {
-        row("held in the lines".to_owned(), ledger.lines);
+        row("stored in the lines".to_owned(), ledger.lines);
         row("friction in the lines".to_owned(), ledger.line_friction);
     }
-    row("missing in the balance".to_owned(), ledger.residual());
+    row("error of the energy balance".to_owned(), ledger.residual());
     row(
-        "switching (electrical, beside it)".to_owned(),
+        "switching (electrical, in addition)".to_owned(),
         ledger.switching,
     );
     table

@@ -1,4 +1,4 @@
-//! Why there is no analysis.
+//! Errors of the design tools.
 
 use planesman_hydraulics::actuator_file::ActuatorFileError;
 use planesman_text::{option, setting};
@@ -7,53 +7,53 @@ use planesman_vehicle::vehicle_file::VehicleError;
 /// A result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why there is no analysis.
+/// Why a design or analysis failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A vehicle that is refused.
+    /// A refused vehicle.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
-    /// An actuator that is refused.
+    /// A refused actuator.
     #[error(transparent)]
     Actuator(#[from] ActuatorFileError),
     /// An actuator without a slew response to analyse.
     #[error("actuator '{0}' does not follow a step of its command")]
     NoStep(String),
-    /// A command that moves the planes over more ticks than are analysed.
+    /// A command that takes more ticks than can be analysed.
     #[error(
-        "the planes follow a command within {needed:.0} ticks, and at most {most} are analysed: choose a lower {} or {}",
+        "the planes need {needed:.0} ticks to follow a command, at most {most} can be analysed: choose a lower {} or {}",
         option("rate"),
         option("computing_delay")
     )]
     Ticks {
-        /// Over so many.
+        /// Number of ticks needed.
         needed: f64,
-        /// At most.
+        /// Largest number of ticks.
         most: f64,
     },
-    /// A model that is no vehicle's.
+    /// A model that does not describe a vehicle.
     #[error("{0}")]
     Model(String),
-    /// Limits that no gains keep over a model's uncertainty.
+    /// No gains keep the limits over the model's uncertainty.
     #[error(
         "no gains of the dive loops keep a phase margin of {phase_margin:.0} deg, a gain margin of {gain_margin:.1} dB and a sensitivity peak of \
-         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more, or allow more: {}, {}",
+         {sensitivity:.2} in 95 % of the vehicles that the model allows; {nearest}. Record more data, or relax the limits: {}, {}",
         setting("ms", format!("{:.1}", 1.25 * sensitivity)), setting("phase_margin", format!("{:.0}", 0.8 * phase_margin))
     )]
     OutOfReach {
-        /// Degrees.
+        /// Minimum phase margin, degrees.
         phase_margin: f64,
-        /// dB
+        /// Minimum gain margin, dB.
         gain_margin: f64,
-        /// The largest peak.
+        /// Maximum sensitivity peak.
         sensitivity: f64,
-        /// What the last ones do.
+        /// Margins of the last gains tried, as a sentence.
         nearest: String,
     },
-    /// Numbers that overflow.
+    /// Numerical overflow.
     #[error(transparent)]
     Linear(#[from] planesman_linear::Error),
-    /// A flight that is refused or breaks off.
+    /// A simulated flight that is refused or breaks off.
     #[error(transparent)]
     Flight(#[from] planesman_flight::Error),
 }

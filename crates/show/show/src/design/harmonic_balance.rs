@@ -1,4 +1,4 @@
-//! Harmonic balance around a digital hydraulic actuator in the depth loop: the limit cycle that its quantum leaves.
+//! Harmonic balance of the depth loop with a digital hydraulic actuator: the limit cycle caused by its quantum.
 //!
 //! ```text
 //! H(s) = [Kpy (1 + K_i/s) (Kpz U/s + Kdz U + 1) + Kr s] K/(s^2 + B s + M) e^(-s T/2)
@@ -17,42 +17,41 @@ use planesman_linear::{Complex, ComplexFunctions as _};
 
 use crate::design::subject::{RATE, default_gains};
 
-/// An actuator's describing function, where it was measured: by the bits of amplitude, rad, and frequency, rad/s.
+/// Measured values of an actuator's describing function; the key contains the bits of amplitude, rad, and frequency, rad/s.
 pub type Describing = RefCell<BTreeMap<(u64, u64), Complex<f64>>>;
 
-/// Above this much of 1 + N H a harmonic balance is no cycle.
+/// Largest `|1 + N H|` at which a harmonic balance counts as a limit cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
 
-/// Below this the describing function is measured over one period, rad/s.
+/// Below this frequency the describing function is measured over one period, rad/s.
 const SLOW: f64 = 0.05 * TAU;
 
-/// The depth loop of a vehicle in pitch alone, under the depth controller's default gains.
+/// The depth loop of a vehicle without heave, with the depth controller's default gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthLoop {
-    /// The vehicle in pitch.
+    /// Pitch dynamics of the vehicle.
     pub model: PitchModel,
-    /// U, m/s.
+    /// Speed U, m/s.
     pub speed: f64,
-    /// K_i, 1/s.
+    /// Integral gain K_i, 1/s.
     pub integral: f64,
 }
 
-/// A cycle that harmonic balance predicts.
+/// A limit cycle predicted by harmonic balance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// Hz.
+    /// Frequency, Hz.
     pub frequency: f64,
-    /// Depth, peak to peak, m.
+    /// Depth amplitude, peak to peak, m.
     pub depth: f64,
-    /// |1 + N H|: 0 where the balance holds.
+    /// `|1 + N H|`: 0 where the balance is exact.
     pub residual: f64,
 }
 
 impl DepthLoop {
-    /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
-    /// the actuator's command) from and to. The actuator's describing function is taken from the
-    /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
-    /// an amplitude, `known` what was measured of the same actuator before.
+    /// The limit cycle with the smallest residual of harmonic balance, 1 + N(A, w) H(jw) = 0, over a range of amplitudes of the actuator's command,
+    /// rad. The describing function N is measured on the full model under a sinusoid, with friction, leakage and delays. `demand`: the command for
+    /// an amplitude; `known`: earlier measurements of the same actuator.
     #[must_use]
     pub fn predict(
         &self,
@@ -91,15 +90,15 @@ impl DepthLoop {
         }
     }
 
-    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
+    /// Transfer function theta/delta of the vehicle in small motion at a frequency, rad/s.
     fn pitch(&self, frequency: f64) -> Complex<f64> {
         let s = Complex::new(0.0, frequency);
         let model = &self.model;
         Complex::from(model.plane) / (s * s + s * model.damping + model.restoring)
     }
 
-    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
-    /// actuator. The computer's sampling is a dead time of half a tick.
+    /// H = -delta_c/delta of vehicle and controller at a frequency, rad/s: the loop without the actuator. The controller's sampling is modelled
+    /// as a dead time of half a tick.
     fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
         let s = Complex::new(0.0, frequency);
         let (gains, speed) = (default_gains(), self.speed);

@@ -1,4 +1,4 @@
-//! The poles of the dive loop as one gain, or the speed, changes.
+//! Root locus of the dive loop over one gain, or the speed.
 
 use crate::pages::{document, figures};
 use crate::plot::{Plot, Series, Style};
@@ -13,11 +13,11 @@ use crate::design::analysis::FAST;
 use crate::design::error::{Error, Result};
 use crate::design::subject::{Drive, Law, Subject, law_text, poles_text, speed_text};
 
-/// Points of the drawing.
+/// Number of points of the plot.
 const DOTS: u32 = 600;
 
 planesman_text::choices! {
-    /// One of the gains, or the speed.
+    /// The quantity that varies: a gain, or the speed.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Varied {
         DepthP = "depth_p": "Kpz (rad/m)",
@@ -33,17 +33,17 @@ planesman_text::choices! {
 pub struct Locus {
     /// Vehicle and actuator.
     pub subject: Subject,
-    /// The control law, but for a gain that varies.
+    /// The control law; the gain that varies is ignored.
     pub law: Law,
     /// Speed through the water, m/s, unless it varies.
     pub speed: f64,
     /// The quantity that varies.
     pub vary: Varied,
-    /// Its first value, in SI.
+    /// First value, in SI.
     pub from: f64,
-    /// Its last value, in SI.
+    /// Last value, in SI.
     pub to: f64,
-    /// Rows of the table, 2 and more.
+    /// Number of rows of the table, 2 or more.
     pub rows: u32,
 }
 
@@ -54,7 +54,7 @@ impl Locus {
         (0..self.rows).map(move |i| self.value(f64::from(i) / last))
     }
 
-    /// The value at a share of the range.
+    /// The value at a fraction of the range.
     fn value(&self, share: f64) -> f64 {
         let (from, to) = (self.from, self.to);
         let value = from + share * (to - from);
@@ -66,7 +66,7 @@ impl Locus {
         }
     }
 
-    /// The gain that varies; `None` for the speed.
+    /// Access to the gain that varies; `None` for the speed.
     fn gain(&self) -> Option<fn(&mut LoopGains) -> &mut f64> {
         match self.vary {
             Varied::DepthP => Some(|gains| &mut gains.depth_p),
@@ -89,16 +89,16 @@ impl Locus {
         self.subject.dive_loop(drive, (gains, memory), speed)
     }
 
-    /// The poles in `s`; of the sampled loop `ln(z) / T`.
+    /// The poles in `s`; for the sampled loop `ln(z) / T`.
     fn poles(&self, drive: &Drive, value: f64) -> Result<Vec<Complex<f64>>> {
         let dive_loop = self.dive_loop(drive, value)?;
         Ok(in_s(dive_loop.poles()?, drive))
     }
 
-    /// The poles at a value, but for those of the actuator's motion within a tick.
+    /// The poles at a value, without those of the actuator's motion within a tick.
     ///
     /// # Errors
-    /// A vehicle that is refused, numbers that overflow.
+    /// A refused vehicle, numerical overflow.
     pub fn poles_text(&self, drive: &Drive, value: f64) -> Result<String> {
         let mut poles = self.poles(drive, value)?;
         if let Some(sampling) = &drive.sampling {
@@ -107,7 +107,7 @@ impl Locus {
         Ok(poles_text(&poles))
     }
 
-    /// The page: the locus as a drawing, on which the cursor tells the value at each pole, beside the table.
+    /// The HTML page: the locus as a plot, in which the cursor shows the value at each pole, and the table.
     ///
     /// # Errors
     /// As [`Locus::poles_text`].
@@ -128,7 +128,7 @@ impl Locus {
         }
         let body = html! {
             h1 { (title) }
-            p.lead { "All others as in " (fixed) "." }
+            p.lead { "All other gains: " (fixed) "." }
             div.columns { (figures(&[self.drawing(drive, varied)?])) (rows.html()) }
         };
         Ok(document(&title, "td { text-align: left; }", &body, ""))
@@ -180,7 +180,7 @@ impl Locus {
                 let dive_loop = self.dive_loop(drive, 0.0)?;
                 let zeros = in_s(dive_loop.locus_zeros(gain)?, drive);
                 plot.note(
-                    "A cross is a pole with the gain at 0; a circle is a zero, where a pole ends as the gain grows without bound.",
+                    "A cross is a pole with the gain at 0. A circle is a zero: a pole approaches it as the gain grows without bound.",
                 )
                 .with(Style::Crosses, "open-loop poles", near(in_s(dive_loop.poles()?, drive)))
                 .with(Style::Circles, "zeros", near(zeros))
@@ -195,7 +195,7 @@ impl Locus {
     }
 }
 
-/// Poles or zeros in `s`, those of a sampled loop as `ln(z) / T`, without those at `z = 0`.
+/// Poles or zeros in `s`; for a sampled loop `ln(z) / T`, without those at `z = 0`.
 fn in_s(roots: Vec<Complex<f64>>, drive: &Drive) -> Vec<Complex<f64>> {
     match &drive.sampling {
         Some(sampling) => roots

@@ -1,15 +1,15 @@
 //! Design of the depth and pitch loops, for any vehicle, speed, gains and actuator.
 //!
-//! - [`Subject`]: a vehicle behind an actuator, as a sampled loop.
+//! - [`Subject`]: a vehicle with its actuator, as a sampled loop.
 //! - [`Analysis`]: poles, margins and step response at each speed.
 //! - [`Locus`]: the poles as one gain, or the speed, varies.
 //! - [`DiveTask`], [`DiveGains`]: gains for an identified vehicle, over its model's uncertainty.
-//! - [`DepthSteps`]: depth steps flown with every actuator, feedback and gain source.
-//! - [`size_text`], [`frequency_text`]: an actuator by itself; [`DepthLoop`]: the limit cycle that it leaves in the depth loop.
+//! - [`DepthSteps`]: simulated depth steps with every actuator, feedback and gain source.
+//! - [`size_text`], [`frequency_text`]: sizes and frequency response of an actuator; [`DepthLoop`]: the limit cycle it causes in the depth loop.
 //! - [`circuits`]: designs of a circuit of on/off valves over a load cycle.
 //!
-//! The loops' tools judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
-//! The tools are [`planesman_control::design`]; here they meet vehicles and actuators.
+//! The tools judge the sampled loop: the command is held between ticks, and the actuator has its own dynamics.
+//! The methods are in [`planesman_control::design`]; this module applies them to vehicles and actuators.
 
 mod actuator;
 mod analysis;

@@ -1,9 +1,8 @@
-//! The effect of each choice on a simulated depth step.
+//! The effect of each design choice on a simulated depth step.
 //!
-//! Every combination of step, speed, actuator, feedback and gains flies the whole loop in one process, as `planesman
-//! sim` does: vehicle with sensor errors, controller, actuator and identifier. Adaptive gains need something to identify from: a small
-//! pseudo-random test signal is on in their flights, and in no others. The depth cell is taken without its
-//! end at 32.58 in (Fig. 38), which is shallower than the steps.
+//! Every combination of step, speed, actuator, feedback and gains is simulated with the whole loop in one process, as `planesman sim` does:
+//! vehicle with sensor errors, controller, actuator and identifier. Adaptive gains need excitation to identify from: only their flights have a
+//! small pseudo-random test signal. The depth cell is assumed not to saturate at 32.58 in (Fig. 38), which is shallower than the steps.
 
 use crate::pages::{document, figures};
 use crate::plot::{Plot, Series, Style};
@@ -31,21 +30,21 @@ pub struct DepthSteps {
     pub speeds: Vec<f64>,
     /// Depth steps, m.
     pub steps: Vec<f64>,
-    /// Amplitude of the test signal of the flights with adaptive gains, deg.
+    /// Amplitude of the test signal in flights with adaptive gains, deg.
     pub signal: f64,
-    /// Seed of every noise.
+    /// Seed of all noise.
     pub seed: u32,
 }
 
 const FEEDBACK: [&str; 3] = ["truth", "integrator", "kalman"];
 const GAINS: [&str; 3] = ["fixed", "scheduled", "adaptive"];
 
-/// One flight's choices.
+/// The choices of one flight.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// m
+    /// Depth step, m.
     step: f64,
-    /// m/s
+    /// Speed, m/s.
     speed: f64,
     actuator: &'static str,
     feedback: &'static str,
@@ -55,17 +54,17 @@ pub struct Choice {
 /// The results of a flight.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// percent
+    /// Overshoot, percent.
     overshoot: f64,
-    /// s to stay within 5 %
+    /// Settling time to 5 %, s.
     settling: Option<f64>,
-    /// m
+    /// Steady-state error, m.
     steady_error: f64,
-    /// Of pitch as fed back, root mean square, rad.
+    /// Error of the pitch that is fed back, root mean square, rad.
     pitch_error: f64,
-    /// Plane travel, rad/s.
+    /// Plane travel per time, rad/s.
     activity: f64,
-    /// The factor of the sampled loop with the gains at the end; of the true state alone, since no estimator is in that loop.
+    /// Gain margin of the sampled loop with the final gains, a factor; only for feedback of the true state, since that loop has no estimator.
     gain_margin: Option<f64>,
 }
 
@@ -94,15 +93,15 @@ impl DepthSteps {
         choices
     }
 
-    /// Flies one.
+    /// Simulates one flight.
     ///
     /// # Errors
-    /// A vehicle or parameter that is refused, or a flight that breaks off.
+    /// A refused vehicle or parameter, or a flight that breaks off.
     pub fn fly(&self, choice: &Choice) -> Result<Outcome> {
         Ok(choice.fly(self).during(|| choice.text())?)
     }
 
-    /// A row a flight.
+    /// A table with one row per flight.
     #[must_use]
     pub fn table(&self, choices: &[Choice], outcomes: &[Outcome]) -> Table {
         let mut table = Table::new([
@@ -141,17 +140,17 @@ impl DepthSteps {
         table
     }
 
-    /// What is not the same in all rows.
+    /// A note on what applies only to some rows.
     #[must_use]
     pub fn explained(&self) -> String {
         format!(
-            "A test signal of {} deg is on in the flights with adaptive gains alone, which identify from it. The gain margin is that of the \
-         sampled loop with the gains at the flight's end, where the true state is fed back.",
+            "Only the flights with adaptive gains have a test signal, of {} deg, to identify from. The gain margin is that of the \
+         sampled loop with the final gains; it is given only for feedback of the true state.",
             self.signal
         )
     }
 
-    /// The page: settling time over plane travel, and the table.
+    /// The HTML page: settling time over plane travel, and the table.
     #[must_use]
     pub fn page(&self, choices: &[Choice], outcomes: &[Outcome], table: &Table) -> String {
         let never = outcomes.iter().filter(|it| it.settling.is_none()).count();
@@ -205,7 +204,7 @@ impl Choice {
         format!("{feet} ft at {feet_per_second} ft/s, {actuator}, {feedback}, {gains}")
     }
 
-    /// The amplitude of its test signal, deg.
+    /// Amplitude of the flight's test signal, deg.
     fn signal(&self, flights: &DepthSteps) -> f64 {
         match self.gains {
             "adaptive" => flights.signal,
@@ -233,7 +232,7 @@ impl Choice {
         Ok(above.map(|it| it.factor))
     }
 
-    /// A slow vehicle is given more time.
+    /// Simulated duration, s; longer for a slow vehicle.
     fn duration(&self) -> f64 {
         120.0 / (self.speed / FOOT).min(1.0)
     }

@@ -1,4 +1,4 @@
-//! The subject of a design: a vehicle behind an actuator, and the control law around them.
+//! The subject of a design: a vehicle with its actuator, and the control law around them.
 
 use planesman_control::ControllerParameters;
 use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
@@ -16,63 +16,63 @@ use planesman_vehicle::vehicle_file;
 
 use crate::design::error::{Error, Result};
 
-/// The actuator of a dive.
+/// Default actuator.
 pub const ACTUATOR: &str = "auv";
-/// The ticks of a dive, Hz.
+/// Default tick rate, Hz.
 pub const RATE: f64 = 20.0;
 
-/// The most ticks over which a command moves the planes: each is a state of the sampled loop.
+/// Largest number of ticks over which a command may move the planes: each is a state of the sampled loop.
 const MOST_TICKS: f64 = 400.0;
 
-/// Brunner's vehicle in pitch alone (NPS thesis, 1988, Table 3): J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, with the
-/// same plane moment at every speed; `Ky` as program T6 signs it.
+/// Brunner's vehicle without heave (NPS thesis, 1988, Table 3): J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, with the same
+/// plane moment at every speed; the sign of `Ky` is that of program T6.
 pub const TABLE_3: PitchModel = PitchModel {
     plane: 0.14 / 0.6,
     damping: 0.06 / 0.6,
     restoring: 0.0,
 };
 
-/// What the planes move.
+/// The body that the planes move.
 #[derive(Clone, Debug)]
 pub enum Body {
     /// A built-in vehicle, a vehicle file or a model file.
     Vehicle {
         /// Its name or path.
         name: String,
-        /// The base vehicle of an identified model, which gives all but the pitch dynamics.
+        /// The base vehicle of an identified model, which supplies everything except the pitch dynamics.
         base: String,
     },
-    /// A vehicle at hand.
+    /// A loaded vehicle.
     Given {
-        /// Its name in texts.
+        /// Name in texts.
         name: String,
         /// The vehicle.
         vehicle: Box<Vehicle>,
     },
-    /// A damped inertia in pitch alone: it goes where it points, and its planes' moment does not know the speed.
+    /// A damped inertia in pitch only: its path follows its pitch, and the plane moment does not depend on the speed.
     Pitch {
-        /// Its name in texts.
+        /// Name in texts.
         name: &'static str,
         /// Its coefficients.
         model: PitchModel,
     },
 }
 
-/// A vehicle behind an actuator.
+/// A vehicle with its actuator.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    /// The vehicle.
+    /// The body.
     pub body: Body,
-    /// What moves the planes: `ideal`, `first_order` with the bandwidth of `dha_actuator`'s default, or a built-in actuator or
-    /// actuator file for its motion at the slew rate.
+    /// What moves the planes: `ideal`, `first_order` (with the bandwidth of `dha_actuator`'s default), or a built-in actuator or actuator file (its
+    /// motion at the slew rate).
     pub actuator: String,
-    /// Ticks of the controller per second, Hz; 0: the continuous loop alone.
+    /// Controller rate (ticks per second, Hz); 0: only the continuous loop.
     pub rate: f64,
-    /// Delay from a state to the command that answers it, s: 0 in lockstep and in `sim`.
+    /// Delay from a measured state to the command computed from it, s: 0 in lockstep and in `sim`.
     pub computing_delay: f64,
 }
 
-/// The vehicle and the actuator of a dive.
+/// The default vehicle and actuator of `planesman dive`.
 impl Default for Subject {
     fn default() -> Self {
         Self {
@@ -84,28 +84,28 @@ impl Default for Subject {
     }
 }
 
-/// The control law: gains of the depth and pitch loops, integrals and filter.
+/// The control law: gains of the depth and pitch loops; integral gains and filter.
 pub type Law = (LoopGains, Memory);
 
-/// What is between a command and the planes.
+/// Dynamics between a command and the planes.
 pub struct Drive {
-    /// In the continuous loop.
+    /// For the continuous loop.
     pub path: Path,
-    /// In the sampled loop; `None` for `--rate 0`.
+    /// For the sampled loop; `None` for `--rate 0`.
     pub sampling: Option<Sampling>,
 }
 
-/// The command at the ticks, and the planes that follow it.
+/// Sampling of the command, and the planes' motion that follows it.
 pub struct Sampling {
-    /// s
+    /// Sampling interval, s.
     pub tick: f64,
-    /// As [`planesman_linear::Sampled::new`] takes it.
+    /// The planes' motion, in the form of [`planesman_linear::Sampled::new`].
     pub motion: Vec<(f64, f64)>,
-    /// The conditions of this motion, a sentence a line; empty where there are none.
+    /// The conditions under which this motion is valid, one sentence per line; may be empty.
     pub note: String,
 }
 
-/// The depth controller's default gains: those of program T6.
+/// The depth controller's default gains, those of program T6.
 #[must_use]
 pub fn default_gains() -> LoopGains {
     let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
@@ -118,7 +118,7 @@ pub fn default_gains() -> LoopGains {
 }
 
 impl Body {
-    /// A vehicle by its name or file.
+    /// The subject with a vehicle given by name or file.
     #[must_use]
     pub fn vehicle(name: &str) -> Self {
         Self::Vehicle {
@@ -134,10 +134,10 @@ impl Body {
         }
     }
 
-    /// In pitch alone at a speed, m/s, as the formula of pole placement takes it.
+    /// The pitch dynamics at a speed, m/s, as the pole-placement formula needs them.
     ///
     /// # Errors
-    /// A vehicle that is refused.
+    /// A refused vehicle.
     pub fn pitch_model(&self, speed: f64) -> Result<PitchModel> {
         match self {
             Self::Pitch { model, .. } => Ok(*model),
@@ -153,7 +153,7 @@ impl Body {
         }
     }
 
-    /// The vehicle with its coefficients. A body in pitch alone has none: its name is refused, as that of any file that is not there.
+    /// The vehicle with its coefficients. A body in pitch only has none; its name is refused like that of a missing file.
     fn loaded(&self) -> Result<Vehicle> {
         match self {
             Self::Vehicle { name, base } => Ok(vehicle_file::load_on(name, base)?),
@@ -162,7 +162,7 @@ impl Body {
         }
     }
 
-    /// About level flight at a speed, m/s.
+    /// The plant about level flight at a speed, m/s.
     fn plant(&self, speed: f64) -> Result<DivePlant> {
         if let Self::Pitch { model, .. } = self {
             return Ok(DivePlant::of_pitch(model, speed)?);
@@ -189,10 +189,10 @@ impl Body {
 }
 
 impl Subject {
-    /// The vehicle about level flight at a speed, m/s, behind the drive.
+    /// The vehicle about level flight at a speed, m/s, driven through the actuator.
     ///
     /// # Errors
-    /// A vehicle that is refused, or numbers that overflow.
+    /// A refused vehicle, or numerical overflow.
     pub fn plant(&self, drive: &Drive, speed: f64) -> Result<DivePlant> {
         let plant = self.body.plant(speed)?;
         match &drive.sampling {
@@ -203,12 +203,12 @@ impl Subject {
         }
     }
 
-    /// The way from the control law to the planes. In the sampled loop it is the command's hold over the tick and the actuator's own motion;
-    /// in the continuous one the hold is half a tick of dead time, and a digital hydraulic actuator the dead time from an error to
-    /// the middle of the flow that answers it.
+    /// The dynamics from the control law to the planes. In the sampled loop: the hold of the command over the tick, and the actuator's own motion.
+    /// In the continuous loop: half a tick of dead time for the hold; for a digital hydraulic actuator also the dead time from an error to the
+    /// middle of the flow that corrects it.
     ///
     /// # Errors
-    /// An actuator that is refused, or that does not follow a command as large as its slew rate allows.
+    /// A refused actuator, or one that cannot follow a command as large as its slew rate allows.
     pub fn drive(&self) -> Result<Drive> {
         let tick = (self.rate > 0.0).then(|| 1.0 / self.rate);
         let mut motion = AT_ONCE.to_vec();
@@ -219,7 +219,7 @@ impl Subject {
                 let law = ActuatorParameters::default().first_order;
                 lag = 1.0 / law.omega;
                 note = format!(
-                    "Holds while the planes move by less than their rate limit, {:.0} deg/s.",
+                    "Valid while the planes move more slowly than their rate limit, {:.0} deg/s.",
                     law.rate.to_degrees()
                 );
             }
@@ -232,8 +232,8 @@ impl Subject {
                     let volumes = actuator_model::volumes_in_a_tick(&set, tick);
                     let quantum = set.plane_quantum().to_degrees();
                     note = format!(
-                        "Holds for commands that change by about {:.1} deg from tick to tick, {volumes} volumes of {quantum:.2} deg.\n\
-                         Smaller ones end in a limit cycle of a quantum or two, larger ones exceed the slew rate.",
+                        "Valid for commands that change by about {:.1} deg per tick, {volumes} volumes of {quantum:.2} deg.\n\
+                         Smaller changes end in a limit cycle of one or two quanta, larger ones exceed the slew rate.",
                         f64::from(volumes) * quantum
                     );
                 }
@@ -258,7 +258,7 @@ impl Subject {
         })
     }
 
-    /// The loop with these gains at a speed, m/s.
+    /// The closed loop with these gains at a speed, m/s.
     ///
     /// # Errors
     /// As [`Subject::plant`].
@@ -271,24 +271,27 @@ impl Subject {
         })
     }
 
-    /// Vehicle, actuator and sampling in a line.
+    /// Vehicle, actuator and sampling in one line.
     #[must_use]
     pub fn title(&self) -> String {
         let (vehicle, actuator) = (self.body.name(), &self.actuator);
         match self.rate > 0.0 {
-            true => format!("{vehicle} behind {actuator}, sampled at {} Hz", self.rate),
-            false => format!("{vehicle} behind {actuator}, continuous"),
+            true => format!(
+                "{vehicle} with actuator {actuator}, sampled at {} Hz",
+                self.rate
+            ),
+            false => format!("{vehicle} with actuator {actuator}, continuous"),
         }
     }
 }
 
-/// A speed in both units.
+/// A speed in m/s and ft/s.
 #[must_use]
 pub fn speed_text(speed: f64) -> String {
     format!("{speed:.4} m/s ({:.3} ft/s)", speed / FOOT)
 }
 
-/// Gains in SI, those of the depth loop in the report's feet too; integrals and filter where there are any.
+/// Gains in SI, those of the depth loop also in feet as in the report; integral gains and filter unless they are 0.
 #[must_use]
 pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
     let mut text = gains_text(gains);
@@ -304,7 +307,7 @@ pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
     text
 }
 
-/// Gains in SI, and those of the depth loop in the report's feet.
+/// Gains in SI, those of the depth loop also in feet as in the report.
 #[must_use]
 pub fn gains_text(g: &LoopGains) -> String {
     format!(
@@ -318,7 +321,7 @@ pub fn gains_text(g: &LoopGains) -> String {
     )
 }
 
-/// A pole; of a conjugate pair both at once.
+/// A pole as text; a conjugate pair is written once.
 fn pole_text(pole: &Complex<f64>) -> String {
     if pole.im == 0.0 {
         pair_text(*pole, 4)
@@ -328,12 +331,12 @@ fn pole_text(pole: &Complex<f64>) -> String {
     }
 }
 
-/// Poles in `s` in the order given, each pair once.
+/// Poles in `s` in the given order, each pair once.
 pub(crate) fn poles_text(poles: &[Complex<f64>]) -> String {
     once(poles, pole_text)
 }
 
-/// Poles in `z`, likewise.
+/// Poles in `z`, each pair once.
 pub(crate) fn discrete_poles_text(poles: &[Complex<f64>]) -> String {
     once(poles, |pole| pair_text(*pole, 5))
 }

@@ -1,8 +1,7 @@
-//! Gains of the depth and pitch loops for an identified vehicle, such that the vehicles which its model's uncertainty allows keep
-//! their margins.
+//! Gains of the depth and pitch loops for an identified vehicle, with margins that hold over the model's uncertainty.
 //!
-//! The gains are those of [`planesman_control::design::optimise`] on the model itself, within margins that are tightened until all
-//! but [`MISSED`] of the drawn vehicles keep those asked for.
+//! The gains are those of [`planesman_control::design::optimise`] for the model itself, with margins that are tightened until all but
+//! [`MISSED`] of the drawn vehicles keep the requested ones.
 
 use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Judgement, Memory};
 use planesman_control::design::optimise::Wishes;
@@ -16,54 +15,54 @@ use planesman_vehicle::vehicle_file;
 use crate::design::error::{Error, Result};
 use crate::design::subject::{Body, Drive, Subject};
 
-/// Steps by which the margins are tightened, and by how much at the end, rad and as a factor.
+/// Number of steps of tightening, and the total amount for the phase margin, rad, and for the gain margin, a factor.
 const STEPS: u32 = 8;
 const TIGHTER: (f64, f64) = (0.6, 2.0);
-/// The limits of a dive that are not asked for, rad: those of `depth_controller`'s defaults.
+/// Limits that the user does not set, rad: the defaults of `depth_controller`.
 const PITCH_LIMIT: f64 = std::f64::consts::FRAC_PI_4;
 const PLANES_LIMIT: f64 = std::f64::consts::FRAC_PI_6;
 
-/// What the gains are for.
+/// Input of a design for an uncertain vehicle.
 #[derive(Clone, Debug)]
 pub struct DiveTask {
-    /// The model: planes to pitch or pitch rate, with its speed.
+    /// The model from planes to pitch or pitch rate, with its speed.
     pub model: ModelFile,
-    /// Models drawn from its covariance.
+    /// Models drawn from the model's covariance.
     pub draws: Vec<ModelFile>,
-    /// The base vehicle, which gives all but the pitch dynamics.
+    /// The base vehicle, which supplies everything except the pitch dynamics.
     pub base: String,
-    /// Actuator, ticks and computing delay; its body is not used.
+    /// Actuator, tick rate and computing delay; its body is not used.
     pub subject: Subject,
-    /// The least phase margin, rad.
+    /// Minimum phase margin, rad.
     pub phase_margin: f64,
-    /// The least gain margin, to either side, a factor above 1.
+    /// Minimum gain margin, upward and downward, a factor above 1.
     pub gain_margin: f64,
-    /// The largest sensitivity peak.
+    /// Maximum sensitivity peak.
     pub sensitivity: f64,
-    /// The largest overshoot of a depth step, %.
+    /// Maximum overshoot of a depth step, %.
     pub overshoot: f64,
-    /// The depth step that may not ask for more than the limits of pitch and planes, m.
+    /// Depth step whose first pitch and plane commands must stay within the limits, m.
     pub step: f64,
-    /// The duration of the step response, s.
+    /// Duration of the step response, s.
     pub duration: f64,
 }
 
-/// The gains, and what the vehicles do with them.
+/// The gains, and the margins of all vehicles with them.
 #[derive(Clone, Debug)]
 pub struct DiveGains {
-    /// The gains.
+    /// Gains of the depth and pitch loops.
     pub gains: LoopGains,
-    /// The speed, m/s.
+    /// Speed, m/s.
     pub speed: f64,
-    /// With the model itself.
+    /// Judgement of the loop with the model itself.
     pub model: Judgement,
-    /// With the drawn vehicles.
+    /// Judgements of the loops with the drawn vehicles.
     pub draws: Vec<Judgement>,
-    /// Drawn models that are no vehicle's: the first reason, and how many.
+    /// Drawn models that do not describe a vehicle: the first reason, and their number.
     pub left_out: Option<(String, usize)>,
 }
 
-/// What the loops are closed around: the model's vehicle, the drawn ones, and why others are none.
+/// The plants: the model's vehicle, the drawn vehicles, and the reasons why other draws were left out.
 struct Plants {
     speed: f64,
     drive: Drive,
@@ -84,7 +83,7 @@ impl Plants {
 }
 
 impl DiveTask {
-    /// The plants that the loops are closed around.
+    /// The plants of the model and of its draws.
     fn plants(&self) -> Result<Plants> {
         let base = vehicle_file::load(&self.base)?;
         let drive = self.subject.drive()?;
@@ -122,7 +121,7 @@ impl DiveTask {
         })
     }
 
-    /// The depth after a unit step of its setpoint, of the model's vehicle and of the drawn ones that are stable.
+    /// The depth response to a unit step of the setpoint, for the model's vehicle and for the drawn ones that are stable.
     ///
     /// # Errors
     /// As [`DiveTask::gains`].
@@ -144,10 +143,10 @@ impl DiveTask {
         Ok(Band::of(&times, &depths))
     }
 
-    /// The gains.
+    /// Finds the gains.
     ///
     /// # Errors
-    /// A model that is no vehicle's, a base vehicle or actuator that is refused, limits that no gains keep.
+    /// A model that does not describe a vehicle, a refused base vehicle or actuator, limits that no gains keep.
     pub fn gains(&self) -> Result<DiveGains> {
         let plants = self.plants()?;
         let mut nearest = None;
@@ -178,9 +177,9 @@ impl DiveTask {
             gain_margin: 20.0 * libm::log10(self.gain_margin),
             sensitivity: self.sensitivity,
             nearest: match nearest {
-                None => "the model itself keeps them with none".to_owned(),
+                None => "no gains keep the limits even for the model itself".to_owned(),
                 Some(found) => format!(
-                    "the last that were tried have {:.1} deg, {:.1} dB and {:.2} there",
+                    "the last gains tried reach {:.1} deg, {:.1} dB and {:.2} there",
                     found.phase().quantile(MISSED),
                     found.gain().quantile(MISSED),
                     found.sensitivity().quantile(1.0 - MISSED)
@@ -189,7 +188,7 @@ impl DiveTask {
         })
     }
 
-    /// The best gains for the model itself within margins that are tightened by a share.
+    /// The best gains for the model itself, with margins tightened by a share of [`TIGHTER`].
     fn proposed(&self, plants: &Plants, share: f64) -> Result<Option<LoopGains>> {
         let (phase, gain) = TIGHTER;
         let wishes = Wishes {
@@ -213,7 +212,7 @@ impl DiveGains {
         Distribution::new(value(&self.model), self.draws.iter().map(&value))
     }
 
-    /// The phase margin, degrees; minus infinity of an unstable loop.
+    /// Phase margins, degrees; minus infinity for an unstable loop.
     #[must_use]
     pub fn phase(&self) -> Distribution {
         self.of(|it| match it.is_stable() {
@@ -224,7 +223,7 @@ impl DiveGains {
         })
     }
 
-    /// The gain margin to the nearer side, dB; minus infinity of an unstable loop.
+    /// Gain margins to the nearer side, dB; minus infinity for an unstable loop.
     #[must_use]
     pub fn gain(&self) -> Distribution {
         self.of(|it| {
@@ -238,7 +237,7 @@ impl DiveGains {
         })
     }
 
-    /// The sensitivity peak; infinite of an unstable loop.
+    /// Sensitivity peaks; infinite for an unstable loop.
     #[must_use]
     pub fn sensitivity(&self) -> Distribution {
         self.of(|it| {
@@ -247,13 +246,13 @@ impl DiveGains {
         })
     }
 
-    /// Of a depth step, %; infinite of an unstable loop.
+    /// Overshoots of a depth step, %; infinite for an unstable loop.
     #[must_use]
     pub fn overshoot(&self) -> Distribution {
         self.of(|it| it.step.map_or(f64::INFINITY, |it| it.overshoot))
     }
 
-    /// To within 5 % of a depth step, s; infinite where it does not settle.
+    /// Settling times of a depth step to 5 %, s; infinite if it does not settle.
     #[must_use]
     pub fn settling(&self) -> Distribution {
         self.of(|it| {
@@ -285,7 +284,7 @@ impl DiveGains {
         text
     }
 
-    /// The parameters of `depth_controller` that are the gains.
+    /// The gains as parameters of `depth_controller`.
     #[must_use]
     pub fn parameters(&self) -> [(&'static str, f64); 4] {
         let g = &self.gains;
@@ -368,6 +367,6 @@ mod tests {
         task.duration = 20.0;
         task.draws.truncate(1);
         let refusal = task.gains().unwrap_err().to_string();
-        assert!(refusal.contains("allow more: ms "), "{refusal}");
+        assert!(refusal.contains("relax the limits: ms "), "{refusal}");
     }
 }

@@ -1,4 +1,4 @@
-//! What two recordings have in common, and where they differ.
+//! Result of comparing two recordings.
 
 use std::collections::BTreeMap;
 
@@ -10,95 +10,95 @@ use crate::diff::pairing::{Key, Outcome, Pairing, Waiting};
 use crate::diff::recording::{Item, Recording, TopicOf};
 use crate::diff::rules::{Rule, RuleError};
 
-/// The result.
+/// Result of a comparison.
 #[derive(Clone, Debug, Default)]
 pub struct Comparison {
     /// The recordings' names.
     pub names: [String; 2],
     /// Whether the topics are columns of tables.
     pub is_table: bool,
-    /// What was found of each that bears on the result, as that it is cut off.
+    /// Notes on the recordings that affect the result, for example that one is cut off.
     pub notes: Vec<String>,
-    /// The difference that comes first in time.
+    /// The earliest difference.
     pub first: Option<First>,
-    /// Every topic of either.
+    /// All topics of either recording.
     pub topics: Vec<TopicResult>,
 }
 
-/// A topic's messages.
+/// Result of one topic.
 #[derive(Clone, Debug, Default)]
 pub struct TopicResult {
-    /// The topic; of a table the column.
+    /// The topic, or the column of a table.
     pub name: String,
-    /// Why it is not compared; empty if it is.
+    /// Why the topic is not compared; empty if it is compared.
     pub left_out: &'static str,
-    /// Messages of A and of B.
+    /// Number of messages in A and in B.
     pub messages: [u64; 2],
-    /// Pairs of the same bytes or values.
+    /// Pairs with the same bytes or values.
     pub equal: u64,
-    /// Those of them that differ within a tolerance, or in ignored fields only.
+    /// Equal pairs that differ within a tolerance, or only in ignored fields.
     pub within: u64,
     /// Pairs with a difference.
     pub different: u64,
-    /// Messages that only A has, and only B has.
+    /// Number of messages that only A contains, and that only B contains.
     pub alone: [u64; 2],
-    /// Messages that say again what was said, with the same stamp and bytes: no difference.
+    /// Repeated messages, with the same stamp and bytes as before: not a difference.
     pub repeated: u64,
-    /// Pairs that stand in another order among those of their stamp and the next ones: no difference.
+    /// Pairs whose order differs among messages of the same or the next stamps: not a difference.
     pub reordered: u64,
-    /// Why its messages are not decoded; empty if they are.
+    /// Why the messages are not decoded; empty if they are.
     pub not_decoded: String,
-    /// The fields that differ, `rates[]` for all elements of a list.
+    /// Fields with differences; `rates[]` for all elements of a list.
     pub fields: BTreeMap<String, FieldResult>,
 }
 
-/// A field that differs.
+/// Differences of one field.
 #[derive(Clone, Debug, Default)]
 pub struct FieldResult {
-    /// Messages or elements in which it does.
+    /// Number of messages or elements that differ.
     pub different: u64,
-    /// The largest difference of numbers.
+    /// Largest difference of numbers.
     pub largest: Option<Largest>,
-    /// The largest magnitude of the values that differ.
+    /// Largest magnitude of the differing values.
     magnitude: f64,
 }
 
-/// The largest difference of a field.
+/// Largest difference of a field.
 #[derive(Clone, Debug)]
 pub struct Largest {
-    /// The field, with the element of a list.
+    /// The field, with the index of a list's element.
     pub place: String,
     /// B less A.
     pub difference: f64,
     /// The values in A and in B.
     pub values: [Value; 2],
-    /// The message's stamp, ns.
+    /// Stamp of the message, ns.
     pub stamp: Option<i64>,
 }
 
 /// The first difference.
 #[derive(Clone, Debug)]
 pub struct First {
-    /// The topic; of a table the column.
+    /// The topic, or the column of a table.
     pub topic: String,
-    /// The stamp of the message, ns; `None` for a topic without.
+    /// Stamp of the message, ns; `None` for a topic without stamps.
     pub stamp: Option<i64>,
-    /// The number of the message in the topic, from 1.
+    /// Number of the message in its topic, from 1.
     pub number: u64,
-    /// Messages of the topic before it that are equal.
+    /// Number of earlier messages of the topic that are equal.
     pub equal_before: u64,
     /// What differs.
     pub what: What,
 }
 
-/// A difference.
+/// Kind of a difference.
 #[derive(Clone, Debug)]
 pub enum What {
-    /// A field has two values; of a column of a table the field is empty.
+    /// A field with its two values; for a column of a table the field is empty.
     Field(String, [Value; 2]),
-    /// The bytes differ, and are not decoded.
+    /// Different bytes of messages that cannot be decoded, with the reason.
     Bytes(String),
-    /// Only A (0) or B (1) has the message.
+    /// A message that only A (0) or B (1) contains.
     Alone(usize),
 }
 
@@ -109,7 +109,7 @@ impl TopicResult {
         !self.left_out.is_empty() || self.different == 0 && self.alone == [0, 0]
     }
 
-    /// The field whose largest difference is the largest part of its own magnitude.
+    /// The field with the largest difference relative to its own magnitude.
     #[must_use]
     pub fn worst(&self) -> Option<(&str, &FieldResult)> {
         let fields = self.fields.iter().map(|(name, it)| (name.as_str(), it));
@@ -118,7 +118,7 @@ impl TopicResult {
 }
 
 impl FieldResult {
-    /// The largest difference relative to the largest magnitude of the values that differ; negative for a field that is no number.
+    /// Largest difference relative to the largest magnitude of the differing values; negative for a field that is not a number.
     #[must_use]
     pub fn relative(&self) -> f64 {
         let largest = self.largest.as_ref();
@@ -164,13 +164,13 @@ impl Comparison {
     }
 }
 
-/// A topic while its messages come.
+/// A topic during the comparison.
 struct Topic<'r> {
     types: Option<&'r Types>,
-    /// The types are not the same: no message is.
+    /// The types differ, so no message is equal.
     is_mismatch: bool,
     is_keyed: bool,
-    /// It is a column of a table.
+    /// Whether the topic is a column of a table.
     is_table: bool,
     pairing: Pairing,
     ignored: Vec<&'r Rule>,
@@ -178,18 +178,18 @@ struct Topic<'r> {
     result: TopicResult,
 }
 
-/// The comparison while messages come.
+/// State of a comparison.
 pub(crate) struct Comparing<'r> {
     topics: Vec<Topic<'r>>,
-    /// The number of each recording's topic among all.
+    /// Index of each recording's topics among all topics.
     places: [Vec<usize>; 2],
-    /// Messages read of each recording.
+    /// Number of messages read from each recording.
     numbers: [u64; 2],
-    /// The first difference, by time and place in its recording.
+    /// The first difference, by time and by its place in the recording.
     first: Option<((Key, u64), First)>,
     notes: Vec<String>,
     names: [String; 2],
-    /// Payload bytes that wait for their partner.
+    /// Payload bytes of messages without a partner so far.
     pub(crate) waiting: usize,
 }
 
@@ -235,7 +235,7 @@ impl<'r> Comparing<'r> {
         Ok(comparing)
     }
 
-    /// Checks that each rule names something.
+    /// Checks that each rule matches a topic or field.
     fn check(&self, options: &Options<'_>) -> Result<(), RuleError> {
         let names = self.topics.iter().map(|it| it.result.name.as_str());
         let has_field = |topic: &str, field: &str| {
@@ -249,7 +249,7 @@ impl<'r> Comparing<'r> {
         Ok(())
     }
 
-    /// Whether the messages of each topic of a recording are looked at.
+    /// Which topics of a recording are compared.
     pub(crate) fn wanted(&self, side: usize) -> Vec<bool> {
         let places = self.places[side].iter();
         places
@@ -257,7 +257,7 @@ impl<'r> Comparing<'r> {
             .collect()
     }
 
-    /// Takes the next message of a recording. Returns 1 for one whose topic the other has too.
+    /// Takes the next message of a recording. Returns 1 if the other recording also has its topic.
     pub(crate) fn push(&mut self, side: usize, item: Item, now: &mut Key) -> u64 {
         let place = self.places[side][item.topic];
         let topic = &mut self.topics[place];
@@ -363,7 +363,7 @@ impl<'r> Topic<'r> {
         }
     }
 
-    /// Takes the other recording's topic of that name.
+    /// Adds the other recording's topic of the same name.
     fn join(&mut self, other: &'r TopicOf, options: &Options<'_>) {
         let is_keyed = self.is_keyed && other.is_stamped && !options.by_index;
         self.is_keyed = is_keyed;
@@ -389,7 +389,7 @@ impl<'r> Topic<'r> {
         self.is_keyed.then_some(message.key.stamp)
     }
 
-    /// Counts an outcome. Returns what differs.
+    /// Counts an outcome. Returns the difference, if any.
     fn judge(&mut self, outcome: &Outcome) -> Option<What> {
         match outcome {
             Outcome::Only {
@@ -422,7 +422,7 @@ impl<'r> Topic<'r> {
         }
     }
 
-    /// Compares messages of unlike bytes by their fields.
+    /// Compares the fields of two messages with different bytes.
     fn compare(&mut self, a: &Waiting, b: &Waiting) -> Option<What> {
         let Some(types) = self.types else {
             return Some(What::Bytes(self.result.not_decoded.clone()));
@@ -455,7 +455,7 @@ impl<'r> Topic<'r> {
     }
 }
 
-/// Whether numbers differ by no more than a tolerance; of floating-point numbers any NaN is as good as another.
+/// Whether two values differ by at most a tolerance; NaN equals NaN.
 fn values_equal_within(a: &Value, b: &Value, tolerance: f64) -> bool {
     if matches!((a, b), (Value::Length(_), _) | (_, Value::Length(_))) {
         return false;

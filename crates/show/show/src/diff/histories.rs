@@ -1,4 +1,4 @@
-//! The fields that differ, over time, for plots.
+//! Time histories of differing fields, for plots.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::diff::comparison::Comparison;
 use crate::diff::options::{DiffError, Options};
 use crate::diff::recording;
 
-/// A field in both recordings, and its difference where both have a message; time in seconds from the earliest stamp.
+/// Values of a field in both recordings, and their difference at common stamps; time in s from the earliest stamp.
 #[derive(Clone, Debug)]
 pub struct History {
     /// The topic.
@@ -23,7 +23,7 @@ pub struct History {
     pub difference: Vec<(f64, f64)>,
 }
 
-/// The fields of each topic that differ most, at most `most` of a topic. Both recordings are read once more.
+/// The fields with the largest differences, at most `most` per topic. Both recordings are read once more.
 ///
 /// # Errors
 /// As [`diff`](crate::diff::diff()).
@@ -69,7 +69,7 @@ pub fn histories(
         .collect())
 }
 
-/// The values of fields of a recording with their stamps, ns; none of those without.
+/// The values of fields of a recording with their stamps, ns; messages without a stamp are left out.
 fn samples(recording: &recording::Recording, wanted: &[(String, String)]) -> Vec<Vec<(i64, f64)>> {
     let mut decoders = Vec::new();
     for (number, (topic, field)) in wanted.iter().enumerate() {
@@ -104,7 +104,7 @@ fn samples(recording: &recording::Recording, wanted: &[(String, String)]) -> Vec
     found
 }
 
-/// The differences at the stamps that both have.
+/// The differences at common stamps.
 fn paired(a: &[(i64, f64)], b: &[(i64, f64)]) -> impl Iterator<Item = (i64, f64)> {
     let mut at = 0;
     a.iter().filter_map(move |(stamp, value)| {
@@ -116,7 +116,7 @@ fn paired(a: &[(i64, f64)], b: &[(i64, f64)]) -> impl Iterator<Item = (i64, f64)
     })
 }
 
-/// As many points as a plot shows.
+/// Reduces a time history to the number of points a plot shows.
 fn thinned(samples: impl Iterator<Item = (i64, f64)>, origin: i64) -> Vec<(f64, f64)> {
     let mut history = TimeHistory::default();
     for (stamp, value) in samples {

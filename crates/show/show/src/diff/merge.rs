@@ -1,4 +1,4 @@
-//! Both recordings are read at the same time, each by a thread of its own, and their messages brought together.
+//! Reads both recordings at the same time, each in its own thread, and merges their messages.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -9,10 +9,10 @@ use crate::diff::options::{DiffError, Options, WAITING};
 use crate::diff::pairing::Key;
 use crate::diff::recording::{self, Item, Recording};
 
-/// Compares the recordings at two paths: bags, or tables.
+/// Compares the recordings at two paths, bags or tables.
 ///
 /// # Errors
-/// One that cannot be opened, or a rule that names what neither has. One that breaks off is compared as far as it goes, and that is noted.
+/// A recording that cannot be opened, or a rule that matches nothing in either. A recording that breaks off is compared up to there, with a note.
 pub fn diff(a: &Path, b: &Path, options: &Options<'_>) -> Result<Comparison, DiffError> {
     let recordings = recording::open([a, b], options)?;
     let mut comparing = Comparing::new(&recordings, options)?;
@@ -54,11 +54,11 @@ const BATCH_BYTES: usize = 1 << 20;
 struct Batch {
     items: Vec<Item>,
     bytes: usize,
-    /// What was found at the recording's end.
+    /// Notes from the recording's end.
     notes: Vec<String>,
 }
 
-/// Compares what both readers hand over, always of the one that is behind.
+/// Compares the messages of both readers; takes the next message from the reader that is behind in time.
 fn merge(receivers: &[Receiver<Batch>; 2], comparing: &mut Comparing<'_>) -> Result<(), DiffError> {
     let mut read = [0_u64; 2];
     let mut has_ended = [false; 2];

@@ -1,15 +1,14 @@
-//! Two recordings compared message by message, each topic for itself.
+//! Compares two recordings message by message, each topic separately.
 //!
-//! Payloads are compared as bytes first; only those that differ are decoded, by the schema in the bag, and compared field by field.
-//! Messages are paired by their own stamps (`pairing`), so that a missing message is missing and no shift of all that follow it.
-//! The time at which a recorder received a message is not compared.
+//! Payloads are first compared as bytes; only different ones are decoded by the bag's schema and compared field by field. Messages are paired
+//! by their own stamps (`pairing`), so a missing message does not shift all later pairs. The time of reception is not compared.
 //!
 //! - [`diff`]: compares; [`Options`]: what counts as a difference.
-//! - [`Comparison`], [`TopicResult`], [`FieldResult`], [`First`]: what was found; as text by `text`.
-//! - [`histories`]: the fields that differ, over time.
+//! - [`Comparison`], [`TopicResult`], [`FieldResult`], [`First`]: the result; `text` prints it.
+//! - [`histories`]: time histories of differing fields.
 //! - [`CanonicalOrder`]: a topic's messages in an order that does not depend on the recorder.
 //!
-//! Inside: `recording` reads bags and tables alike, `rules` are tolerances and what is ignored.
+//! Internal: `recording` reads bags and tables in the same way, `rules` has tolerances and ignored fields.
 
 mod comparison;
 mod histories;

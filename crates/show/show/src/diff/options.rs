@@ -1,55 +1,55 @@
-//! What counts as a difference, and why recordings cannot be compared.
+//! Options and errors of a comparison.
 
 use planesman_signals::SourceError;
 use planesman_text::setting;
 
 use crate::diff::rules::{Rule, RuleError, Tolerance};
 
-/// A column of a table of a flight, and the signal of a bag (`TOPIC:FIELD`) that it holds; a `-` before it changes its sign.
+/// A column of a flight's table, and the bag's signal (`TOPIC:FIELD`) with the same values; a `-` before the signal changes its sign.
 pub type ColumnOf<'a> = (&'a str, &'a str);
 
-/// What counts as a difference.
+/// Options of a comparison.
 #[derive(Clone, Debug, Default)]
 pub struct Options<'a> {
     /// Absolute tolerances of fields.
     pub tolerances: Vec<Tolerance>,
-    /// Topics and fields that are not compared.
+    /// Topics and fields to ignore.
     pub ignored: Vec<Rule>,
-    /// Compare the topics of wall time ([`WALL_TIME`]) too.
+    /// Also compare the topics with wall time ([`WALL_TIME`]).
     pub all: bool,
-    /// Pair the messages of a topic by their number, not by their stamps.
+    /// Pair the messages of a topic by index instead of by stamp.
     pub by_index: bool,
-    /// The only topics that are compared; all where it is empty.
+    /// The only topics to compare; all if empty.
     pub only: Vec<String>,
-    /// Bytes that the chunks of each file of a bag may unpack to in all; `None` without a limit.
+    /// Largest total size of a bag file's chunks after unpacking, bytes; `None` without a limit.
     pub most_unpacked: Option<u64>,
-    /// What the columns of a table are in a bag.
+    /// The bag's signals for the columns of a table.
     pub columns: &'a [ColumnOf<'a>],
 }
 
-/// Topics that hold wall time by their nature, and nothing that a loop computes. They are counted, and not compared unless that is asked for.
+/// Topics that contain wall time and no results of a loop. They are counted, and compared only on request.
 pub const WALL_TIME: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
 
-/// Payload bytes that may wait for their partner.
+/// Largest size of payloads waiting for their partner, bytes.
 pub(crate) const WAITING: usize = 1 << 30;
 
-/// Why recordings cannot be compared.
+/// Errors of a comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum DiffError {
-    /// One cannot be read.
+    /// A recording that cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// A rule of a topic or field that neither has.
+    /// A rule that matches no topic or field of either recording.
     #[error(transparent)]
     Rule(#[from] RuleError),
-    /// No message is compared: a test would pass on nothing.
+    /// No message is compared; without this error an empty comparison would count as equal.
     #[error(
-        "there is nothing to compare: no topic that is not left out has a message (planesman bag info lists them)"
+        "nothing to compare: the topics that are not ignored have no messages (planesman bag info lists all topics)"
     )]
     Nothing,
-    /// Messages of one topic lie too far apart in the two files.
+    /// The messages of one topic are too far apart in the two files.
     #[error(
-        "the recordings hold their messages in so different an order that {} MiB wait for their partner; leave large topics out ({})",
+        "the order of messages differs too much: {} MiB of messages wait for their partner; ignore large topics with {}",
         WAITING >> 20, setting("ignore", "TOPIC")
     )]
     Apart,

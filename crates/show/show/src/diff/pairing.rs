@@ -1,11 +1,11 @@
-//! Which messages of two recordings of a topic belong together.
+//! Pairing of the messages of a topic in two recordings.
 //!
-//! Those of one stamp, in the order recorded; where several have the same stamp, first those of the same bytes, since the order
-//! in which publishers are received is the recorder's. Of a topic without stamps the messages of one number.
+//! Messages of equal stamp are paired in recorded order; if several have one stamp, those with equal bytes first, since the order of several
+//! publishers depends on the recorder. Messages of a topic without stamps are paired by index.
 
 use std::collections::{BTreeSet, VecDeque};
 
-/// Where a message stands in time. A clock that goes back by more than a second begins a new epoch, as of a loop that was started again.
+/// Position of a message in time. A clock that goes back by more than a second, as after a restart of the loop, begins a new epoch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Key {
     epoch: u32,
@@ -15,7 +15,7 @@ pub(crate) struct Key {
 const A_SECOND: i64 = 1_000_000_000;
 
 impl Key {
-    /// That of the next message of a topic.
+    /// The key of the topic's next message, with this stamp.
     fn then(self, stamp: i64) -> Self {
         let is_back = stamp < self.stamp.saturating_sub(A_SECOND);
         Self {
@@ -25,17 +25,17 @@ impl Key {
     }
 }
 
-/// Gives each message of a topic of one recording its key.
+/// Assigns keys to the messages of one topic in one recording.
 #[derive(Default)]
 struct Keys {
     last: Key,
-    /// Messages without a stamp, of a type that has one.
+    /// Number of messages without a stamp, of a type that has one.
     unstamped: i64,
 }
 
 impl Keys {
-    /// The key of the next message of that stamp. Those whose publisher left the stamp 0 are told apart by their number, but the first
-    /// may be of the time 0, of several publishers.
+    /// The key of the next message with this stamp. Stamp 0 may mean that a publisher sets no stamp; such messages are distinguished by index. The
+    /// first ones may be of time 0, from several publishers.
     fn next(&mut self, mut stamp: i64) -> Key {
         if stamp == 0 {
             stamp = (self.unstamped - LATE as i64).max(0);
@@ -46,8 +46,8 @@ impl Keys {
     }
 }
 
-/// Sorts a topic's messages by stamp, and those of one stamp by their bytes, each of them once: an order that does not depend on which of
-/// several publishers the recorder heard first.
+/// Sorts a topic's messages by stamp, and those of one stamp by their bytes, without duplicates. The order does not depend on which of several
+/// publishers the recorder received first.
 #[derive(Default)]
 pub struct CanonicalOrder {
     keys: Keys,
@@ -55,7 +55,7 @@ pub struct CanonicalOrder {
 }
 
 impl CanonicalOrder {
-    /// Takes the next message in the order recorded, and hands over those that no later one can precede.
+    /// Adds the next recorded message, and gives `take` the payloads that no later message can precede.
     pub fn push(&mut self, stamp: i64, payload: Vec<u8>, mut take: impl FnMut(&[u8])) {
         self.held.insert((self.keys.next(stamp), payload));
         while self.held.len() > LATE {
@@ -65,7 +65,7 @@ impl CanonicalOrder {
         }
     }
 
-    /// Hands over the last messages.
+    /// Passes on the remaining messages.
     pub fn end(self, mut take: impl FnMut(&[u8])) {
         for (_, payload) in self.held {
             take(&payload);
@@ -73,28 +73,28 @@ impl CanonicalOrder {
     }
 }
 
-/// A message that waits for its partner.
+/// A message without a partner so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Waiting {
     pub(crate) key: Key,
-    /// Its place in its recording, counted over all topics.
+    /// Index in its recording, over all topics.
     pub(crate) number: u64,
     pub(crate) payload: Vec<u8>,
-    /// Messages of later stamps came before it.
+    /// Messages with later stamps came before it.
     pub(crate) is_late: bool,
 }
 
-/// What became of messages.
+/// Result of pairing.
 pub(crate) enum Outcome {
-    /// They belong together.
+    /// Two messages that belong together.
     Pair {
         a: Waiting,
         b: Waiting,
         is_same: bool,
-        /// In one of the recordings only, another message of the stamp, or one of a later stamp, stands before it.
+        /// In only one of the recordings another message of this stamp, or one of a later stamp, comes before it.
         is_reordered: bool,
     },
-    /// Only the recording of this number has it; `is_repeat` if it says again what was said before.
+    /// A message only in the recording of this index; `is_repeat`: it repeats an earlier message.
     Only {
         side: usize,
         message: Waiting,
@@ -102,27 +102,27 @@ pub(crate) enum Outcome {
     },
 }
 
-/// A topic's messages on their way.
+/// Pairing of one topic's messages.
 #[derive(Default)]
 pub(crate) struct Pairing {
     queues: [VecDeque<Waiting>; 2],
     has_ended: [bool; 2],
     keys: [Keys; 2],
     is_keyed: bool,
-    /// Payloads met last, by which a repeated one is known.
+    /// The last payloads, to recognise a repeated one.
     recent: VecDeque<Vec<u8>>,
 }
 
-/// Messages back in which a repeated one is known: in lockstep a tick's are sent again.
+/// Number of recent messages among which a repeated one is recognised: in lockstep the messages of a tick are sent again.
 const RECENT: usize = 16;
 
-/// Messages by which one may come late: of several publishers of a topic each is in order, and how they mix is the recorder's.
+/// Number of messages by which one may be late: each publisher of a topic is in order, but their mixing depends on the recorder.
 const LATE: usize = 16;
 
-/// Payload bytes above which none is remembered.
+/// Largest payload that is remembered, bytes.
 const LARGE: usize = 1 << 16;
 
-/// Messages of one stamp among which equal ones are sought.
+/// Number of messages of one stamp among which equal ones are looked for.
 const GROUP: usize = 256;
 
 impl Pairing {
@@ -133,12 +133,12 @@ impl Pairing {
         }
     }
 
-    /// The key of a side's next message of that stamp.
+    /// The key of the next message of one recording, with this stamp.
     pub(crate) fn key(&mut self, side: usize, stamp: i64) -> Key {
         self.keys[side].next(stamp)
     }
 
-    /// The next message of a side, behind those of its stamp and of earlier ones.
+    /// Adds the next message of one recording, after those of the same and of earlier stamps.
     pub(crate) fn push(&mut self, side: usize, mut message: Waiting) {
         let queue = &mut self.queues[side];
         let later = (queue.iter().rev().take(LATE)).take_while(|it| it.key > message.key);
@@ -147,12 +147,12 @@ impl Pairing {
         queue.insert(place, message);
     }
 
-    /// No more come of this side.
+    /// No more messages come from this recording.
     pub(crate) fn end(&mut self, side: usize) {
         self.has_ended[side] = true;
     }
 
-    /// Hands over what can be told by now.
+    /// Gives `take` all outcomes that later messages cannot change.
     pub(crate) fn advance(&mut self, take: &mut dyn FnMut(&Outcome)) {
         loop {
             let alone = match [0, 1].map(|side| self.queues[side].front()) {
@@ -218,13 +218,13 @@ impl Pairing {
         );
     }
 
-    /// Whether a message says again what was said before: of a topic with stamps, which its bytes hold.
+    /// Whether a message repeats an earlier one; only for topics whose messages contain a stamp.
     fn is_repeat(&self, message: &Waiting) -> bool {
         let mut recent = self.recent.iter();
         self.is_keyed && recent.any(|it| same(it, &message.payload))
     }
 
-    /// Hands an outcome over and remembers its payloads.
+    /// Passes on an outcome and remembers its payloads.
     fn hand(&mut self, outcome: Outcome, take: &mut dyn FnMut(&Outcome)) {
         take(&outcome);
         let payloads = match outcome {
@@ -242,14 +242,14 @@ impl Pairing {
         }
     }
 
-    /// The messages of this key at the head of a queue; `None` while more may come.
+    /// Number of messages of this key at the head of a queue; `None` while more may come.
     fn group(&self, side: usize, key: Key) -> Option<usize> {
         let queue = &self.queues[side];
         let end = queue.iter().position(|it| it.key != key);
         end.or_else(|| self.has_ended[side].then_some(queue.len()))
     }
 
-    /// Pairs the messages of one stamp: those of the same bytes, then the others in their order.
+    /// Pairs the messages of one stamp: first those with equal bytes, then the others in order.
     fn pair_group(&mut self, [in_a, in_b]: [usize; 2], take: &mut dyn FnMut(&Outcome)) {
         let a: Vec<Waiting> = self.queues[0].drain(..in_a).collect();
         let mut b: Vec<Waiting> = self.queues[1].drain(..in_b).collect();
@@ -300,7 +300,7 @@ impl Pairing {
     }
 }
 
-/// Whether payloads are the same bytes, but for their header's options and the up to three bytes by which DDS fills one up to whole words.
+/// Whether payloads have equal bytes, ignoring the header's options and the up to three bytes that DDS adds to fill whole words.
 pub(crate) fn same(a: &[u8], b: &[u8]) -> bool {
     let (short, long) = if a.len() <= b.len() { (a, b) } else { (b, a) };
     let (head, fill) = long.split_at(short.len());

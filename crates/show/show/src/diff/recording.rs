@@ -1,4 +1,4 @@
-//! A recording: a bag, or a table, whose columns are read as topics of one number each.
+//! A recording: a bag, or a table whose columns are read as topics with one number each.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,9 +10,9 @@ use planesman_signals::{CsvSource, Request, Source as _, SourceError, TableTime,
 
 use crate::diff::options::{DiffError, Options};
 
-/// A message as it comes.
+/// A message with its topic and stamp.
 pub(crate) struct Item {
-    /// The number of its topic in the recording.
+    /// Index of its topic in the recording.
     pub(crate) topic: usize,
     /// Its own stamp, ns.
     pub(crate) stamp: Option<i64>,
@@ -22,13 +22,13 @@ pub(crate) struct Item {
 /// A topic of a recording.
 pub(crate) struct TopicOf {
     pub(crate) name: String,
-    /// Its type, or why its messages are not decoded.
+    /// The message type, or why the messages cannot be decoded.
     pub(crate) types: Result<Types, String>,
-    /// Whether its messages have stamps; those of a column have the time of their row.
+    /// Whether the messages have stamps; a column's value has the time of its row.
     pub(crate) is_stamped: bool,
-    /// Reads the stamp of a bag's message.
+    /// Decoder of a bag message's stamp.
     stamp: Option<StampDecoder>,
-    /// Its messages, as far as they are counted beforehand.
+    /// Number of messages, as far as known in advance.
     pub(crate) messages: u64,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Recording {
     pub(crate) name: String,
     source: Source,
     pub(crate) topics: Vec<TopicOf>,
-    /// Whether its topics are columns.
+    /// Whether the topics are columns of a table.
     pub(crate) is_table: bool,
 }
 
@@ -45,7 +45,7 @@ enum Source {
     Bag(BagReader),
     /// The columns of a table.
     Table(CsvSource, Vec<Request>),
-    /// Numbers of a bag as columns: by topic, their numbers and how they are read.
+    /// Fields of a bag read as columns: by topic, the column indices and decoders.
     Columns(BagReader, BTreeMap<String, Vec<Column>>),
 }
 
@@ -55,10 +55,10 @@ struct Column {
     is_negative: bool,
 }
 
-/// A column's messages.
+/// Type definition of a column's messages.
 const NUMBER: &str = "float64 data\n";
 
-/// Opens both. Beside a table a bag is read as the table's columns, as far as these are known.
+/// Opens both recordings. If one is a table, the bag is read as the table's columns, as far as these are known.
 pub(crate) fn open(paths: [&Path; 2], options: &Options<'_>) -> Result<[Recording; 2], DiffError> {
     let tables = paths.map(is_table);
     if tables == [false; 2] {
@@ -77,7 +77,7 @@ pub(crate) fn open(paths: [&Path; 2], options: &Options<'_>) -> Result<[Recordin
     }
 }
 
-/// Where a type's stamp is; of a list of stamped messages that of its first.
+/// Path of a type's stamp; for a list of stamped messages, that of the first element.
 fn stamp_path(types: &Types) -> Option<FieldPath> {
     let first = || {
         let fields = planesman_decode::Catalogue::of(types, 64).fields;
@@ -89,7 +89,7 @@ fn stamp_path(types: &Types) -> Option<FieldPath> {
     types.stamp().or_else(first)
 }
 
-/// Reads the stamp of a type's messages; `None` for a type without.
+/// Decoder of a type's stamp; `None` for a type without one.
 #[must_use]
 pub fn stamp_decoder(types: &Types) -> Option<StampDecoder> {
     StampDecoder::at(types, &stamp_path(types)?)
@@ -120,7 +120,7 @@ fn bag(path: &Path, options: &Options<'_>) -> Result<Recording, DiffError> {
     })
 }
 
-/// Topics of one number, by name.
+/// Topics of one number each, by name.
 fn columns<'n>(names: impl IntoIterator<Item = &'n str>) -> Result<Vec<TopicOf>, DiffError> {
     let types = schema::read("std_msgs/msg/Float64", "ros2msg", NUMBER);
     let types = types.map_err(|reason| SourceError::Data(reason.to_string()))?;
@@ -147,7 +147,7 @@ fn table(path: &Path) -> Result<Recording, DiffError> {
     })
 }
 
-/// A table and a bag beside it: both with the columns that the bag has.
+/// Reads a table and a bag; of the table, only columns that the bag contains are kept.
 fn beside(
     table: Recording,
     path: &Path,
@@ -185,7 +185,7 @@ fn beside(
     }
     if names.is_empty() {
         let problem = format!(
-            "{} and {}: no column of the table is known to be a signal of a bag; a bag is compared with tables that `planesman sim` writes",
+            "{} and {}: no column of the table is a known signal of a bag; a bag can be compared only with tables that `planesman sim` writes",
             table.name,
             path.display()
         );
@@ -210,7 +210,7 @@ fn beside(
     Ok((table, bag))
 }
 
-/// Reads stamp and field of a topic's messages.
+/// Decoder of the stamp and one field of a topic's messages.
 fn of_field(bag: &BagReader, topic: &Topic, field: &str) -> Option<Decoder> {
     let types = types(bag, topic).ok()?;
     let stamp = stamp_path(&types)?;
@@ -219,8 +219,7 @@ fn of_field(bag: &BagReader, topic: &Topic, field: &str) -> Option<Decoder> {
 }
 
 impl Recording {
-    /// Hands over every message of the topics that are `wanted`, until `take` wants no more. Returns what was found of the recording that
-    /// bears on the result.
+    /// Passes every message of the wanted topics to `take`, until `take` returns false. Returns notes that affect the result.
     pub(crate) fn read(
         &self,
         wanted: &dyn Fn(usize) -> bool,
@@ -283,7 +282,7 @@ impl Recording {
     }
 }
 
-/// The messages of a bag, up to where it is damaged.
+/// The messages of a bag, up to the place where it is damaged.
 fn whole<'b>(
     bag: &'b BagReader,
     wanted: &'b dyn Fn(&Topic) -> bool,

@@ -1,11 +1,11 @@
-//! Topics and fields by name: what is ignored, and tolerances.
+//! Rules of a comparison: topics and fields to ignore, and tolerances.
 
 use std::str::FromStr;
 
 use planesman_text::did_you_mean;
 
-/// A topic, or a field of it: `TOPIC`, `TOPIC:FIELD`. A topic is named in full or by its end (`state` for `/auv/state`), `*` stands for any
-/// characters. A field stands for all within it, and a list for its elements.
+/// A topic, or one of its fields: `TOPIC`, `TOPIC:FIELD`. A topic is given by its full name or by its end (`state` for `/auv/state`); `*` matches
+/// any characters. A field includes all fields within it; a list includes its elements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rule {
     topic: String,
@@ -19,21 +19,21 @@ pub struct Tolerance {
     pub(crate) within: f64,
 }
 
-/// A rule that names nothing.
+/// Errors of rules.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RuleError {
-    /// It is not written as one.
-    #[error("'{0}' is not written {1}")]
+    /// A text in the wrong form.
+    #[error("'{0}': {1} is expected")]
     Form(String, &'static str),
     /// Neither recording has such a topic.
     #[error("'{name}': neither recording has such a topic{meant}")]
     NoTopic {
         /// The name.
         name: String,
-        /// The name that was probably meant, as a question.
+        /// The nearest topic, as a question.
         meant: String,
     },
-    /// No message of these topics has such a field.
+    /// No message of these topics contains such a field.
     #[error("'{topic}:{field}': its messages have no such field")]
     NoField {
         /// The topic.
@@ -74,14 +74,14 @@ impl FromStr for Tolerance {
         read().ok_or_else(|| {
             RuleError::Form(
                 text.to_owned(),
-                "TOPIC:FIELD=VALUE, or COLUMN=VALUE of a table, with a value from 0 on",
+                "TOPIC:FIELD=VALUE (for a table COLUMN=VALUE) with a value of 0 or more",
             )
         })
     }
 }
 
 impl Rule {
-    /// Whether it is of that topic.
+    /// Whether the rule applies to a topic.
     pub(crate) fn is_of(&self, topic: &str) -> bool {
         let end = topic.get(topic.len().saturating_sub(self.topic.len() + 1)..);
         matches(&self.topic, topic)
@@ -89,12 +89,12 @@ impl Rule {
             || topic.split(" [").next() == Some(&self.topic)
     }
 
-    /// The field that it names.
+    /// The field that the rule names.
     pub(crate) fn field(&self) -> Option<&str> {
         self.field.as_deref()
     }
 
-    /// Whether a field of a topic that it is of lies within it; `rates[3]` lies within `rates` and `rates[]`.
+    /// Whether a field of a matching topic is part of the rule's field; `rates[3]` is part of `rates` and of `rates[]`.
     pub(crate) fn holds(&self, place: &str, of_list: &str) -> bool {
         let Some(field) = &self.field else {
             return true;
@@ -105,7 +105,7 @@ impl Rule {
         })
     }
 
-    /// Checks that it names something, of the topics there are.
+    /// Checks that the rule matches one of the topics.
     pub(crate) fn check<'t>(
         &self,
         topics: impl Iterator<Item = &'t str> + Clone,
@@ -128,7 +128,7 @@ impl Rule {
     }
 }
 
-/// Whether a text is of a pattern in which `*` stands for any characters.
+/// Whether a text matches a pattern in which `*` matches any characters.
 fn matches(pattern: &str, text: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The result as text: the first difference, then a table of topics.
+//! Text of a comparison: the first difference, then a table of topics.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use planesman_text::{number, option, shown};
 use crate::diff::comparison::{Comparison, First, TopicResult, What};
 
 impl Comparison {
-    /// The conclusion, a sentence: that they are equal, or the first difference.
+    /// One sentence: that the recordings are equal, or the first difference.
     #[must_use]
     pub fn headline(&self) -> String {
         let compared = self.topics.iter().filter(|it| it.left_out.is_empty());
@@ -21,7 +21,7 @@ impl Comparison {
         }
     }
 
-    /// What else is to be known: a line each.
+    /// Further notes, one per line.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = self.notes.clone();
@@ -33,19 +33,19 @@ impl Comparison {
         let wall = of(|it| it.left_out == "wall time");
         if !wall.is_empty() {
             remarks.push(format!(
-                "not compared, since they hold wall time: {wall} ({} compares them)",
+                "not compared because they contain wall time: {wall} ({} compares them)",
                 option("all")
             ));
         }
         let repeated: u64 = self.topics.iter().map(|it| it.repeated).sum();
         if repeated > 0 {
             remarks.push(format!(
-                "{repeated} messages are in a recording twice, the same bytes: no difference"
+                "{repeated} messages are twice in a recording, with the same bytes; this does not count as a difference"
             ));
         }
         let reordered: u64 = self.topics.iter().map(|it| it.reordered).sum();
         if reordered > 0 {
-            remarks.push(format!("{reordered} messages stand in another order among those of the same stamp, or of the next ones: no difference"));
+            remarks.push(format!("{reordered} messages are in a different order among those of the same or the next stamps; this does not count as a difference"));
         }
         let within: u64 = self.topics.iter().map(|it| it.within).sum();
         if within > 0 {
@@ -63,7 +63,7 @@ impl Comparison {
             let [only_a, only_b] = topic.alone;
             if only_a > 0 && only_b > 0 && topic.equal + topic.different == 0 {
                 remarks.push(format!(
-                    "{}: no message of A has a stamp of B: recordings by another clock are compared with {}",
+                    "{}: no message of A has a stamp of B; if the recordings use different clocks, add {}",
                     topic.name,
                     option("by_index")
                 ));
@@ -78,7 +78,7 @@ impl Comparison {
         self.columns(|_| true)
     }
 
-    /// The same without the columns that say nothing here.
+    /// The table without empty columns.
     #[must_use]
     pub fn short_table(&self) -> Table {
         self.columns(|values| values.iter().any(|it| !matches!(it.as_str(), "" | "0")))
@@ -173,13 +173,16 @@ impl First {
                 told
             }
             What::Bytes(reason) => {
-                format!("the bytes differ; they are not decoded: {}", shown(reason))
+                format!(
+                    "the bytes differ; the message cannot be decoded: {}",
+                    shown(reason)
+                )
             }
             What::Alone(0) => "only A has it".to_owned(),
             What::Alone(_) => "only B has it".to_owned(),
         };
         let before = match (*equal_before, count - 1) {
-            (0, 0) => format!("it is the first {kind}"),
+            (0, 0) => format!("no {kind} comes before it"),
             (1, 1) => format!("the {kind} before it is equal"),
             (equal, before) if equal == before => {
                 format!("the {equal} {kind}s before it are equal")

@@ -1,11 +1,11 @@
-//! What stands on top of a page: cards with the verdict and the numbers that bear it, and findings for and against.
+//! The top of a page: cards with the verdict and its main numbers, and findings for and against.
 
 use std::fmt::Display;
 
 use maud::{Markup, html};
 use planesman_identification::analysis::{Standing, Verdict};
 
-/// How a card is coloured; its words say the same.
+/// Colour of a card; the words of the card say the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tone {
     #[default]
@@ -54,7 +54,7 @@ impl Card {
         }
     }
 
-    /// The verdict, with what is next.
+    /// A card with the verdict and the next step.
     pub(crate) fn verdict(verdict: Verdict, next: &str) -> Self {
         Self::new("verdict", verdict.words())
             .toned(verdict.standing().into())
@@ -73,7 +73,7 @@ impl Card {
     }
 }
 
-/// Cards side by side; a first one with a note is as wide as two.
+/// Cards side by side; a first card with a note is twice as wide.
 pub(crate) fn cards(cards: &[Card]) -> Markup {
     html! {
         div.cards {
@@ -88,7 +88,7 @@ pub(crate) fn cards(cards: &[Card]) -> Markup {
     }
 }
 
-/// Findings, each with whether it speaks against what it is of.
+/// A list of findings, each with whether it is negative.
 pub(crate) fn findings(findings: impl IntoIterator<Item = (impl Display, bool)>) -> Markup {
     html! {
         ul.findings {

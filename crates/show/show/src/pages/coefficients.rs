@@ -1,4 +1,4 @@
-//! A vehicle's coefficients computed from its geometry beside those of its file, as tables for a terminal.
+//! A vehicle's coefficients, computed from its geometry and from its file, as tables for a terminal.
 
 use planesman_text::number;
 use planesman_units::FOOT;
@@ -41,7 +41,7 @@ pub fn in_one(found: &Table) -> planesman_console::Table {
     table
 }
 
-/// Both tables, within the terminal if standard output is one.
+/// Both tables, wrapped to the terminal's width if standard output is one.
 #[must_use]
 pub fn text(found: &Table, name: &str, speed: f64) -> String {
     let written = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);

@@ -1,5 +1,4 @@
-//! Models drawn over each other on one self-contained HTML page: simulated outputs, frequency and step responses, poles,
-//! residual correlations.
+//! Page that compares models: simulated outputs, frequency and step responses, poles, residual correlations.
 
 use std::cmp::Reverse;
 
@@ -19,7 +18,7 @@ use super::tables::fits;
 use crate::pages::{document, figures_with_first, poles};
 use planesman_flight::titles;
 
-/// A page with the models drawn over each other.
+/// The HTML page of the compared models.
 #[must_use]
 pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
     let record = &prepared.resampled.record;
@@ -46,7 +45,7 @@ pub fn page(models: &[Compared], prepared: &PreparedRecord) -> String {
             ul.verdict { li { (best.name) " simulates best: " (format!("{fit:.2}")) " %." } }
         } }
         (fits(models).html())
-        p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
+        p.lead { "Each model is simulated with its own offset, from a state fitted to the beginning of the data." }
         (figures_with_first(&plots(models, prepared, &input, &output)))
         h2 { "Poles" }
         (poles::table_with_note(&readings, |cell| html! { (cell) }))
@@ -114,49 +113,49 @@ fn plots<'a>(
     });
     vec![
         Plot::new("Measured and simulated output", [TIME, output])
-            .note("Measured, and simulated on the input alone. What lies far beyond the measured range is not shown.")
+            .note("Measured, and simulated from the input only. Values far outside the measured range are not shown.")
             .linked(RECORD)
             .with_all(simulated)
             .with_all([bound("measured", timed(measured))]),
         Plot::new("Input", [TIME, input])
-            .note("Over each sampling interval.")
+            .note("Mean over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(&segment.inputs[0])),
         Plot::new("Magnitude", MAGNITUDE)
-            .note("Of the frequency responses, up to half the sampling rate.")
+            .note("Frequency responses of the models up to half the sampling rate.")
             .log_x()
             .linked(FREQUENCY)
             .with_all(over_frequency(&|it| it.magnitude(0.0))),
         Plot::new("Phase", PHASE)
-            .note("The same for the phase.")
+            .note("Up to half the sampling rate.")
             .log_x()
             .linked(FREQUENCY)
             .with_all(over_frequency(&|it| it.phase)),
         Plot::new("Poles", ["real part", "imaginary part"])
-            .note("In the z plane; points beyond |z| = 4 are not shown.")
+            .note("z plane; points beyond |z| = 4 are not shown.")
             .one_scale()
             .with_all(models.iter().map(pole_map))
             .with_all(artefacts(models))
             .with_all([unit_circle()]),
         Plot::new("Step responses", [SINCE_STEP, output])
-            .note("After a unit step of the input, from rest, without offset. Unstable models are left out.")
+            .note("Response to a unit step of the input, from rest, without offset. Unstable models are left out.")
             .with_all(steps),
         correlations(
             models,
-            "Residuals with themselves",
-            "Over the bound that 99 % of white residuals stay within.",
+            "Residual autocorrelation",
+            "The bound contains 99 % of the correlations of white residuals.",
             |tests| &tests.whiteness,
         ),
         correlations(
             models,
-            "Residuals with the input",
-            "Over the same bound. Outside at positive lags: missing dynamics; at negative lags: feedback.",
+            "Cross-correlation of residual and input",
+            "Same bound. Outside it at positive lags: missing dynamics; at negative lags: feedback.",
             |tests| &tests.input,
         ),
     ]
 }
 
-/// The poles within reach of the map that are artefacts of sampling, or that are not.
+/// The poles near the unit circle, either those that are artefacts of sampling or the others.
 fn near_poles(model: &Compared, artefacts: bool) -> Vec<(f64, f64)> {
     let poles = model.reading().poles().unwrap_or_default();
     let wanted = poles

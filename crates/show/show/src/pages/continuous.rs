@@ -1,4 +1,4 @@
-//! A transfer function in s that was fitted at the stamps: as text for a terminal, and on one self-contained HTML page.
+//! A continuous-time transfer function fitted at the recorded sample times: text for a terminal, and an HTML page.
 
 use crate::plot::Plot;
 use maud::html;
@@ -25,7 +25,7 @@ pub fn text(of: &ContinuousResult) -> String {
     }
     let percent = |it: Option<f64>| it.map_or("none".to_owned(), |it| format!("{it:.2} %"));
     text += &format!(
-        "fit     {} simulated, {} on held-out data; {} rms left\n\n",
+        "fit     {} simulated, {} on held-out data; rms error {}\n\n",
         percent(fit.fit),
         percent(fit.held_out_fit),
         significant(fit.left, 4)
@@ -81,7 +81,7 @@ fn parameters(of: &ContinuousResult) -> Table {
         let half = SIGMAS_95 * fit.covariance[(at, at)].max(0.0).sqrt();
         let (value, half) = value_and_interval(fit.parameters[at], half);
         let half = match name == "tau" && fit.is_delay_at_bound {
-            true => "at its bound".to_owned(),
+            true => "at a bound".to_owned(),
             false => half,
         };
         table.row([name, value, half, unit]);
@@ -92,7 +92,7 @@ fn parameters(of: &ContinuousResult) -> Table {
     table
 }
 
-/// The page: verdict, parameters, measured and simulated output.
+/// The HTML page: verdict, parameters, measured and simulated output.
 #[must_use]
 pub fn page(of: &ContinuousResult) -> String {
     let fit = &of.fit;

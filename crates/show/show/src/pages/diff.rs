@@ -1,4 +1,4 @@
-//! The page of two recordings compared: the first difference, the topics, and the fields that differ over time.
+//! Page that compares two recordings: the first difference, the topics, and time histories of differing fields.
 
 use crate::diff::{Comparison, History};
 use crate::plot::Plot;
@@ -8,7 +8,7 @@ use crate::pages::{document, figures};
 
 const TIME: &str = "time from the first stamp [s]";
 
-/// The page.
+/// The HTML page of a comparison.
 #[must_use]
 pub fn page(comparison: &Comparison, histories: &[History]) -> String {
     let [a, b] = &comparison.names;
@@ -22,14 +22,14 @@ pub fn page(comparison: &Comparison, histories: &[History]) -> String {
         h2 { @if comparison.is_table { "Columns" } @else { "Topics" } }
         (comparison.short_table().html())
         @if !histories.is_empty() {
-            h2 { "Fields that differ" }
+            h2 { "Differing fields" }
             @for history in histories { (figures(&plots(history))) }
         }
     };
     document(&title, "", &body, "")
 }
 
-/// A field's values, and their difference.
+/// Plots of a field's values and of their difference.
 fn plots(history: &History) -> [Plot<'_>; 2] {
     let name = match &*history.field {
         "" => history.topic.clone(),

@@ -1,4 +1,4 @@
-//! Equations of one's own and their fit: as text for a terminal, and on one self-contained HTML page.
+//! A fit of user-written state equations: text for a terminal, and an HTML page.
 
 use crate::plot::{Plot, Style};
 use maud::html;
@@ -12,7 +12,7 @@ use crate::pages::cards::findings;
 use crate::pages::fit::{RECORD, TIME};
 use crate::pages::{document, figures_with_first};
 
-/// Segments that are shown one by one.
+/// Largest number of segments shown separately.
 const SHOWN: usize = 6;
 
 /// Tables, reasons and verdict.
@@ -32,25 +32,25 @@ pub fn text(of: &EquationsResult) -> String {
     text + &record(&of.data)
 }
 
-/// The data, with its length.
+/// Description of the data and its length.
 pub(crate) fn record(data: &StampedRuns) -> String {
     format!("\n{}\n{}", data.description.join("\n"), span(data))
 }
 
-/// How long the data is.
+/// Number of segments and total duration of the data.
 fn span(data: &StampedRuns) -> String {
     let seconds: f64 = data.runs.iter().map(Run::end).sum();
     let count = data.runs.len();
     let s = if count == 1 { "" } else { "s" };
-    format!("{count} segment{s}, {seconds:.3} s, at the stamps themselves\n")
+    format!("{count} segment{s}, {seconds:.3} s, at the recorded sample times\n")
 }
 
-/// A segment as the titles of several have it.
+/// The segment's number in a title, if there are several.
 fn named(segment: Option<usize>) -> String {
     segment.map_or(String::new(), |number| format!(", segment {number}"))
 }
 
-/// An output measured and simulated, and what lies between.
+/// Plots of an output measured and simulated, and of the error.
 pub(crate) fn measured_and_simulated<'a>(
     name: &'a str,
     track: &Track,
@@ -74,12 +74,12 @@ pub(crate) fn measured_and_simulated<'a>(
     let of = named(segment);
     [
         Plot::new(format!("{name}, measured and simulated{of}"), [TIME, name])
-            .note("The model is simulated on the inputs alone.")
+            .note("The model is simulated from the inputs only.")
             .linked(RECORD)
             .with(Style::Broad, "measured", points(&track.values))
             .line("simulated", points(values)),
         Plot::new(format!("{name}, measured less simulated{of}"), [TIME, name])
-            .note("What the model does not explain.")
+            .note("The part of the output that the model does not explain.")
             .linked(RECORD)
             .line("error", points(&errors)),
     ]
@@ -89,7 +89,7 @@ fn row(found: &EstimatedParameter) -> Vec<String> {
     let half = found.deviation.map(|it| SIGMAS_95 * it);
     let (value, half) = match half {
         Some(half) => value_and_interval(found.value, half),
-        None if found.is_at_bound => (significant(found.value, 6), "at its bound".to_owned()),
+        None if found.is_at_bound => (significant(found.value, 6), "at a bound".to_owned()),
         None => (significant(found.value, 4), "not determined".to_owned()),
     };
     vec![
@@ -141,7 +141,7 @@ fn outputs(of: &EquationsResult) -> Table {
     table
 }
 
-/// The page: verdict, parameters, and each output measured and simulated, segment by segment.
+/// The HTML page: verdict, parameters, and each output measured and simulated, per segment.
 #[must_use]
 pub fn page(of: &EquationsResult) -> String {
     let fit = &of.fit;

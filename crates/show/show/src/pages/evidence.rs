@@ -1,5 +1,5 @@
-//! Where the numbers of a review come from: the samples of each file by segment, and for each kind of number the method, its source, the
-//! samples and the plots.
+//! Sources of the numbers of a review: the samples of each file by segment; and for each kind of number its method, reference, samples and
+//! plots.
 
 use std::fmt::Write as _;
 
@@ -16,24 +16,24 @@ use planesman_signals::{PreparedRecord, hertz};
 use crate::pages::fit::{TIME, is_near, range};
 use crate::pages::tuning::number;
 
-/// Anchors: of the samples that were fitted, and of those that the fit is judged on.
+/// Anchors of the samples used for the fit, and of those it is judged on.
 pub(crate) const FIT: &str = "samples-fitted";
 pub(crate) const HELD_OUT: &str = "samples-held-out";
 
-/// Columns of a plotted signal at most: a printed plot has fewer pixels.
+/// Maximum number of points of a plotted signal: a printed plot has fewer pixels.
 const COLUMNS: usize = 600;
-/// Samples of a close-up at most.
+/// Maximum number of samples of a close-up.
 const CLOSE: usize = 500;
-/// Files that are plotted, and segments that have a row.
+/// Maximum number of plotted files, and of segments listed.
 const FILES: usize = 4;
 const ROWS: usize = 24;
 
-/// What segments are for.
+/// Uses of segments.
 const FITTED: &str = "fitted";
-const KEPT: &str = "held out for the fit on held-out data, of a model of the rest; the printed model is fitted to it too";
-const JUDGED: &str = "held out: judged on, not fitted";
+const KEPT: &str = "held out only to compute the fit on held-out data; the printed model is fitted to these samples too";
+const JUDGED: &str = "held out: used for validation, not for the fit";
 const READ: &str = "read; no model was found";
-const UNUSED: &str = "not used: too short beside the others";
+const UNUSED: &str = "not used: much shorter than the other segments";
 
 /// A kind of number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,19 +62,19 @@ impl Entry {
         Self::Steps,
     ];
 
-    /// Its anchor.
+    /// Anchor of the entry.
     pub(crate) const fn id(self) -> &'static str {
         self.described().0
     }
 
-    /// Anchor, name, and the method with its source.
+    /// Anchor, name, and method with its reference.
     const fn described(self) -> (&'static str, &'static str, &'static str) {
         match self {
             Self::Data => (
                 "by-data",
                 "counts, times, cleaning",
-                "From the stamps as recorded: the rate is one over the median interval, a gap an interval of more than one and a half of it. Outliers by \
-                 Hampel's test against the median of those around.",
+                "From the recorded stamps: the rate is the inverse of the median interval; a gap is an interval above 1.5 times the median. Outliers by \
+                 the Hampel filter (deviation from the local median).",
             ),
             Self::Excitation => (
                 "by-excitation",
@@ -85,19 +85,19 @@ impl Entry {
             Self::Response => (
                 "by-response",
                 "frequency response, coherence",
-                "H = S_uy / S_uu by the same windows, in a closed loop S_ry / S_ru; random error sqrt(1 - coherence) / sqrt(2 n coherence) for n averages \
-                 (Bendat and Piersol, Random Data, 4th ed., eq. 9.90). The model's band: its covariance, to first order.",
+                "H = S_uy / S_uu with the same windows, in a closed loop S_ry / S_ru; random error sqrt(1 - coherence) / sqrt(2 n coherence) for n averages \
+                 (Bendat and Piersol, Random Data, 4th ed., eq. 9.90). The model's band follows from its covariance, to first order.",
             ),
             Self::Model => (
                 "by-model",
                 "parameters, poles, gain, delay",
-                "Prediction errors minimised; intervals of 95 % are 1.96 standard deviations by the covariance of the estimate, which allows for coloured \
+                "Prediction-error method; 95 % intervals are 1.96 standard deviations from the covariance of the estimate, which allows for coloured \
                  residuals (Ljung, System Identification, 2nd ed., ch. 9).",
             ),
             Self::Validation => (
                 "by-validation",
                 "fits, findings, verdict",
-                "fit = 100 (1 - |y - yhat| / |y - mean y|) %, simulated on the input alone. On held-out data: of a model of the same structure that was \
+                "fit = 100 (1 - |y - yhat| / |y - mean y|) %, simulated from the input only. On held-out data: fit of a model of the same structure that was \
                  fitted to the other samples only.",
             ),
             Self::Residuals => (
@@ -108,25 +108,25 @@ impl Entry {
             Self::Margins => (
                 "by-margins",
                 "gains, margins",
-                "Of the loop as it is sampled, hold, dead time and computing delay exact, for the model and each drawn plant. The worst of 95 % is the 5 % \
+                "Margins of the sampled loop with exact hold, dead time and computing delay, for the model and each drawn plant. The worst of 95 % is the 5 % \
                  quantile of a margin, the 95 % quantile of Ms (Astrom and Hagglund, Advanced PID Control, ch. 4 and 7).",
             ),
             Self::Causes => (
                 "by-causes",
-                "what limits",
-                "The square of the correlation of a property with the phase margin, to first order: by so much the margin's variance would fall if it were \
+                "causes of uncertainty",
+                "The squared correlation of a property with the phase margin, to first order: the share by which the margin's variance would fall if the property were \
                  known.",
             ),
             Self::Steps => (
                 "by-steps",
                 "responses to steps",
-                "The loop tick by tick with its limits, for the model and each drawn plant; quantiles of 5, 50 and 95 %.",
+                "The loop simulated tick by tick with its limits, for the model and each drawn plant; quantiles 5, 50 and 95 %.",
             ),
         }
     }
 }
 
-/// Text that leads to an entry.
+/// Text with a link to an entry.
 pub(crate) fn linked(text: &str, to: Entry) -> Markup {
     html! { @if !text.is_empty() { a.n href=(format!("#{}", to.id())) { (text) } } }
 }
@@ -134,19 +134,19 @@ pub(crate) fn linked(text: &str, to: Entry) -> Markup {
 /// Samples of one file.
 struct Part {
     id: String,
-    /// Its file, by number.
+    /// Index of its file.
     file: usize,
     role: &'static str,
-    /// The first and the last of the file's samples on the grid, counted from 1.
+    /// First and last sample of the file on the grid, counted from 1.
     samples: (usize, usize),
     /// Their times, s from the output's first sample.
     times: (f64, f64),
 }
 
-/// A file, as a record or that for validation has it.
+/// A file of the fitted record, or of the validation record.
 struct File<'a> {
     prepared: &'a PreparedRecord,
-    /// By number within its record.
+    /// Index of the file within its record.
     source: usize,
     is_validation: bool,
 }
@@ -156,13 +156,13 @@ impl File<'_> {
         &self.prepared.sources[self.source].name
     }
 
-    /// The numbers of its segments.
+    /// Indices of the file's segments.
     fn segments(&self) -> impl Iterator<Item = usize> {
         let all = self.prepared.resampled.record.segments.iter().enumerate();
         all.filter(|it| it.1.source == self.source).map(|it| it.0)
     }
 
-    /// The time of a segment's first sample, s from the output's first one, as that of `--window`.
+    /// Time of a segment's first sample, s from the output's first sample, as for `--window`.
     fn begin(&self, segment: usize) -> f64 {
         let record = &self.prepared.resampled.record;
         let channels = &self.prepared.sources[self.source].channels;
@@ -174,12 +174,12 @@ impl File<'_> {
     }
 }
 
-/// The samples, and what was found from them.
+/// The samples, and the results computed from them.
 pub(crate) struct Evidence<'a> {
     data: &'a FitData,
     files: Vec<File<'a>>,
     parts: Vec<Part>,
-    /// The plots of each entry: anchor and title.
+    /// Plots of each entry: anchor and title.
     plots: Vec<(Entry, String, String)>,
     plants: String,
     left_out: usize,
@@ -207,7 +207,7 @@ impl<'a> Evidence<'a> {
         evidence
     }
 
-    /// The samples of each segment, and those that were held out.
+    /// Lists the samples of each segment, and the held-out samples.
     fn find(&mut self, analysis: Option<&Analysis>) {
         let longest = analysis.map(|it| it.segments[it.longest]);
         let mut parts = Vec::new();
@@ -262,19 +262,19 @@ impl<'a> Evidence<'a> {
         self.parts = parts;
     }
 
-    /// Keeps a plot of an entry; its anchor.
+    /// Registers a plot of an entry; returns its anchor.
     pub(crate) fn plot(&mut self, entry: Entry, title: &str) -> String {
         let id = format!("plot-{}", self.plots.len() + 1);
         self.plots.push((entry, id.clone(), title.to_owned()));
         id
     }
 
-    /// Over which plants the gains are judged.
+    /// Sets the description of the plants over which the gains are judged.
     pub(crate) fn plants(&mut self, plants: &str) {
         plants.clone_into(&mut self.plants);
     }
 
-    /// Every signal of every file.
+    /// Table of every signal of every file.
     pub(crate) fn channels(&self) -> Table {
         let mut table = Table::of([
             "file",
@@ -312,7 +312,7 @@ impl<'a> Evidence<'a> {
         table
     }
 
-    /// What was found of the data and done to it, in sentences.
+    /// Sentences on what was found in the data and how it was cleaned.
     pub(crate) fn cleaned(&self) -> Vec<String> {
         let mut told = Vec::new();
         let records = std::iter::once(&self.data.prepared).chain(&self.data.validation);
@@ -341,7 +341,7 @@ impl<'a> Evidence<'a> {
         told
     }
 
-    /// Input and output of the first files over time, measured and simulated, what was held out shaded.
+    /// Plots of the first files over time: input and output, measured and simulated; held-out samples are shaded.
     pub(crate) fn of_files<'p>(
         &mut self,
         [input, output]: [&'p str; 2],
@@ -382,7 +382,7 @@ impl<'a> Evidence<'a> {
         let mut plots = [
             Plot::new(format!("Input, {name}"), [TIME, input]),
             Plot::new(format!("Output, {name}"), [TIME, output])
-                .note("Measured, and simulated on the input alone. Shaded: what was held out."),
+                .note("Measured, and simulated from the input only. Shaded: held-out samples."),
         ];
         let held = self
             .parts
@@ -446,7 +446,7 @@ impl<'a> Evidence<'a> {
         [of_input, of_output]
     }
 
-    /// Measured and simulated output where what was held out begins, sample by sample.
+    /// Measured and simulated output at the beginning of the held-out samples, sample by sample.
     pub(crate) fn close_up<'p>(&self, analysis: &Analysis, output: &'p str) -> Option<Plot<'p>> {
         let (prepared, segment, from, simulated) =
             match (&analysis.validation, &self.data.validation) {
@@ -481,16 +481,17 @@ impl<'a> Evidence<'a> {
         let mut simulated = timed(&simulated);
         simulated.retain(|it| is_near(it.1, low, high));
         Some(
-            Plot::new("Output where what was held out begins", [TIME, output])
-                .note(
-                    "Each sample: measured, and simulated by the printed model on the input alone.",
-                )
-                .with(Style::Broad, "measured", measured)
-                .line("simulated", simulated),
+            Plot::new(
+                "Output at the beginning of the held-out samples",
+                [TIME, output],
+            )
+            .note("Each sample: measured, and simulated by the printed model from the input only.")
+            .with(Style::Broad, "measured", measured)
+            .line("simulated", simulated),
         )
     }
 
-    /// Methods and samples.
+    /// Table of methods and samples.
     pub(crate) fn table(&self) -> Markup {
         let plotted = self.files.len().min(FILES);
         html! {
@@ -508,7 +509,7 @@ impl<'a> Evidence<'a> {
                     }
                 } }
             } }
-            p { "Samples on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s, counted from 1 in what was read of each file; times from the output's first sample in it." }
+            p { "Samples on the grid of " (number(self.data.prepared.resampled.record.sample_time)) " s, counted from 1 in each file; times from the output's first sample in the file." }
             div.scroll { table.words {
                 thead { tr { @for head in ["row", "file", "samples", "time, s", "role", "shown in"] { th { (head) } } } }
                 @for (row, part) in (1..).zip(&self.parts) { tr #(part.id) {
@@ -526,20 +527,20 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// The samples of an entry, as links.
+    /// Links to the samples of an entry.
     fn samples_of(&self, entry: Entry) -> Markup {
         let has = |id: &str| self.parts.iter().any(|it| it.id == id);
         let fitted = self.parts.iter().filter(|it| it.role == FITTED).count();
         let mut text = String::new();
         let _ = write!(
             text,
-            "all that are fitted ({fitted} segment{})",
+            "all fitted samples ({fitted} segment{})",
             if fitted == 1 { "" } else { "s" }
         );
         html! {
             @match entry {
                 Entry::Data => a href="#samples-fitted" { "every sample of each file" },
-                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every segment that is used, where the coherence is " (COHERENCE) " or more" },
+                Entry::Excitation | Entry::Response => a href="#samples-fitted" { "every used segment, at frequencies where the coherence is " (COHERENCE) " or more" },
                 Entry::Validation => {
                     @if has(HELD_OUT) { a href="#samples-held-out" { "held out" } "; " }
                     a href="#samples-fitted" { (text) }

@@ -1,6 +1,5 @@
-//! A model on one self-contained HTML page: the verdict, what the model does in plain words, data and simulation, residual
-//! tests, poles and zeros with their uncertainty, frequency response with bands, step response, and the parameter
-//! estimates over time.
+//! Page of a model: the verdict, the model in plain words, data and simulation, residual tests, poles and zeros with their uncertainty,
+//! frequency response with bands, step response, and the parameter estimates over time.
 
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
@@ -24,34 +23,34 @@ use planesman_flight::titles;
 
 type Result<T, E = IdentificationError> = std::result::Result<T, E>;
 
-/// Points of an ellipse.
+/// Number of points of an ellipse.
 const ELLIPSE: usize = 60;
-/// Poles and zeros are drawn within this distance of 0, values within this many widths of a range.
+/// Largest distance of plotted poles and zeros from 0; also the distance of plotted values from a range, in multiples of its width.
 pub(crate) const DRAWN_WITHIN: f64 = 4.0;
-/// Samples of a step response: at least, and at most.
+/// Minimum and maximum number of samples of a step response.
 pub(crate) const STEP: (usize, usize) = (20, 2000);
-/// How far beyond its band a model of the frequency domain is drawn.
+/// Range of a frequency-domain model's plot beyond its band, a factor.
 const BESIDE_BAND: f64 = 3.0;
-/// A frequency response is drawn down to so many dB below its largest magnitude, and to two turns of phase.
+/// Range of a frequency response's plot: this many dB below the largest magnitude, and two turns of phase.
 const DEPTH: f64 = 60.0;
 const TURNS: f64 = 720.0;
-/// The share of its range that a step response may still be off where it counts as settled.
+/// Share of its range within which a step response counts as settled.
 const SETTLED: f64 = 0.02;
 
 pub(crate) const TIME: &str = "time [s]";
 pub(crate) const SINCE_STEP: &str = "time after the step [s]";
-/// The axes of a frequency response.
+/// Axes of a frequency response.
 pub(crate) const MAGNITUDE: [&str; 2] = ["frequency [rad/s]", "magnitude [dB]"];
 pub(crate) const PHASE: [&str; 2] = ["frequency [rad/s]", "phase [deg]"];
-/// The plots over the time of the record have one axis, and those over frequency and lag each one.
+/// All plots over time share one x axis; so do all plots over frequency, and all plots over lag.
 pub(crate) const RECORD: &str = "record";
 pub(crate) const FREQUENCY: &str = "frequency";
 pub(crate) const LAG: &str = "lag";
 
-/// The page of a model and the record it is of; `columns` are its input and output with their units.
+/// The HTML page of a model; `columns`: titles of its input and output, with units.
 ///
 /// # Errors
-/// When the record is not that of the model, or its poles are not found.
+/// The record does not belong to the model, or the poles cannot be computed.
 pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<String> {
     let [input, output] = columns.map(titles::title);
     let title = format!(
@@ -85,7 +84,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
     Ok(document(&title, "", &body, ""))
 }
 
-/// The verdict, the fit, and the numbers that matter most.
+/// Cards: the verdict, the fit, and the most important numbers.
 fn summary(analysis: &Analysis) -> Vec<Card> {
     let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
     let mut all = vec![
@@ -104,7 +103,7 @@ fn summary(analysis: &Analysis) -> Vec<Card> {
     all
 }
 
-/// What the model does, in the words of the field: what, and its value.
+/// The model in words of the field: property and value.
 pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
     let structure = &analysis.estimate.layout.structure;
     let sample_time = analysis.estimate.sample_time;
@@ -139,14 +138,14 @@ pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
     );
     if let Some(lag) = analysis.lag {
         let (from, to) = lag.interval;
-        late += &format!("; with 95 % {from} to {to} samples");
+        late += &format!("; 95 % interval {from} to {to} samples");
     }
     row("delay", late);
     let gain = analysis.reading().steady_state_gain();
     let gain = gain.map(|it| with_interval(it.value.re, SIGMAS_95 * it.real_deviation()));
     row(
         "steady-state gain",
-        gain.unwrap_or_else(|| "none: it integrates".to_owned()),
+        gain.unwrap_or_else(|| "none (the model integrates)".to_owned()),
     );
     if let Some(gain) = analysis.reading().integrator_gain_text() {
         row("gain", gain);
@@ -166,7 +165,7 @@ pub(crate) fn words(analysis: &Analysis) -> Vec<(String, String)> {
     rows
 }
 
-/// The least and the greatest of values.
+/// Minimum and maximum of values.
 pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     let values = values.iter();
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
@@ -174,7 +173,7 @@ pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     })
 }
 
-/// Whether a value lies no farther outside a range than [`DRAWN_WITHIN`] times its width.
+/// Whether a value is at most [`DRAWN_WITHIN`] times a range's width outside the range.
 pub(crate) fn is_near(value: f64, low: f64, high: f64) -> bool {
     (value - low).abs().max((value - high).abs()) < DRAWN_WITHIN * (high - low).max(1e-9)
 }
@@ -183,12 +182,12 @@ pub(crate) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Line, name, points)
 }
 
-/// A line that takes no colour of its own: a bound, or what others are compared with.
+/// A line in the text colour: a bound, or a reference.
 pub(crate) fn bound(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Bound, name, points)
 }
 
-/// Samples over their time.
+/// Samples with their times.
 pub(crate) fn timed(values: &[f64], sample_time: f64) -> Vec<(f64, f64)> {
     let values = values.iter().enumerate();
     values.map(|(k, v)| (k as f64 * sample_time, *v)).collect()
@@ -221,16 +220,16 @@ fn plots<'a>(
     let spread = high - low;
     let mut plots = vec![
         Plot::new("Measured and simulated output", [TIME, output_title])
-            .note("The model is simulated on the input alone. What lies far beyond the measured range is not shown.")
+            .note("The model is simulated from the input only. Values far outside the measured range are not shown.")
             .linked(RECORD)
             .with(Style::Broad, "measured", timed(measured))
             .line("simulated", near(&simulated, (low, high))),
         Plot::new("Measured less simulated output", [TIME, output_title])
-            .note("What the model does not explain.")
+            .note("The part of the output that the model does not explain.")
             .linked(RECORD)
             .line("difference", near(&errors, (-spread, spread))),
         Plot::new("Input", [TIME, input_title])
-            .note("Over each sampling interval.")
+            .note("Mean over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(input)),
         step(analysis, record, output_title),
@@ -241,12 +240,12 @@ fn plots<'a>(
     plots.push(map(analysis)?);
     if let Some(tests) = &analysis.residuals {
         plots.push(correlation(
-            "Residual with itself",
-            "White when within the bound (99 %).",
+            "Residual autocorrelation",
+            "White residuals stay within the bound (99 %).",
             &tests.whiteness,
         ));
         plots.push(correlation(
-            "Residual with the input",
+            "Cross-correlation of residual and input",
             "Outside the bound at positive lags: missing dynamics; at negative lags: feedback.",
             &tests.input,
         ));
@@ -258,7 +257,7 @@ fn plots<'a>(
     });
     plots.push(
         Plot::new("Parameter estimates over time", [TIME, "parameter"])
-            .note("The recursive form of the estimator, sample by sample.")
+            .note("Estimates of the recursive estimator after each sample.")
             .linked(RECORD)
             .with_all(series),
     );
@@ -286,7 +285,7 @@ pub(crate) fn correlation(
         .line("correlation", points)
 }
 
-/// The border of stability in z.
+/// The unit circle.
 pub(crate) fn unit_circle() -> Series<'static> {
     let angles = (0..=120).map(|i| f64::from(i) * TAU / 120.0);
     bound(
@@ -295,8 +294,7 @@ pub(crate) fn unit_circle() -> Series<'static> {
     )
 }
 
-/// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
-/// whose response has none.
+/// Number of samples after which a step response stays within a share of its range about its final value; `None` for an unstable model.
 pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     let reading = Reading::new(estimate, run);
     let poles = reading.poles().ok()?;
@@ -314,12 +312,12 @@ pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     Some(far.map_or(0, |last| last + 1))
 }
 
-/// The model's step response beside the one that the data has without it, each with its band.
+/// The model's step response, and the one estimated from the data without a model, each with its band.
 pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> Plot<'a> {
     let estimate = &analysis.estimate;
     let plot = Plot::new("Step response", [SINCE_STEP, output_title]);
     let Some(settled) = settling(estimate, analysis.longest) else {
-        return plot.note("The model is unstable: its response has no end.");
+        return plot.note("The model is unstable: its step response has no final value.");
     };
     let count = (settled + settled / 2).clamp(STEP.0, STEP.1);
     let at = |k: usize| k as f64 * estimate.sample_time;
@@ -336,22 +334,19 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
         )])
         .line("model", of_model.map(|(k, it)| (at(k), it.0)));
     let without_model = match analysis.reading().steady_state_gain() {
-        None => Err(
-            "the model integrates, and a response without an end has no finite impulse response"
-                .to_owned(),
-        ),
+        None => Err("the model integrates, so its impulse response is not finite".to_owned()),
         Some(_) if analysis.estimate.output_curve.is_some() => Err(
-            "the output goes through a curve, which an impulse response does not have".to_owned(),
+            "the model has a static curve, which an impulse response cannot describe".to_owned(),
         ),
         Some(_) => from_data(analysis, record, count).map_err(|error| error.to_string()),
     };
     match without_model {
         Err(reason) => plot.note(format!(
-            "After a unit step of the input, from rest, without offset. None from the data alone: {reason}."
+            "Response to a unit step of the input, from rest, without offset. The response from the data alone is not shown: {reason}."
         )),
         Ok(found) => {
             let points = || found.points.iter();
-            plot.note("After a unit step of the input, from rest, without offset. Data alone: the finite impulse response by least squares, integrated; feedback in the data biases it.")
+            plot.note("Response to a unit step of the input, from rest, without offset. From the data alone: integral of the least-squares finite impulse response, which feedback in the data would bias.")
                 .with_all([Series::band(
                     "95 %, data alone",
                     points().map(|(k, value, deviation)| band(*k, *value, *deviation)),
@@ -361,7 +356,7 @@ pub(crate) fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'
     }
 }
 
-/// The step response without a model, from the segments that the model was fitted to.
+/// The step response without a model, estimated from the segments used for the fit.
 fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<StepResponse> {
     let record = analysis.of_dynamics(record);
     let segments = analysis.segments.iter();
@@ -402,7 +397,7 @@ pub(crate) fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     let regions_of_zeros = regions(&zeros, "95 %, zero");
     Ok(
         Plot::new("Poles and zeros", ["real part", "imaginary part"])
-            .note("In the z plane; points beyond |z| = 4 are not shown.")
+            .note("z plane; points beyond |z| = 4 are not shown.")
             .one_scale()
             .with_all([unit_circle()])
             .with_all(regions(&modes, "95 %, pole"))
@@ -416,7 +411,7 @@ pub(crate) fn map(analysis: &Analysis) -> Result<Plot<'static>> {
     )
 }
 
-/// The model's frequency response with its band; beside what was measured, and the least coherence that counts, where that is given.
+/// The model's frequency response with its band; with `rows` also the measured response and the smallest coherence that counts.
 pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Plot<'static>> {
     let mut responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
     let mut reach = "up to half the sampling rate";
@@ -430,7 +425,7 @@ pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Pl
     responses.retain(|it| it.magnitude(0.0) >= top - DEPTH && it.phase >= -TURNS);
     if let Some((low, high)) = fitted.or(ends) {
         responses.retain(|it| (low / BESIDE_BAND..=high * BESIDE_BAND).contains(&it.omega));
-        reach = "about the band that was measured";
+        reach = "near the measured band";
     }
     let banded = |title, axes, of: &dyn Fn(&Response, f64) -> f64| {
         let band = |it: &Response| (it.omega, of(it, -SIGMAS_95), of(it, SIGMAS_95));
@@ -447,10 +442,9 @@ pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Pl
         it.phase + sigmas * it.value.phase_deviation().min(PI).to_degrees()
     };
     let plots = vec![
-        banded("Magnitude", MAGNITUDE, &Response::magnitude).note(format!(
-            "Of the frequency response, with the 95 % band at each frequency, {reach}."
-        )),
-        banded("Phase", PHASE, &phase).note("The same for the phase."),
+        banded("Magnitude", MAGNITUDE, &Response::magnitude)
+            .note(format!("Frequency response with its 95 % band, {reach}.")),
+        banded("Phase", PHASE, &phase).note("With its 95 % band."),
     ];
     match rows {
         Some((rows, coherence)) => measured(plots, &rows, &responses, coherence),
@@ -458,7 +452,7 @@ pub(crate) fn bode(analysis: &Analysis, rows: Option<(Vec<Row>, f64)>) -> Vec<Pl
     }
 }
 
-/// The plots of the model's response with what was measured over them, and the coherence.
+/// The plots of the model's response together with the measured response, and of the coherence.
 pub(crate) fn measured(
     plots: Vec<Plot<'static>>,
     rows: &[Row],
@@ -500,7 +494,7 @@ pub(crate) fn measured(
         .map(|(low, high)| vec![(low.omega, least), (high.omega, least)]);
     plots.push(
         Plot::new("Coherence", ["frequency [rad/s]", "coherence"])
-            .note("The share of the output that follows the input at each frequency: 1 without noise. The response of the data counts where it is above the bound.")
+            .note("The share of the output that follows the input at each frequency: 1 without noise. The measured response counts where the coherence is above the bound.")
             .log_x()
             .linked(FREQUENCY)
             .line("coherence", coherence)
@@ -574,8 +568,8 @@ mod tests {
     fn stands_alone(page: &str) {
         for heading in [
             "Measured and simulated",
-            "Residual with itself",
-            "Residual with the input",
+            "Residual autocorrelation",
+            "Cross-correlation of residual and input",
             "Poles and zeros",
             "Magnitude",
             "Phase",

@@ -1,5 +1,4 @@
-//! The page of a flight, or of several over each other: the conclusions first, then the vehicle's side view, plots, messages
-//! and scenario.
+//! Page of one flight, or of several for comparison: conclusions, the vehicle's side view, plots, messages and scenario.
 
 use std::collections::BTreeMap;
 
@@ -19,24 +18,24 @@ use planesman_flight::titles;
 use planesman_linear::digits::significant;
 use planesman_text::grouped;
 
-/// Messages of one topic, as sent and as recorded.
+/// Number of messages of one topic, published and recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// Messages the publisher says it sent, `None` when nobody said.
+    /// Number of messages the publisher reports; `None` without a report.
     pub published: Option<u64>,
-    /// Messages in the bag.
+    /// Number of messages in the bag.
     pub recorded: u64,
 }
 
 impl Count {
-    /// Messages that were published and are not in the bag, `None` when nobody said how many were.
+    /// Number of published messages missing in the bag; `None` without a report of the publisher.
     #[must_use]
     pub fn lost(&self) -> Option<u64> {
         Some(self.published?.saturating_sub(self.recorded))
     }
 }
 
-/// Messages that were published on all topics, and those of them that are not in the bag; of topics whose publisher says so.
+/// Total number of published messages, and of those missing in the bag; only for topics whose publisher reports them.
 #[must_use]
 pub fn published_and_lost(counts: &BTreeMap<String, Count>) -> (u64, u64) {
     let known = counts.values().filter_map(|it| it.published.zip(it.lost()));
@@ -45,29 +44,29 @@ pub fn published_and_lost(counts: &BTreeMap<String, Count>) -> (u64, u64) {
     })
 }
 
-/// A flight with what is known of it.
+/// A flight with its results.
 #[derive(Clone, Debug)]
 pub struct FlightReport {
-    /// Its name beside others: that of its folder.
+    /// Name of the flight: that of its folder.
     pub name: String,
-    /// What its bag holds.
+    /// Contents of the bag.
     pub flight: Flight,
-    /// What was flown.
+    /// The scenario flown.
     pub scenario: Scenario,
-    /// The conclusions.
+    /// The flight's conclusions.
     pub summary: Summary,
     /// Messages per topic.
     pub counts: BTreeMap<String, Count>,
-    /// Whether every publisher said how many messages it sent.
+    /// Whether every publisher reported its number of messages.
     pub is_counted: bool,
 }
 
-/// Digits of energies.
+/// Significant digits of energies.
 const DIGITS: usize = 4;
 
 const SIDE_VIEW: &str = include_str!("side_view.js");
 
-/// The page of these flights.
+/// The HTML page of these flights.
 #[must_use]
 pub fn page(flights: &[FlightReport]) -> String {
     let heading = match flights {
@@ -124,7 +123,7 @@ const STYLE: &str = "
 .side output { font-variant-numeric: tabular-nums; }
 ";
 
-/// The fields of the cards on top.
+/// Fields shown on the cards.
 const FIRST: [&str; 5] = [
     "settling_time_2",
     "overshoot",
@@ -133,7 +132,7 @@ const FIRST: [&str; 5] = [
     "energy_supply",
 ];
 
-/// The numbers that matter most of a flight, as far as it has them.
+/// Cards with a flight's most important numbers.
 fn summary(of: &Summary) -> Vec<Card> {
     let quantities = of.quantities();
     let known = FIRST.iter().filter_map(|field| {
@@ -146,11 +145,11 @@ fn summary(of: &Summary) -> Vec<Card> {
         .collect()
 }
 
-/// What is to be known first, a sentence each.
+/// The conclusions, one sentence each.
 fn conclusions(flown: &FlightReport, alone: bool) -> Markup {
     html! {
         @if let Some(reason) = &flown.flight.truncated {
-            p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
+            p.warn { "The bag is incomplete: " (reason.trim_start_matches("incomplete: ")) "; this page shows what it contains." }
         }
         @for note in &flown.summary.notes {
             p.warn { (note) }
@@ -162,8 +161,8 @@ fn conclusions(flown: &FlightReport, alone: bool) -> Markup {
     }
 }
 
-/// Whether the bag has every message that was published. Of a bag that is not whole, or where a publisher did not say how many
-/// it sent, what it holds; `None` when nobody said and it is whole.
+/// A sentence on whether the bag contains every published message. For an incomplete bag, or without the publishers' reports: the number of
+/// messages in the bag. `None` for a complete bag without any report.
 #[must_use]
 pub fn kept(flown: &FlightReport) -> Option<String> {
     let counts = &flown.counts;
@@ -173,7 +172,7 @@ pub fn kept(flown: &FlightReport) -> Option<String> {
     match published_and_lost(counts) {
         (0, _) if is_whole => None,
         (published, lacks) if lacks > 0 => Some(format!(
-            "The bag LACKS {} of {} messages.",
+            "The bag LACKS {} of {} published messages.",
             grouped(lacks),
             grouped(published)
         )),
@@ -184,7 +183,7 @@ pub fn kept(flown: &FlightReport) -> Option<String> {
     }
 }
 
-/// Flights beside each other, a quantity a row; of two also the second less the first.
+/// Table comparing flights, a quantity per row; for two flights also the second less the first.
 #[must_use]
 pub fn comparison(flights: &[FlightReport]) -> Table {
     let names = flights.iter().map(|it| it.name.as_str());
@@ -208,7 +207,7 @@ pub fn comparison(flights: &[FlightReport]) -> Table {
     table
 }
 
-/// What the difference of two flights is; nothing of one or many.
+/// A sentence on what the difference column means; `None` unless there are two flights.
 #[must_use]
 pub fn difference_note(flights: &[FlightReport]) -> Option<String> {
     match flights {
@@ -225,12 +224,12 @@ fn response_table(flights: &[FlightReport]) -> Markup {
     }
 }
 
-/// Whether planes moved one of the vehicles.
+/// Whether one of the vehicles is moved by planes.
 fn by_planes(flights: &[FlightReport]) -> bool {
     flights.iter().any(|it| !it.summary.hovers)
 }
 
-/// Natural frequency, damping ratio and time constants of the pitch response: identified and true.
+/// Natural frequency, damping ratio and time constants of the pitch response, identified and true.
 fn modes_table(flights: &[FlightReport]) -> Markup {
     html! {
         h2 { "Pitch response to the planes" }
@@ -263,7 +262,7 @@ fn modes_table(flights: &[FlightReport]) -> Markup {
     }
 }
 
-/// Where the supply's work went, each term with a bar; electrical energy and efficiencies below.
+/// Where the supply's energy went, each term with a bar; below that electrical energy and efficiencies.
 fn energy_table(flights: &[FlightReport]) -> Markup {
     let known = |flown: &'_ FlightReport| {
         let Summary {
@@ -289,7 +288,7 @@ fn energy_table(flights: &[FlightReport]) -> Markup {
                 }
                 tr { td { "work of the supply" } td { (significant(energy.supply, DIGITS)) } td { "100 %" } td {} }
             } }
-            p { "The terms add up to the supply's work to " (format!("{:.0e}", energy.closure().unwrap_or_default()))
+            p { "The terms add up to the work of the supply within " (format!("{:.0e}", energy.closure().unwrap_or_default()))
                 " of it. The load is the mass and the viscous damping of the actuator's file." }
             @if let Some(joule) = proportional {
                 p { "For the same motion an ideal proportional valve would need " (significant(*joule, DIGITS)) " J in the same circuit (load "
@@ -355,13 +354,12 @@ fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
     }
 }
 
-/// The picture: width, and the depths' first and last line, in its own units.
+/// Size of the picture: width, and the lines of smallest and largest depth, in its own units.
 const WIDTH: f64 = 900.0;
 const SURFACE: f64 = 30.0;
 const BOTTOM: f64 = 230.0;
 
-/// The vehicle from its port side as it dives: its depth over time, pitch and planes at one instant, which a slider and the
-/// cursor of the plots move.
+/// Side view of the vehicle: depth over time, and pitch and planes at one instant, chosen by a slider or by the cursor of the plots.
 fn side_view(flown: &FlightReport, alone: bool) -> Markup {
     let drawn = &flown.flight.time_histories;
     let (Some(first), Some(last)) = (drawn.depth.first(), drawn.depth.last()) else {
@@ -433,13 +431,13 @@ fn side_view(flown: &FlightReport, alone: bool) -> Markup {
 }
 
 const TIME: &str = "time [s]";
-/// The plots over the time of the flight have one axis.
+/// Plots over the flight's time share one x axis.
 const LINK: &str = "flight";
 
-/// How a quantity is drawn, its name, and its points.
+/// Style, name and points of a plotted quantity.
 type Drawn = (Style, &'static str, fn(&FlightReport) -> Points);
 
-/// The series of a plot, one flight after the other.
+/// The series of a plot for all flights.
 fn over(flights: &[FlightReport], plot: Plot<'static>, series: &[Drawn]) -> Plot<'static> {
     let name = |flown: &FlightReport, what: &str| match flights.len() {
         1 => what.to_owned(),
@@ -458,7 +456,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
     let mut plots = vec![
         over(
             flights,
-            time("Depth", "depth [m]").y_down().linked(LINK).note("The vehicle's true depth, positive down."),
+            time("Depth", "depth [m]").y_down().linked(LINK).note("True depth of the vehicle, positive down."),
             &[
                 (Style::Line, "depth", |it| it.flight.time_histories.depth.clone()),
                 (Style::Dashed, "setpoint", |it| it.flight.time_histories.depth_setpoint.clone()),
@@ -466,7 +464,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Pitch", "pitch [deg]").linked(LINK).note("Positive bow up; the command is what the depth loop asks of the pitch loop."),
+            time("Pitch", "pitch [deg]").linked(LINK).note("Positive bow up; the command comes from the depth loop."),
             &[
                 (Style::Line, "pitch", |it| degrees(&it.flight.time_histories.pitch)),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.pitch_command)),
@@ -474,7 +472,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive dive. The command includes the identification signal; the actuator follows in steps."),
+            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive to dive. The command includes the test signal for identification; the actuator follows in steps."),
             &[
                 (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[0])),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[0])),
@@ -482,7 +480,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Dive planes, close up", "plane angle [deg]").note("The first five seconds, with the steps of the actuator."),
+            time("Dive planes, close up", "plane angle [deg]").note("The first five seconds show the steps of the actuator."),
             &[
                 (Style::Line, "planes", |it| degrees(&it.flight.time_histories.planes[1])),
                 (Style::Dashed, "command", |it| degrees(&it.flight.time_histories.plane_command[1])),
@@ -506,7 +504,7 @@ fn plots(flights: &[FlightReport]) -> Vec<Plot<'static>> {
     plots
 }
 
-/// The track from above, heading, roll, speed, rudder and thrusters.
+/// Plots of the track from above, heading, roll, speed, rudder and thrusters.
 fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
     let time = |title: &'static str, y: &'static str| Plot::new(title, [TIME, y]).linked(LINK);
     let mut plots = vec![
@@ -518,7 +516,7 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
             )
             .plane()
             .one_scale()
-            .note("The place of the body's origin."),
+            .note("Position of the body's origin."),
             &[(Style::Line, "track", |it| {
                 let instants = space::instants(&it.flight.time_histories);
                 instants.iter().map(|[_, x, y, ..]| (*y, *x)).collect()
@@ -526,9 +524,8 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Heading", "heading [deg]").note(
-                "From the initial heading, positive to starboard, in half a turn either way.",
-            ),
+            time("Heading", "heading [deg]")
+                .note("From the initial heading, positive to starboard, within ±180 deg."),
             &[
                 (Style::Line, "heading", |it| {
                     degrees(&it.flight.time_histories.yaw)
@@ -540,9 +537,8 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Roll and rudder", "angle [deg]").note(
-                "Roll positive starboard side down, the rudder's command positive to starboard.",
-            ),
+            time("Roll and rudder", "angle [deg]")
+                .note("Roll: positive starboard side down; rudder command: positive to starboard."),
             &[
                 (Style::Line, "roll", |it| {
                     degrees(&it.flight.time_histories.roll)
@@ -554,9 +550,8 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
         ),
         over(
             flights,
-            time("Speed", "speed [m/s]").note(
-                "Forward, through the water; beside it the share of full thrust that is commanded.",
-            ),
+            time("Speed", "speed [m/s]")
+                .note("Forward speed through the water, and the commanded share of full thrust."),
             &[
                 (Style::Line, "speed", |it| {
                     it.flight.time_histories.speed.clone()
@@ -575,14 +570,14 @@ fn out_of_the_plane(flights: &[FlightReport]) -> Vec<Plot<'static>> {
             .map(|(name, points)| Series::new(Style::Line, name.replace('_', " "), points.clone()));
         plots.push(
             time("Thrusters", "command [1]")
-                .note("Shares of full command.")
+                .note("Thruster commands as shares of full command.")
                 .with_all(lines.collect::<Vec<_>>()),
         );
     }
     plots
 }
 
-/// Angles in degrees, each the same in half a turn either way.
+/// Angles in degrees, wrapped to ±180.
 fn wrapped(points: &[(f64, f64)]) -> Points {
     use std::f64::consts::{PI, TAU};
     let near = |v: f64| (v + PI).rem_euclid(TAU) - PI;
@@ -617,7 +612,7 @@ fn pressure(flights: &[FlightReport]) -> Plot<'static> {
     })
 }
 
-/// A part of the true dominant pole, over the time in which one is identified.
+/// Real or imaginary part of the true dominant pole, over the time in which one is identified.
 fn true_pole(flown: &FlightReport, part: fn(Complex<f64>) -> f64) -> Points {
     let [real, _] = &flown.flight.time_histories.pole;
     let (Some(first), Some(last)) = (real.first(), real.last()) else {
@@ -634,9 +629,7 @@ fn dominant_pole(flights: &[FlightReport]) -> Plot<'static> {
         flights,
         Plot::new("Dominant pole, online", [TIME, "[1/s]"])
             .linked(LINK)
-            .note(
-                "The identifier's slowest pole as the samples come in, beside the vehicle's own.",
-            ),
+            .note("The slowest pole of the online estimate, and the true one."),
         &[
             (Style::Line, "real part", |it| {
                 it.flight.time_histories.pole[0].clone()
@@ -661,7 +654,7 @@ fn pole_map(flights: &[FlightReport]) -> Plot<'static> {
     over(
         flights,
         Plot::new("Pole map", ["real part [1/s]", "imaginary part [1/s]"])
-            .note("Continuous poles of plane angle to pitch rate.")
+            .note("Continuous-time poles from plane angle to pitch rate.")
             .from_zero()
             .one_scale(),
         &[

@@ -1,15 +1,16 @@
-//! Results on one self-contained HTML page: text, tables, and plots that the reader's browser draws.
+//! Results as self-contained HTML pages: text, tables, and plots that the reader's browser draws.
 //!
-//! Each page is a function of results; it reads and writes no file.
+//! Each page is a function of results; it reads and writes no files.
 //!
-//! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
-//! - [`fit`]: a model; [`several`]: one of several inputs and outputs; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
-//! - [`equations`]: state equations of one's own, also as text for a terminal; [`continuous`]: a transfer function in s, likewise.
+//! - [`flights`]: a dive, or a comparison of several; [`sweep`]: the cases of a sweep.
+//! - [`fit`]: a model; [`several`]: a model with several inputs and outputs; [`compare`]: a comparison of models; [`tables`]: the same as tables for a
+//!   terminal.
+//! - [`equations`]: user-written state equations; [`continuous`]: a continuous-time transfer function; both also as text for a terminal.
 //! - [`tuning`]: gains for a model, also as text for a terminal.
 //! - [`review`]: data, model, validation, margins and robustness on one page, each number with its samples (`evidence`).
-//! - [`diff`]: two recordings beside each other.
+//! - [`diff`]: a comparison of two recordings.
 //! - [`coefficients`]: a vehicle's coefficients, as tables for a terminal.
-//! - `cards`: the verdict and the numbers that bear it, on top of a page.
+//! - `cards`: the verdict and its main numbers, at the top of a page.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
 
 use crate::plot::{HeatMap, PAGE, PLOTS, Plot, PlotError, THEME, THEME_SCRIPT, UPLOT, UPLOT_STYLE};
@@ -33,11 +34,11 @@ pub mod sweep;
 pub mod tables;
 pub mod tuning;
 
-/// Nothing is loaded from elsewhere, whatever should stand in a text.
+/// Content policy: a page loads nothing from elsewhere, even if a text contains markup.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
 
-/// A self-contained page, `own_style` behind the common one and `own_script` behind that of the plots. Texts of others in it
-/// are [`shown`].
+/// A self-contained page, with `own_style` after the common style and `own_script` after the plots' script. Foreign texts must pass through
+/// [`shown`].
 #[must_use]
 pub fn document(title: &str, own_style: &str, body: &Markup, own_script: &str) -> String {
     // The page itself has no carriage returns; a file from elsewhere may.
@@ -65,8 +66,8 @@ pub fn document(title: &str, own_style: &str, body: &Markup, own_script: &str) -
     .into_string()
 }
 
-/// A plot with its heading and note; nothing for a plot of nothing. Of one that cannot be drawn, as with numbers beyond all
-/// sense, it is said why: the rest of the page stands.
+/// A plot with heading and note; nothing for an empty plot. For a plot that cannot be drawn, for example with huge numbers, the reason is
+/// shown instead.
 pub(crate) fn figure(plot: &Plot<'_>) -> Markup {
     if plot.is_empty() {
         return html! {};
@@ -96,7 +97,7 @@ fn drawn(title: &str, note: &str, class: &str, data: Result<String, PlotError>) 
     }
 }
 
-/// Plots side by side where there is room; the first, which matters most, across the width.
+/// Plots side by side if there is room; the first one over the full width.
 #[must_use]
 pub fn figures_with_first(plots: &[Plot<'_>]) -> Markup {
     let Some((first, others)) = plots.split_first() else {
@@ -110,7 +111,7 @@ pub fn figures_with_first(plots: &[Plot<'_>]) -> Markup {
     }
 }
 
-/// Plots side by side where there is room.
+/// Plots side by side if there is room.
 #[must_use]
 pub fn figures(plots: &[Plot<'_>]) -> Markup {
     html! { div.plots { @for plot in plots { (figure(plot)) } } }

@@ -1,4 +1,4 @@
-//! A model's poles as a table, each with its 95 % interval; of those that sampling makes it is said.
+//! Table of a model's poles with 95 % intervals; artefacts of sampling are marked.
 
 use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
@@ -7,14 +7,14 @@ use planesman_linear::{ComplexFunctions as _, is_sampling_artefact};
 
 use planesman_console::Table;
 
-/// What stands beside a pole that samples cannot tell.
+/// Remark on a pole that the samples cannot determine.
 pub(crate) const ARTEFACT: &str = "artefact of sampling";
 
-/// What that means, a sentence below the table.
+/// Explanation of the remark, below the table.
 pub(crate) const NOTE: &str = "An artefact of sampling is as fast as half the sampling rate or faster: the sampled model needs it, \
      and the data does not tell whether the system has it.";
 
-/// The table with what its words mean, each cell as that makes it of its text; nothing for models without poles.
+/// The table with its explanation, each cell formatted by a callback; nothing for models without poles.
 pub(crate) fn table_with_note(
     models: &[(&str, Reading<'_>)],
     cell: impl Fn(&str) -> Markup,
@@ -29,7 +29,7 @@ pub(crate) fn table_with_note(
     }
 }
 
-/// The poles of models, in z and in s, a pair once.
+/// Table of the poles of models, in z and in s, each pair once.
 fn table(models: &[(&str, Reading<'_>)]) -> Table {
     let names: &[&str] = if models.len() > 1 { &["model"] } else { &[] };
     let columns = ["pole in z", "pole in s [1/s]", "what it does"];
@@ -57,7 +57,7 @@ fn table(models: &[(&str, Reading<'_>)]) -> Table {
     table
 }
 
-/// A pole with its 95 % interval; of a pair the upper one.
+/// A pole with its 95 % interval; of a pair the one with positive imaginary part.
 pub(crate) fn text(pole: &Uncertain) -> String {
     let real = interval(pole.value.re, pole.real_deviation());
     match pole.value.im {
@@ -66,7 +66,7 @@ pub(crate) fn text(pole: &Uncertain) -> String {
     }
 }
 
-/// A value with its 95 % interval; without one where it is known.
+/// A value with its 95 % interval; the value alone if the interval is unknown.
 fn interval(value: f64, deviation: f64) -> String {
     with_interval(value, SIGMAS_95 * deviation)
 }

@@ -1,6 +1,6 @@
-//! The review of an identified model and its gains, for colleagues: one self-contained page, conclusion first, that prints on some A4
-//! pages. Each sentence and each cell is a link to the entry that says by what method and from which samples it was found (`evidence`); from there links
-//! lead back to the plots, in which that range is shaded.
+//! Review of an identified model and its gains, for colleagues: one self-contained page, conclusion first, that prints on a few A4 pages. Each
+//! sentence and each cell links to the method and the samples it was computed from (`evidence`). Links from there lead back to the plots, in
+//! which that range is shaded.
 
 use crate::plot::Plot;
 use maud::{Markup, html};
@@ -18,9 +18,9 @@ use crate::pages::fit::{FREQUENCY, SINCE_STEP, bode, correlation, map, measured,
 use crate::pages::tables::{TESTS, of_test};
 use crate::pages::{document, figure, poles, tuning};
 
-/// The width of a printed plot, px: two stand side by side on A4.
+/// Width of a printed plot, px: two fit side by side on A4.
 const PAPER: u32 = 345;
-/// Links as quiet as the numbers that they are.
+/// Style of links: like plain numbers.
 const STYLE: &str = "
 a.n { color: inherit; text-decoration: underline dotted var(--muted); text-underline-offset: 2px; }
 nav a { margin-right: 1rem; display: inline-block; min-height: 24px; }
@@ -40,30 +40,30 @@ code { overflow-wrap: anywhere; background: var(--surface); padding: .1rem .3rem
   th, td { padding: .1rem .5rem .1rem 0; } tr { break-inside: avoid; } p, ul.verdict li { max-width: none; }
 }";
 
-/// Gains and what they do, of whichever controller.
+/// Gains and their results, for any kind of controller.
 pub struct Gains<'a> {
     /// Whether the limits are kept.
     pub keeps_limits: bool,
-    /// The same in words, the margins, what limits them: a sentence each.
+    /// Sentences: whether the limits are kept, the margins, and what limits them.
     pub sentences: Vec<String>,
-    /// The gains and how they were found: what, and its value.
+    /// The gains and how they were found: name and value.
     pub lines: Vec<(&'static str, String)>,
-    /// The gain crossover, rad/s.
+    /// Gain crossover frequency, rad/s.
     pub crossover: Option<f64>,
-    /// The plants over which they are judged, in words.
+    /// Description of the plants over which the gains are judged.
     pub plants: String,
-    /// The margins' table.
+    /// Table of the margins.
     pub margins: Table,
-    /// That of steps.
+    /// Table of the step responses.
     pub steps: Table,
-    /// What makes the margins uncertain.
+    /// Table of the causes of the margins' uncertainty.
     pub causes: Option<Table>,
-    /// Plots of margins, and of steps.
+    /// Plots of margins, and of step responses.
     pub plots: [Vec<Plot<'a>>; 2],
 }
 
 impl<'a> Gains<'a> {
-    /// Of a PI or PID controller; `titles` are those of input and output. The plants were drawn with that seed.
+    /// Results of a PI or PID controller; `titles`: those of input and output; `seed`: the seed of the drawn plants.
     #[must_use]
     pub fn of_tuning(of: &Tuning, titles: [&'a str; 2], seed: u32) -> Self {
         let robustness = &of.robustness;
@@ -114,16 +114,16 @@ impl<'a> Gains<'a> {
     }
 }
 
-/// The plants over which gains are judged, in words.
+/// Description of the plants over which gains are judged.
 #[must_use]
 pub fn drawn_text(draws: usize, seed: u32) -> String {
     match draws {
-        0 => "the model alone, which is taken as exact".to_owned(),
+        0 => "the model alone, which is assumed to be exact".to_owned(),
         n => format!("the model and {n} plants drawn from its covariance, seed {seed}"),
     }
 }
 
-/// Phase margin, degrees, gain margin, dB, and sensitivity peak at the worst of 95 % of so many plants, in a sentence.
+/// Sentence with phase margin, degrees, gain margin, dB, and sensitivity peak: worst of 95 % of `draws` plants.
 #[must_use]
 pub fn worst([phase, gain, peak]: [Distribution; 3], draws: usize) -> String {
     let cell = |value: f64, decimals: usize, unit: &str| match value.is_finite() {
@@ -142,7 +142,7 @@ pub fn worst([phase, gain, peak]: [Distribution; 3], draws: usize) -> String {
     )
 }
 
-/// The plots of the dive loops: the phase margin's distribution with the least asked for, rad, and the depth after a unit step.
+/// Plots of the dive loops: distribution of the phase margin with its required minimum, rad, and depth after a unit step.
 #[must_use]
 pub fn of_dive(phase: &Distribution, least: f64, depth: &Band) -> [Vec<Plot<'static>>; 2] {
     let step = Plot::new(
@@ -150,7 +150,7 @@ pub fn of_dive(phase: &Distribution, least: f64, depth: &Band) -> [Vec<Plot<'sta
         [SINCE_STEP, "depth [m]"],
     )
     .note(
-        "The linear loop. The band holds 90 % of the vehicles that the model's uncertainty allows.",
+        "Linear simulation. The band contains 90 % of the vehicles drawn from the model's covariance.",
     )
     .y_down();
     [
@@ -159,15 +159,15 @@ pub fn of_dive(phase: &Distribution, least: f64, depth: &Band) -> [Vec<Plot<'sta
     ]
 }
 
-/// What is reviewed. A reason, with what to do next, stands for what there is not.
+/// Contents of a review. A missing part is replaced by the reason and the next step.
 pub struct Review<'a> {
-    /// The command that repeats it.
+    /// The command that repeats the review.
     pub command: &'a str,
-    /// The program that made it.
+    /// The program and version.
     pub program: &'a str,
     /// The data.
     pub data: &'a FitData,
-    /// Its frequency response.
+    /// Frequency response of the data.
     pub response: Result<&'a MeasuredResponse, String>,
     /// The model.
     pub model: Result<&'a FitResult, String>,
@@ -180,7 +180,7 @@ impl Review<'_> {
         self.model.as_ref().ok().map(|it| &it.analysis)
     }
 
-    /// The verdict: its tone, itself in a word or two, why, and what that rests on.
+    /// The verdict: colour, word, reason, and the entry it is based on.
     fn verdict(&self) -> (Tone, &'static str, String, Entry) {
         let verdict = self.analysis().map(|it| it.verdict);
         let words = verdict.map_or("", Verdict::words);
@@ -188,14 +188,14 @@ impl Review<'_> {
         let (tone, word, why) = match (&self.model, &self.gains) {
             (Err(reason), _) => return (Tone::Bad, "NOT USABLE", reason.clone(), Entry::Model),
             (Ok(_), Err(reason)) => {
-                let why = format!("{reason}. Do this: {next}");
+                let why = format!("{reason}. Next: {next}");
                 return (Tone::Bad, "NOT USABLE", why, Entry::Margins);
             }
             (Ok(_), Ok(gains)) => match (gains.keeps_limits, verdict.map(Verdict::standing)) {
                 (false, _) => (
                     Tone::Bad,
-                    "NOT AS ASKED",
-                    format!("the limits are not kept; the model is {words}"),
+                    "LIMITS NOT KEPT",
+                    format!("the gains do not keep the required limits; the model is {words}"),
                 ),
                 (_, Some(Standing::Good | Standing::Usable)) => {
                     (Tone::Good, "USABLE", format!("the model is {words}"))
@@ -215,7 +215,7 @@ impl Review<'_> {
         (tone, word, why, Entry::Validation)
     }
 
-    /// The conclusion on cards.
+    /// The conclusion as cards.
     fn cards(&self) -> Vec<Card> {
         let (tone, word, why, _) = self.verdict();
         let mut all = vec![Card::new("conclusion", word).toned(tone).note(why)];
@@ -231,7 +231,7 @@ impl Review<'_> {
         all
     }
 
-    /// The conclusion in sentences, each with what it rests on.
+    /// The conclusion as sentences, each with the entry it is based on.
     fn conclusion(&self) -> Vec<(String, Entry)> {
         let mut told = Vec::new();
         let (_, word, why, entry) = self.verdict();
@@ -239,7 +239,7 @@ impl Review<'_> {
         if let Some(found) = self.analysis() {
             let percent = |it: f64| format!("{it:.1} %");
             let held_out = found.held_out.fit.map_or_else(
-                || "nothing that was held out judges the model".to_owned(),
+                || "the model is not validated on held-out data".to_owned(),
                 |it| {
                     format!(
                         "the model simulates held-out data with a fit of {}",
@@ -247,9 +247,12 @@ impl Review<'_> {
                     )
                 },
             );
-            let all = found
-                .fit
-                .map(|it| format!(", all of the longest segment with {}", percent(it)));
+            let all = found.fit.map(|it| {
+                format!(
+                    ", and the whole longest segment with a fit of {}",
+                    percent(it)
+                )
+            });
             told.push((held_out + &all.unwrap_or_default(), Entry::Validation));
         }
         let Ok(gains) = &self.gains else {
@@ -272,13 +275,13 @@ impl Review<'_> {
         self.conclusion().into_iter().map(|it| it.0)
     }
 
-    /// Whether the crossover lies where the record tells of the plant.
+    /// A sentence on whether the crossover frequency lies in the band where the data supports the model.
     fn in_band(&self, crossover: Option<f64>) -> Option<String> {
         let crossover = crossover?;
         let at = significant(crossover, 3);
         let Some((low, high)) = self.response.as_ref().ok()?.band() else {
             return Some(format!(
-                "the crossover, {at} rad/s, is not backed by the record: its coherence holds in no band"
+                "the data does not support the model at the crossover, {at} rad/s: the coherence is too low at all frequencies"
             ));
         };
         let band = format!(
@@ -289,13 +292,13 @@ impl Review<'_> {
         Some(match (low..=high).contains(&crossover) {
             true => format!("the crossover, {at} rad/s, lies within {band}"),
             false => format!(
-                "the crossover, {at} rad/s, lies OUTSIDE {band}: there the gains rest on the model's form. Next: excite the plant about {at} rad/s too"
+                "the crossover, {at} rad/s, lies OUTSIDE {band}: the gains rely on the model's structure there. Next: also excite the plant near {at} rad/s"
             ),
         })
     }
 }
 
-/// The page.
+/// The HTML page.
 #[must_use]
 pub fn page(review: &Review<'_>) -> String {
     let record = &review.data.prepared.resampled.record;
@@ -314,7 +317,7 @@ pub fn page(review: &Review<'_>) -> String {
         html! {
             (cards(&review.cards()))
             ul.verdict { @for (text, entry) in review.conclusion().into_iter().skip(1) { li { (linked(&text, entry)) } } }
-            p { "Each sentence and each cell leads to the " a href="#evidence" { "method and the samples" } " that its numbers are from. Repeated by" br; code { (review.command) } br; (review.program) }
+            p { "Each sentence and each cell links to the " a href="#evidence" { "method and the samples" } " of its numbers. To repeat the review:" br; code { (review.command) } br; (review.program) }
         },
     )];
     sections.push((
@@ -341,7 +344,7 @@ pub fn page(review: &Review<'_>) -> String {
     document(&title, STYLE, &body, "")
 }
 
-/// One page to hand on: the conclusion, the gains with their margins, and the plots of validation and step.
+/// A single page to share: the conclusion, the gains with their margins, and the plots of validation and step response.
 #[must_use]
 pub fn brief(review: &Review<'_>) -> String {
     let record = &review.data.prepared.resampled.record;
@@ -364,14 +367,14 @@ pub fn brief(review: &Review<'_>) -> String {
                 (gains.margins.html())
             }
             div.plots { @for plot in close_up.iter().chain(steps).filter(|it| !it.is_empty()) { (figure(plot)) } }
-            p { "Data, excitation, residuals and the samples behind each number: the same command without --brief." br;
+            p { "For data, excitation, residuals and the samples of each number run the same command without --brief." br;
                 code { (review.command) } br; (review.program) }
         }
     };
     document(&title, STYLE, &body, "")
 }
 
-/// What there is not, and why.
+/// A paragraph in the place of a missing part: the reason.
 fn missing(reason: &str) -> Markup {
     html! { p.warn { "None: " (reason) } }
 }
@@ -383,7 +386,7 @@ fn anchored(plots: &[Plot<'_>], mut id: impl FnMut(&Plot<'_>) -> String) -> Mark
     } } }
 }
 
-/// The same, of an entry.
+/// Plots side by side, each registered as a plot of an entry.
 fn of_entry(evidence: &mut Evidence<'_>, entry: Entry, plots: &[Plot<'_>]) -> Markup {
     anchored(plots, |plot| evidence.plot(entry, &plot.title))
 }
@@ -397,7 +400,7 @@ fn data(review: &Review<'_>, evidence: &mut Evidence<'_>, columns: [&str; 2]) ->
     let mut ids = ids.into_iter();
     html! {
         (evidence.channels().html_with(|cell| linked(cell, Entry::Data)))
-        @if cleaned.is_empty() { p { "Nothing was cleaned: every sample is used as it was recorded." } }
+        @if cleaned.is_empty() { p { "The data was not cleaned: every sample is used as recorded." } }
         @else { ul { @for line in &cleaned { li { (linked(line, Entry::Data)) } } } }
         (anchored(&plots, |_| ids.next().unwrap_or_default()))
     }
@@ -422,23 +425,23 @@ fn excitation(review: &Review<'_>, evidence: &mut Evidence<'_>, input: &str) -> 
         format!("Spectrum of the input, {input}"),
         ["frequency [rad/s]", "power spectral density [dB]"],
     )
-    .note("10 log10 of its unit squared per Hz, one-sided. Shaded: the band where the output follows it.")
+    .note("One-sided, in dB relative to the squared unit per Hz. Shaded: the band where the output follows the input.")
     .log_x()
     .linked(FREQUENCY);
     let band = found.band();
     let plot = match band {
-        Some(band) => plot.shaded("band that is excited", band, (low, high)),
+        Some(band) => plot.shaded("excited band", band, (low, high)),
         None => plot,
     };
     let text = match band {
         Some((from, to)) => format!(
-            "The output follows the input from {} to {} rad/s: there the coherence is {COHERENCE} or more, and more than chance.",
+            "The output follows the input from {} to {} rad/s: the coherence there is at least {COHERENCE} and significant.",
             significant(from, 3),
             significant(to, 3)
         ),
         None => format!(
-            "The output follows the input in no band: the coherence is below {COHERENCE}, or no more than chance. Next: a chirp, a PRBS or steps that \
-             move the output well beyond its noise, recorded for longer."
+            "The output follows the input at no frequency: the coherence is below {COHERENCE} or not significant. Next: record a chirp, a PRBS or steps that \
+             move the output well beyond its noise, for longer."
         ),
     };
     html! {
@@ -468,8 +471,8 @@ fn response(review: &Review<'_>, evidence: &mut Evidence<'_>) -> Markup {
         }
     };
     html! {
-        p { "The response of the data where the coherence holds, each with its 95 % interval, over that of the model with its 95 % band. They are found \
-             from the same samples in two ways: where they part, the model lacks something, or its band is too narrow." }
+        p { "The measured response where the coherence is high enough, with 95 % intervals, and the model's response with its 95 % band. Both are computed \
+             from the same samples by different methods: where they disagree, the model lacks dynamics or its band is too narrow." }
         (of_entry(evidence, Entry::Response, &plots))
     }
 }
@@ -492,7 +495,7 @@ fn model(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) -> Mark
 
 fn validation(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) -> Markup {
     let Some(analysis) = review.analysis() else {
-        return html! { p { "There is no model to validate." } };
+        return html! { p { "No model was identified, so there is nothing to validate." } };
     };
     let mut tests = Table::new(TESTS);
     let mut plots = Vec::new();
@@ -501,12 +504,12 @@ fn validation(review: &Review<'_>, evidence: &mut Evidence<'_>, output: &str) ->
             tests.row(of_test(what, &it));
         }
         plots.push(correlation(
-            "Residual with itself",
-            "White when within the bound (99 %).",
+            "Residual autocorrelation",
+            "White residuals stay within the bound (99 %).",
             &found.whiteness,
         ));
         plots.push(correlation(
-            "Residual with the input",
+            "Cross-correlation of residual and input",
             "Outside the bound at positive lags: missing dynamics; at negative lags: feedback.",
             &found.input,
         ));
@@ -536,7 +539,7 @@ fn gains<'a>(review: &Review<'a>, evidence: &mut Evidence<'_>) -> [(&'static str
         div.scroll { table.words { @for (name, value) in &gains.lines { tr { td { (name) } td { (linked(value, Entry::Margins)) } } } } }
         (gains.margins.html_with(|cell| linked(cell, Entry::Margins)))
         @if let Some(causes) = &gains.causes {
-            p { "What makes the phase margin uncertain:" }
+            p { "Causes of the phase margin's uncertainty:" }
             (causes.html_with(|cell| linked(cell, Entry::Causes)))
         }
         (of_margins)

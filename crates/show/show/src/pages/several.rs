@@ -1,5 +1,5 @@
-//! A model of several inputs and outputs on one self-contained HTML page: of each output the verdict, a table of its inputs,
-//! data and simulation, what each input does, and residual tests.
+//! Page of a model with several inputs and outputs: for each output the verdict, a table of its inputs, data and simulation, the response to
+//! each input, and residual tests.
 
 use crate::plot::{Plot, Series, Style};
 use maud::{Markup, html};
@@ -14,7 +14,7 @@ use crate::pages::fit::{
 };
 use crate::pages::{document, figures_with_first};
 
-/// The page of the models of every output.
+/// The HTML page of the models of all outputs.
 #[must_use]
 pub fn page(found: &SeveralResult) -> String {
     let record = &found.prepared.resampled.record;
@@ -76,12 +76,12 @@ fn plots<'a>(
     let errors: Vec<f64> = measured.iter().zip(simulated).map(|(y, x)| y - x).collect();
     let mut plots = vec![
         Plot::new("Measured and simulated output", [TIME, output_title])
-            .note("The model is simulated on the inputs alone.")
+            .note("The model is simulated from the inputs only.")
             .linked(RECORD)
             .with(Style::Broad, "measured", timed(measured))
             .line("simulated", near(simulated, (low, high))),
         Plot::new("Measured less simulated output", [TIME, output_title])
-            .note("What the model does not explain.")
+            .note("The part of the output that the model does not explain.")
             .linked(RECORD)
             .line("error", near(&errors, (-spread, spread))),
     ];
@@ -97,29 +97,29 @@ fn plots<'a>(
         plots.push(step(&input.name, model, output_title));
         if let Some(tests) = &model.residuals {
             plots.push(correlation(
-                format!("Residual with {}", titles::name(&input.name)),
-                "What of the input is still in the residual: at lags from 0 on dynamics that are missing, before 0 feedback.",
+                format!("Cross-correlation of residual and {}", titles::name(&input.name)),
+                "Outside the bound at lags of 0 and above: missing dynamics; at negative lags: feedback.",
                 &tests.input,
             ));
         }
     }
     if let Some(tests) = &analysis.residual_tests {
         plots.push(correlation(
-            "Residual with itself",
-            "Within the band the residual is white.",
+            "Residual autocorrelation",
+            "White residuals stay within the band.",
             &tests.whiteness,
         ));
     }
     plots
 }
 
-/// The output after a unit step of one input, the others standing still.
+/// The output after a unit step of one input, with the other inputs constant.
 fn step<'a>(input: &str, model: &ChannelModel, output_title: &'a str) -> Plot<'a> {
     let estimate = &model.estimate;
     let title = format!("Step response to {}", titles::name(input));
     let plot = Plot::new(title, [SINCE_STEP, output_title]);
     let Some(settled) = settling(estimate, 0) else {
-        return plot.note("The model is unstable: its response has no end.");
+        return plot.note("The model is unstable: its step response has no final value.");
     };
     let count = (settled + settled / 2).clamp(STEP.0, STEP.1);
     let at = |k: usize| k as f64 * estimate.sample_time;
@@ -129,7 +129,7 @@ fn step<'a>(input: &str, model: &ChannelModel, output_title: &'a str) -> Plot<'a
         let half = SIGMAS_95 * deviation;
         (at(k), value - half, value + half)
     });
-    plot.note("After a unit step of this input, the others standing still, without offset; with its 95 % band.")
+    plot.note("Response to a unit step of this input with the others constant, without offset; with its 95 % band.")
         .with_all([Series::band("95 %", band)])
         .with_all([line("model", each.map(|(k, it)| (at(k), it.0)).collect())])
 }

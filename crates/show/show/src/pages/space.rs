@@ -1,4 +1,4 @@
-//! The flight in space: the track from above, and the vehicle with its fins and thrusters as lines that the reader turns.
+//! 3-D view of a flight: the track, and the vehicle with its fins and thrusters as lines, which the reader can turn.
 
 use maud::{Markup, PreEscaped, html};
 use planesman_flight::flight::{Points, TimeHistories};
@@ -17,17 +17,17 @@ pub(crate) const STYLE: &str = "
 .space output { font-variant-numeric: tabular-nums; }
 ";
 
-/// Instants of the view.
+/// Number of instants of the view.
 const INSTANTS: u32 = 400;
 
-/// The value at a time: that of the last point before; 0 without points.
+/// The value at a time: that of the last point before it; 0 without points.
 pub(crate) fn held(points: &Points, t: f64) -> f64 {
     let behind = points.partition_point(|p| p.0 <= t);
     let at = points.get(behind.saturating_sub(1));
     at.map_or(0.0, |p| p.1)
 }
 
-/// Where the vehicle was at evenly spaced instants: time \[s\], along, to starboard, down \[m\], roll, pitch, yaw \[rad\].
+/// The vehicle's pose at evenly spaced instants: time \[s\]; along, to starboard, down \[m\]; roll, pitch, yaw \[rad\].
 pub(crate) fn instants(drawn: &TimeHistories) -> Vec<[f64; 7]> {
     let (Some(first), Some(last)) = (drawn.depth.first(), drawn.depth.last()) else {
         return Vec::new();
@@ -49,7 +49,7 @@ pub(crate) fn leaves_the_plane(drawn: &TimeHistories) -> bool {
         .any(|points| points.iter().any(|(_, value)| value.abs() > 1e-9))
 }
 
-/// The view, of a flight that leaves the vertical plane; nothing where the scenario's vehicle cannot be had.
+/// The view, for a flight that leaves the vertical plane; nothing if the scenario's vehicle cannot be loaded.
 pub(crate) fn view(name: Option<&str>, drawn: &TimeHistories, scenario: &Scenario) -> Markup {
     let parameters = scenario.parameters_of::<PlantParameters>("plant_sim");
     let outline = parameters.ok().and_then(|it| Outline::load(&it).ok());
@@ -68,7 +68,7 @@ pub(crate) fn view(name: Option<&str>, drawn: &TimeHistories, scenario: &Scenari
                 input type="range" min="0" max=(INSTANTS) value=(INSTANTS) aria-label="time";
                 output {}
             }
-            p { "Drag to turn. North is the initial heading; the frame lies at the deepest point." }
+            p { "Drag to turn the view. North is the initial heading; the frame is at the deepest point." }
             script type="application/json" { (PreEscaped(data.to_string())) }
         }
     }

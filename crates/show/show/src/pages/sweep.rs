@@ -1,4 +1,4 @@
-//! The page of a sweep: a heat map over the first two parameters, and what a fast dive costs.
+//! Page of a sweep: a heat map over the first two parameters, and the trade-off between settling time and plane travel.
 
 use std::collections::BTreeMap;
 
@@ -14,13 +14,13 @@ use planesman_text::number;
 use super::{document, figure, heat_map};
 use planesman_flight::titles::title;
 
-/// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
+/// Maximum number of plotted points that are not on the Pareto front; of more points every n-th is plotted.
 const DRAWN: usize = 4000;
 
-/// Combinations on the front that are listed.
+/// Maximum number of listed combinations of the Pareto front.
 const LISTED: usize = 30;
 
-/// The page of these cases of a scenario, flown with the test signal that `signal` describes.
+/// The HTML page of a scenario's cases; `signal`: the test signal they were flown with.
 #[must_use]
 pub fn page(
     scenario: &Scenario,
@@ -38,8 +38,8 @@ pub fn page(
         }
         p { (outcomes.cases) " of " (all) " cases"
             @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
-            ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time. \
-             Best is the least mean among the fields in which every case settles." }
+            ". Means are over the seeds and over all varied parameters that are not an axis of the plot; a case that does not settle has no settling time. \
+             The best field has the smallest mean among those in which every case settles." }
         h2 { "Plots" }
         div.plots { @for plot in maps(space, found) { (plot) } }
         (pareto(space, outcomes))
@@ -56,7 +56,7 @@ fn labels(axis: &Axis) -> Vec<String> {
     }
 }
 
-/// Settling time and plane travel over the first two parameters on a grid, or over the one.
+/// Settling time and plane travel over the first two parameters of the grid, or over the only one.
 fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
     let grid: Vec<usize> = (0..space.axes.len())
         .filter(|place| !space.axes[*place].is_sampled && space.axes[*place].values.len() > 1)
@@ -110,7 +110,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
     maps.into_iter().flatten().collect()
 }
 
-/// The combinations that settle with every seed, and those of them that none beats in both settling time and travel.
+/// Plot and list of the combinations that settle with every seed; the Pareto front in settling time and plane travel is marked.
 fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
     let points = outcomes.settled();
     let front: Vec<_> = points.iter().filter(|it| it.is_on_front).collect();
@@ -119,7 +119,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
     let of = |it: &Settled| (it.settling, it.travel);
     let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
         .plane()
-        .note("Each combination that settles with every seed. On the line those that no other beats in both.")
+        .note("All combinations that settle with every seed. No other combination beats those on the line in both quantities.")
         .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))
         .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
         .with(Style::Bound, "front", front.iter().map(|it| of(it)));
@@ -140,7 +140,7 @@ fn pareto(space: &Space, outcomes: &Outcomes) -> Markup {
                     }
                 }
             } }
-            @if front.len() > LISTED { p { (front.len() - LISTED) " more are not beaten." } }
+            @if front.len() > LISTED { p { (front.len() - LISTED) " more combinations are not beaten." } }
         } @else {
             p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
         }

@@ -1,4 +1,4 @@
-//! What the commands print of fits and comparisons, as tables.
+//! Tables that the commands print for fits and comparisons.
 
 use planesman_console::{Format, Table};
 use planesman_fit::{Compared, SeveralComparison, Trial, frequency_responses, ranked};
@@ -10,10 +10,10 @@ use planesman_linear::ComplexFunctions as _;
 use planesman_linear::digits::value_and_interval;
 use planesman_text::{in_one_line, option};
 
-/// Frequencies in the table, of a frequency response.
+/// Number of frequencies in the table of a frequency response.
 const FREQUENCIES: usize = 6;
 
-/// A row for each method, within the terminal's width.
+/// Table with a row per method, within the terminal's width.
 pub fn tried(tried: &[Trial]) -> String {
     let ahead = format!("{AHEAD} ahead, %");
     let mut table = Table::new([
@@ -46,7 +46,7 @@ pub fn tried(tried: &[Trial]) -> String {
     table.text(Format::Table)
 }
 
-/// What is to be said of the table.
+/// Notes on the table.
 pub fn notes(tried: &[Trial]) -> String {
     let mut text = String::new();
     for trial in tried {
@@ -56,12 +56,12 @@ pub fn notes(tried: &[Trial]) -> String {
     }
     if !tried.iter().any(|it| it.method.is_of_the_vehicle()) {
         let (heave, vehicle) = (option("heave"), option("vehicle"));
-        text += &format!("vehicle and kalman are tried with {heave} or {vehicle}.\n");
+        text += &format!("add {heave} or {vehicle} to try the methods vehicle and kalman.\n");
     }
-    text + "The best of many on the same held-out data does less well on new data than its figure says.\n"
+    text + "The best of many methods on one set of held-out data does less well on new data than its fit suggests.\n"
 }
 
-/// A fit as a cell.
+/// A fit as a table cell.
 fn percent(fit: Option<f64>) -> String {
     match fit {
         None => "-".to_owned(),
@@ -70,7 +70,7 @@ fn percent(fit: Option<f64>) -> String {
     }
 }
 
-/// The order; of a finite impulse response its coefficients.
+/// The order; for a finite impulse response the number of coefficients.
 fn order(of: &Estimate) -> String {
     match planesman_fit::order(of) {
         None => format!("{} (fir)", of.layout.structure.numerator),
@@ -78,7 +78,7 @@ fn order(of: &Estimate) -> String {
     }
 }
 
-/// What each model is, and how well it simulates and predicts.
+/// Table of each model's structure, and how well it simulates and predicts.
 pub fn fits(models: &[Compared]) -> Table {
     let ahead = models.first().map_or(&[][..], |it| &it.judgement.predicted);
     let ahead: Vec<String> = ahead
@@ -105,7 +105,7 @@ pub fn fits(models: &[Compared]) -> Table {
     table
 }
 
-/// How well each model of several inputs simulates each of its outputs, and what of the inputs its error still has.
+/// Table of how well each model simulates each output, and whether its error is still correlated with the inputs.
 #[must_use]
 pub fn of_several(found: &SeveralComparison) -> Table {
     let mut table = Table::new([
@@ -138,7 +138,7 @@ pub fn of_several(found: &SeveralComparison) -> Table {
     table
 }
 
-/// A table for each question: fits, residual tests, poles, steady-state gain, frequency response.
+/// One table per question: fits, residual tests, poles, steady-state gain, frequency response.
 #[must_use]
 pub fn tables(models: &[Compared]) -> Vec<Table> {
     vec![
@@ -265,7 +265,7 @@ fn responses(models: &[Compared]) -> Table {
     table
 }
 
-/// Every number in a row of its own.
+/// All numbers, one row each.
 #[must_use]
 pub fn numbers(models: &[Compared]) -> Table {
     let mut table = Table::new(["model", "quantity", "value", "deviation"]);

@@ -1,5 +1,4 @@
-//! Gains for a model: as text for a terminal, and as a page with responses, margins and their spread over the plants that the
-//! model's uncertainty allows.
+//! Gains for a model: text for a terminal, and a page with responses, margins and their distribution over the model's uncertainty.
 
 use crate::plot::{Plot, Series, Style};
 use maud::html;
@@ -15,18 +14,18 @@ use crate::pages::{document, figures, figures_with_first};
 use planesman_flight::titles;
 use planesman_identification::SIGMAS_95;
 
-/// Digits of gains and times.
+/// Significant digits of gains and times.
 const DIGITS: usize = 4;
-/// A phase margin that is known better than so, degrees, needs no further experiment.
+/// Standard deviation of the phase margin below which no further experiment is proposed, degrees.
 const WELL_KNOWN: f64 = 1.0;
-/// Columns of a histogram.
+/// Number of bars of a histogram.
 const COLUMNS: usize = 30;
-/// A Nyquist plot shows what lies within this of 0, and the loops of so many plants.
+/// Largest magnitude shown in a Nyquist plot, and the number of plotted plants.
 const EXTENT: f64 = 3.0;
 const LOOPS: usize = 40;
-/// Bode plots show so far below and above the crossover.
+/// Range of a Bode plot below and above the crossover, a factor.
 const AROUND: f64 = 30.0;
-/// The plots over the time after a step have one axis.
+/// Plots over the time after a step share one x axis.
 const STEP: &str = "step";
 
 /// The gains with their verdict, margins and responses; with `verbose` also the model, the method, and what limits the margins.
@@ -44,7 +43,7 @@ pub fn outcome(of: &Tuning, verbose: bool) -> Outcome {
     if verbose {
         let delay = match of.sampling.computing_delay {
             0.0 => String::new(),
-            delay => format!(", commands {} s after its sample", number(delay)),
+            delay => format!(", each command {} s after its sample", number(delay)),
         };
         line(
             "model",
@@ -79,7 +78,7 @@ pub fn outcome(of: &Tuning, verbose: bool) -> Outcome {
     outcome
 }
 
-/// The page of a tuning.
+/// The HTML page of a tuning.
 #[must_use]
 pub fn page(of: &Tuning) -> String {
     let title = format!(
@@ -118,7 +117,7 @@ pub fn page(of: &Tuning) -> String {
     document(&title, "", &body, "")
 }
 
-/// The verdict, the gains, and the worst margins.
+/// Cards: the verdict, the gains, and the worst margins.
 fn summary(of: &Tuning) -> Vec<Card> {
     let robustness = &of.robustness;
     let worst = |spread: &Distribution| match robustness.draws.is_empty() {
@@ -179,7 +178,7 @@ pub(crate) fn reduced_text(of: &Tuning) -> Option<String> {
     let lags = lags.map(|tau| format!("({} s + 1)", number(*tau)));
     let factors: Vec<String> = integrators.into_iter().chain(lags).collect();
     Some(format!(
-        "{} e^(-{} s) / [{}], half rule, with half a sample for the hold",
+        "{} e^(-{} s) / [{}], by the half rule, including half a sample for the hold",
         number(reduced.gain),
         number(reduced.delay),
         factors.join(" ")
@@ -223,7 +222,7 @@ fn cell(value: f64, decimals: usize) -> String {
     }
 }
 
-/// Margins of the model, and of the drawn plants.
+/// Table of the margins of the model and of the drawn plants.
 pub(crate) fn margins(of: &Tuning) -> Table {
     let robustness = &of.robustness;
     let has_draws = !robustness.draws.is_empty();
@@ -279,7 +278,7 @@ pub(crate) fn margins(of: &Tuning) -> Table {
     table
 }
 
-/// A margin; of a sensitivity peak infinity is that of an unstable loop, as is minus infinity of margins.
+/// A margin as text; plus or minus infinity is printed as unstable.
 fn unstable_or(value: f64, decimals: usize, is_peak: bool) -> String {
     match is_peak && value == f64::INFINITY {
         true => "unstable".to_owned(),
@@ -287,13 +286,13 @@ fn unstable_or(value: f64, decimals: usize, is_peak: bool) -> String {
     }
 }
 
-/// Whether the limits are kept, in a sentence.
+/// A sentence on whether the limits are kept.
 pub(crate) fn verdict(of: &Tuning) -> String {
     let drawn = of.robustness.draws.len();
     let share = of.robustness.unstable();
     let over = match drawn {
-        0 => "the model, which is taken as exact,".to_owned(),
-        n => format!("95 % of {n} plants that the model's uncertainty allows"),
+        0 => "the model, which is assumed to be exact,".to_owned(),
+        n => format!("95 % of {n} plants drawn from the model's covariance"),
     };
     let stable = match (drawn, share > 0.0) {
         (0, _) | (_, false) => String::new(),
@@ -302,7 +301,7 @@ pub(crate) fn verdict(of: &Tuning) -> String {
     match of.keeps_limits() {
         true => format!("Limits kept by {over}{stable}."),
         false => format!(
-            "LIMITS NOT KEPT by {over}{stable}. Next: leave the pace to the method, without {} and {}",
+            "LIMITS NOT KEPT by {over}{stable}. Next: let the method choose the speed of the loop, without {} and {}",
             option("closed_loop_time"),
             option("crossover")
         ),
@@ -347,7 +346,7 @@ pub(crate) fn responses(of: &Tuning) -> Table {
     table
 }
 
-/// Which property limits the margins, in a sentence or two.
+/// Sentences on the property that limits the margins.
 pub(crate) fn limiting(of: &Tuning) -> String {
     let Some(first) = of.causes.first() else {
         return String::new();
@@ -355,13 +354,13 @@ pub(crate) fn limiting(of: &Tuning) -> String {
     let half = SIGMAS_95 * first.margin_deviation.to_degrees();
     if half < WELL_KNOWN {
         return format!(
-            "what limits: the plant itself. Its model is known well enough, the phase margin to ± {}",
+            "limited by the plant itself: the model is known well enough, the phase margin to ± {}",
             with_degrees(half)
         );
     }
     format!(
-        "what limits: {} makes {:.0} % of the phase margin's variance (the margin is known to ± {}). To know it better: {}. A record of \
-         four times the length halves its interval",
+        "limited by the uncertainty of: {} ({:.0} % of the phase margin's variance; the margin is known to ± {}). To reduce it: {}. A record of \
+         four times the length halves the interval",
         first.name,
         100.0 * first.share,
         with_degrees(half),
@@ -397,7 +396,7 @@ fn plots<'a>(of: &'a Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
     plots
 }
 
-/// A line of the model over the band of the drawn plants.
+/// A line for the model with the band of the drawn plants.
 pub(crate) fn banded<'a>(plot: Plot<'a>, band: &Band) -> Plot<'a> {
     let times = || band.times.iter().copied();
     let range = times().zip(&band.range);
@@ -406,10 +405,10 @@ pub(crate) fn banded<'a>(plot: Plot<'a>, band: &Band) -> Plot<'a> {
         .line("model", times().zip(band.model.iter().copied()))
 }
 
-/// Outputs and input after steps.
+/// Plots of outputs and input after steps.
 pub(crate) fn after_steps<'a>(of: &Tuning, input: &'a str, output: &'a str) -> Vec<Plot<'a>> {
     let steps = &of.steps;
-    let over = "The band holds 90 % of the plants that the model's uncertainty allows.";
+    let over = "The band contains 90 % of the plants drawn from the model's covariance.";
     let ends = [0.0, steps.output.times.last().copied().unwrap_or(0.0)];
     let plot = |title, axis| Plot::new(title, [SINCE_STEP, axis]).linked(STEP);
     vec![
@@ -430,7 +429,7 @@ pub(crate) fn after_steps<'a>(of: &Tuning, input: &'a str, output: &'a str) -> V
     ]
 }
 
-/// The open loop, and the distribution of its phase margin.
+/// Plots of the open loop, and the distribution of its phase margin.
 pub(crate) fn of_margins(of: &Tuning) -> Vec<Plot<'static>> {
     let mut plots = Vec::from(bode(of));
     plots.push(nyquist(of));
@@ -503,7 +502,7 @@ fn bode(of: &Tuning) -> [Plot<'static>; 2] {
             -180.0,
             "-180 deg",
         )
-        .note("Where the magnitude is 0 dB, its distance from -180 degrees is the phase margin."),
+        .note("The phase margin is the distance from -180 degrees where the magnitude is 0 dB."),
     ]
 }
 
@@ -525,7 +524,7 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
         "Nyquist plot of the open loop",
         ["real part", "imaginary part"],
     )
-    .note("The loop keeps its sensitivity peak while it stays outside the circle about -1.")
+    .note("The loop keeps the limit of its sensitivity peak if the curve stays outside the circle about -1.")
     .one_scale()
     .with_all(drawn)
     .line("model", near(&of.seen))
@@ -537,7 +536,7 @@ fn nyquist(of: &Tuning) -> Plot<'static> {
     .with(Style::Crosses, "-1", [(-1.0, 0.0)])
 }
 
-/// How many of the drawn plants have which phase margin, beside the least, rad.
+/// Histogram of the drawn plants' phase margins, with the required minimum, rad.
 pub(crate) fn histogram(spread: &Distribution, least: f64) -> Option<Plot<'static>> {
     let finite: Vec<f64> = spread
         .sorted
@@ -568,7 +567,7 @@ pub(crate) fn histogram(spread: &Distribution, least: f64) -> Option<Plot<'stati
             "Phase margins of the drawn plants",
             ["phase margin [deg]", "share of plants [%]"],
         )
-        .note("5 % of the plants lie below the dashed line of the worst of 95 %.")
+        .note("5 % of the plants are below the dashed line (worst of 95 %).")
         .plane()
         .with(Style::Area, "share", outline.clone())
         .line("plants", outline)

@@ -1,4 +1,4 @@
-//! A heat map: one field for each pair of values, coloured by a number.
+//! A heat map: one coloured field per pair of values.
 
 use serde_json::{Value, json};
 
@@ -8,25 +8,25 @@ use crate::plot::json::{list, script};
 /// Numbers over two lists of values.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
-    /// The names of the horizontal and the vertical axis, with their units.
+    /// Names of the horizontal and the vertical axis, with units.
     pub axes: [String; 2],
-    /// The values along the horizontal axis, as text.
+    /// Values along the horizontal axis, as text.
     pub columns: Vec<String>,
-    /// The values along the vertical axis, upwards, as text.
+    /// Values along the vertical axis, from bottom to top, as text.
     pub rows: Vec<String>,
-    /// A number for each row and column; a field without is left empty.
+    /// A number per row and column; `None` leaves a field empty.
     pub values: Vec<Vec<Option<f64>>>,
-    /// What the numbers are, with the unit.
+    /// Name of the quantity, with its unit.
     pub quantity: String,
     /// Row and column of the best field, which is marked.
     pub best: Option<[usize; 2]>,
 }
 
 impl HeatMap {
-    /// The map's data as the text of a `<script type="application/json">`, from which the page's script draws it.
+    /// The map's data as content of a `<script type="application/json">`, from which the page's script draws the map.
     ///
     /// # Errors
-    /// When there is no finite number, or a row has another length than the columns.
+    /// No finite number, or a row whose length differs from the number of columns.
     pub fn data(&self) -> Result<String, PlotError> {
         let is_whole = self.values.len() == self.rows.len()
             && self

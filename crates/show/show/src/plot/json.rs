@@ -1,17 +1,17 @@
-//! Numbers and text as JSON within a page.
+//! Numbers and text as JSON in a page.
 
 use serde_json::{Number, Value, json};
 
-/// Digits of a value, as many as the cursor tells, and of a place along an axis: in an hour, a millisecond.
+/// Significant digits of a value, as shown at the cursor; and of a position along an axis: a millisecond in an hour.
 const DIGITS: usize = 5;
 const PLACE_DIGITS: usize = 7;
 
-/// Values, `null` for what is not finite.
+/// Values; `null` for values that are not finite.
 pub(crate) fn list(values: impl Iterator<Item = f64>) -> Value {
     values.map(|it| rounded(it, DIGITS)).collect()
 }
 
-/// Places along an axis: where they are equally far apart, the first, the last and their count.
+/// Positions along an axis; if equally spaced, only the first, the last and their number.
 pub(crate) fn places(values: impl Iterator<Item = f64>) -> Value {
     let values: Vec<f64> = values.collect();
     if let ([first, .., last], count) = (&values[..], values.len()) {
@@ -30,7 +30,7 @@ pub(crate) fn places(values: impl Iterator<Item = f64>) -> Value {
         .collect()
 }
 
-/// A number in so many significant digits.
+/// A number rounded to so many significant digits.
 fn rounded(value: f64, digits: usize) -> Value {
     let text = format!("{value:.*e}", digits - 1);
     let near: f64 = text.parse().unwrap_or(value);
@@ -41,7 +41,7 @@ fn rounded(value: f64, digits: usize) -> Value {
     Number::from_f64(near).map_or(Value::Null, Value::Number)
 }
 
-/// JSON within a `<script>`: no text in it ends the element.
+/// JSON for a `<script>`, escaped so that no text can end the element.
 pub(crate) fn script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }

@@ -1,4 +1,4 @@
-//! One plot: its series, and its data as JSON for the script of the page.
+//! A plot: its series, and its data as JSON for the page's script.
 
 use std::borrow::Cow;
 
@@ -10,13 +10,13 @@ use planesman_linear::TimeHistory;
 
 /// One line or point set of a plot.
 pub struct Series<'a> {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: Cow<'a, str>,
-    /// Its points.
+    /// Points (x, y).
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
     pub style: Style,
-    /// The name of a quantity, and its value at each point: the gain along a locus.
+    /// Name of a further quantity and its value at each point, such as the gain along a locus.
     pub at: Option<(Cow<'a, str>, Vec<f64>)>,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Whether x never falls, but for the rounding of times.
+    /// Whether x never decreases, apart from rounding of times.
     fn is_over_x(&self) -> bool {
         let finite = self.points.iter().map(|p| p.0).filter(|x| x.is_finite());
         let x: Vec<f64> = finite.collect();
@@ -46,7 +46,7 @@ impl<'a> Series<'a> {
         self.style == Style::Area || x.is_sorted_by(|a, b| *a <= b + rounding)
     }
 
-    /// An area between two lines, each point an x with the lower and the upper y. It has the colour of the series after it.
+    /// A band between two lines; each point has x, lower y and upper y. Its colour is that of the next series.
     pub fn band(
         name: impl Into<Cow<'a, str>>,
         bounds: impl IntoIterator<Item = (f64, f64, f64)>,
@@ -66,56 +66,56 @@ planesman_text::choices! {
         Line = "line",
         /// A thin dashed line, for setpoints and truths.
         Dashed = "dashed",
-        /// A broad pale line, for measured data that others are drawn over.
+        /// A broad pale line, for measured data below other series.
         Broad = "broad",
         /// Crosses, for poles.
         Crosses = "crosses",
         /// Circles, for true poles and zeros.
         Circles = "circles",
-        /// Squares, for the begin of a locus.
+        /// Squares, for the beginning of a locus.
         Squares = "squares",
-        /// Diamonds, for its end.
+        /// Diamonds, for the end of a locus.
         Diamonds = "diamonds",
         /// Small dots, for loci.
         Dots = "dots",
-        /// The area within the points, pale: it has the colour of the series after it.
+        /// A pale filled area between the points, in the colour of the next series.
         Area = "area",
-        /// A thin dashed line in the colour of the text, for bounds: it takes none of the other series' colours.
+        /// A thin dashed line in the text colour, for bounds.
         Bound = "bound",
-        /// A thin pale line in the colour of the text, for a grid of the plane.
+        /// A thin pale line in the text colour, for a grid.
         Grid = "grid",
     }
 }
 
-/// One plot, with what is written above it.
+/// A plot with its heading and note.
 pub struct Plot<'a> {
     /// The heading.
     pub title: Cow<'a, str>,
-    /// A note of a sentence or two; may be empty.
+    /// A note of one or two sentences; may be empty.
     pub note: Cow<'a, str>,
-    /// The x axis, with its unit.
+    /// Label of the x axis, with its unit.
     x: &'a str,
-    /// The y axis, with its unit.
+    /// Label of the y axis, with its unit.
     y: &'a str,
     /// Draws larger y values lower.
     y_down: bool,
-    /// The x axis reaches zero, wherever the data begin.
+    /// The x axis includes zero.
     from_zero: bool,
-    /// A unit is as long on one axis as on the other.
+    /// Both axes have the same scale.
     one_scale: bool,
-    /// Points anywhere in a plane, not over x.
+    /// Points in a plane, not a function of x.
     plane: bool,
     /// The x axis is logarithmic.
     log_x: bool,
-    /// The plots of one name have one x axis: zoom and cursor are common.
+    /// Plots with the same name share one x axis: zoom and cursor.
     link: &'a str,
     /// The series.
     pub series: Vec<Series<'a>>,
 }
 
-/// A plot is put together call by call: `Plot::new("Depth", ["time [s]", "depth [m]"]).line("depth", points)`.
+/// A plot is built call by call: `Plot::new("Depth", ["time [s]", "depth [m]"]).line("depth", points)`.
 impl<'a> Plot<'a> {
-    /// A plot of nothing yet, its axes named with their units, x first.
+    /// An empty plot with the labels of its axes, x first.
     #[must_use]
     pub fn new(title: impl Into<Cow<'a, str>>, [x, y]: [&'a str; 2]) -> Self {
         Self {
@@ -133,7 +133,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// With a sentence or two about what it shows.
+    /// Adds a note of one or two sentences.
     #[must_use]
     pub fn note(self, note: impl Into<Cow<'a, str>>) -> Self {
         Self {
@@ -142,7 +142,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// Larger y values lower, as divers think of depth.
+    /// Draws larger y values lower, as usual for depth.
     #[must_use]
     pub fn y_down(self) -> Self {
         Self {
@@ -151,7 +151,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The x axis reaches zero, wherever the data begin.
+    /// Makes the x axis include zero.
     #[must_use]
     pub fn from_zero(self) -> Self {
         Self {
@@ -160,7 +160,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// Points anywhere in a plane: the cursor finds the nearest one, not that of the same x.
+    /// Marks the points as points in a plane: the cursor finds the nearest one instead of the one with the same x.
     #[must_use]
     pub fn plane(self) -> Self {
         Self {
@@ -169,7 +169,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// A plane in which a unit is as long on one axis as on the other: a circle is round.
+    /// Gives both axes the same scale, so that circles are round.
     #[must_use]
     pub fn one_scale(self) -> Self {
         Self {
@@ -179,7 +179,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// With a range of x shaded, over these heights; it has the colour of the series after it.
+    /// Shades a range of x over a range of y, in the colour of the next series.
     #[must_use]
     pub fn shaded(
         self,
@@ -190,7 +190,7 @@ impl<'a> Plot<'a> {
         self.with_all([Series::band(name, [(from, low, high), (to, low, high)])])
     }
 
-    /// A logarithmic x axis; points at or below zero are left out.
+    /// Makes the x axis logarithmic; points at or below zero are left out.
     #[must_use]
     pub fn log_x(self) -> Self {
         Self {
@@ -199,20 +199,20 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// One x axis with the other plots of this name on the page: zoom and cursor are common.
+    /// Shares the x axis (zoom and cursor) with all plots of this name on the page.
     #[must_use]
     pub fn linked(self, link: &'a str) -> Self {
         Self { link, ..self }
     }
 
-    /// With these series too.
+    /// Adds several series.
     #[must_use]
     pub fn with_all(mut self, series: impl IntoIterator<Item = Series<'a>>) -> Self {
         self.series.extend(series);
         self
     }
 
-    /// With one more series.
+    /// Adds a series.
     #[must_use]
     pub fn with(
         mut self,
@@ -224,7 +224,7 @@ impl<'a> Plot<'a> {
         self
     }
 
-    /// With a solid line.
+    /// Adds a solid line.
     #[must_use]
     pub fn line(
         self,
@@ -234,7 +234,7 @@ impl<'a> Plot<'a> {
         self.with(Style::Line, name, points)
     }
 
-    /// With a thin dashed line.
+    /// Adds a thin dashed line.
     #[must_use]
     pub fn dashed(
         self,
@@ -244,17 +244,17 @@ impl<'a> Plot<'a> {
         self.with(Style::Dashed, name, points)
     }
 
-    /// Whether there is no point to draw.
+    /// Whether the plot has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.series.iter().all(|series| series.points.is_empty())
     }
 
-    /// The plot's data as the text of a `<script type="application/json">`, from which the page's script draws it. Points that are
-    /// not finite are left out; of a long time history it has what can be seen of it ([`TimeHistory`]).
+    /// The plot's data as content of a `<script type="application/json">`, from which the page's script draws the plot. Points that are not finite
+    /// are left out; a long time history is reduced to its visible points ([`TimeHistory`]).
     ///
     /// # Errors
-    /// When no series has a finite point, or one lies beyond 1e30.
+    /// No series has a finite point, or a point is beyond 1e30.
     pub fn data(&self) -> Result<String, PlotError> {
         let plane = self.plane || !self.series.iter().all(Series::is_over_x);
         let mut colour = 0;
@@ -299,7 +299,7 @@ impl<'a> Plot<'a> {
         Ok(script(&data.into()))
     }
 
-    /// A series with the number of its colour, 0 for none.
+    /// The JSON of a series; `colour` is the number of its colour, 0 for none.
     fn series_data(
         &self,
         series: &Series<'_>,

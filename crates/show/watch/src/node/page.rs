@@ -1,4 +1,4 @@
-//! What a page asks for goes to the domain, and the answer back.
+//! Execution of the pages' requests, and their answers.
 
 use std::any::TypeId;
 use std::time::{Duration, Instant};
@@ -28,12 +28,12 @@ use crate::command::{Command, Goal, done, parameter_of, refused, text_of};
 use crate::feeds::Feed;
 use crate::{Error, charts, units};
 
-/// Timeout of a service, and of a reader of a setpoint to be found.
+/// Timeout of a service call, and of finding a subscriber of a setpoint.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
-/// A manoeuvre's result may take as long as the manoeuvre.
+/// Timeout of a manoeuvre's result.
 const MANOEUVRE_TIMEOUT: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// A parameter with what the page is told of it.
+/// A parameter with its description for the page.
 pub(super) struct Described {
     pub(super) parameter: Parameter,
     told: Value,
@@ -42,7 +42,7 @@ pub(super) struct Described {
 type Reply = oneshot::Sender<Value>;
 
 impl Watch {
-    /// Does what a page asks for.
+    /// Executes a request.
     pub(super) fn execute(&mut self, rt: &Runtime<Event>, command: Command, reply: Reply) {
         match command {
             Command::Keep { channels } => {
@@ -98,7 +98,7 @@ impl Watch {
                 let file = self.nodes.value(&format!("{node}: bag"), "file");
                 let told = match file {
                     Some(file) => json!({"ok": true, "file": file}),
-                    None => refused(format!("{node} tells of no bag")),
+                    None => refused(format!("{node} reports no bag")),
                 };
                 answer(reply, told);
             }
@@ -123,7 +123,7 @@ impl Watch {
         }
     }
 
-    /// Sets a parameter that was given in `unit`.
+    /// Sets a parameter from a value in `unit`.
     fn set(
         &mut self,
         rt: &Runtime<Event>,
@@ -152,17 +152,17 @@ impl Watch {
                 done("recording is paused")
             }),
             "resume" => self.call::<Resume>(rt, service, ResumeRequest::default(), reply, |_| {
-                done("recording goes on")
+                done("recording continues")
             }),
             "split_bagfile" => {
                 let request = SplitBagfileRequest::default();
                 self.call::<SplitBagfile>(rt, service, request, reply, |_| {
-                    done("the next file of the bag is written")
+                    done("recording continues in the next file of the bag")
                 });
             }
             _ => answer(
                 reply,
-                refused("a recorder has pause, resume, split_bagfile"),
+                refused("a recorder has only the services pause, resume and split_bagfile"),
             ),
         }
     }
@@ -200,7 +200,7 @@ impl Watch {
             all.find(|(it, _)| *it == name)
         });
         let Some((name, si)) = quantity else {
-            return answer(reply, refused(format!("{topic} is no setpoint")));
+            return answer(reply, refused(format!("{topic} is not a setpoint")));
         };
         let value = match units::parse(text, si) {
             Ok(value) => value,
@@ -225,7 +225,7 @@ impl Watch {
             match publisher.readers() {
                 0 => refused(format!("nobody reads {}", publisher.topic())),
                 _ if publisher.publish(&Float64 { data: value }) => done("sent"),
-                _ => refused("it could not be sent"),
+                _ => refused("the setpoint could not be sent"),
             }
         });
     }
@@ -259,7 +259,10 @@ impl Watch {
         rt.when_done(async move {
             let (told, event) = match client.send(goal, ANSWER_TIMEOUT).await {
                 Ok(Some(id)) => (done("accepted"), Event::Accepted(action, id)),
-                Ok(None) => (refused("the controller rejects it"), Event::Parameters),
+                Ok(None) => (
+                    refused("the controller rejected the manoeuvre"),
+                    Event::Parameters,
+                ),
                 Err(reason) => (refused(reason), Event::Parameters),
             };
             answer(reply, told);
@@ -318,18 +321,18 @@ impl Watch {
     fn cancel(&mut self, rt: &Runtime<Event>, action: &str, reply: Reply) {
         let running = self.manoeuvres.get(action);
         let Some((client, id)) = running.and_then(|it| Some((it.client.clone(), it.goal?))) else {
-            return answer(reply, refused("no manoeuvre of this page is under way"));
+            return answer(reply, refused("this page has no running manoeuvre"));
         };
         answer_when(rt, reply, async move {
             match client.cancel(id, ANSWER_TIMEOUT).await {
                 Ok(true) => done("cancelling"),
-                Ok(false) => refused("the controller does not cancel it"),
+                Ok(false) => refused("the controller refused to cancel the manoeuvre"),
                 Err(error) => refused(error),
             }
         });
     }
 
-    /// The client of a service that some node serves now.
+    /// The client of a service that a node currently offers.
     fn client<S: Service + 'static>(
         &mut self,
         rt: &Runtime<Event>,
@@ -347,7 +350,7 @@ impl Watch {
         Ok(client)
     }
 
-    /// Calls a service and answers the page with what `show` makes of the response.
+    /// Calls a service and answers the page with `show` of the response.
     fn call<S: Service + 'static>(
         &mut self,
         rt: &Runtime<Event>,
@@ -367,7 +370,7 @@ impl Watch {
         }
     }
 
-    /// A node's parameters with their descriptions.
+    /// Requests a node's parameters with their descriptions.
     pub(super) fn ask_parameters(
         &mut self,
         rt: &Runtime<Event>,
@@ -424,7 +427,7 @@ impl Watch {
     }
 }
 
-/// The goal that a page asks for. A chirp ends four times as fast as it begins.
+/// The goal of a page's request. A chirp ends at four times its first frequency.
 fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, Error> {
     let quantity = |name: &'static str, text: &str, si: &str| {
         units::parse(text, si).map_err(|reason| Error::Quantity(name, Box::new(reason)))
@@ -440,12 +443,12 @@ fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, Error> {
     })
 }
 
-/// A page that has gone needs no answer.
+/// Sends an answer; a closed page needs none.
 fn answer(reply: Reply, told: Value) {
     let _ = reply.send(told);
 }
 
-/// Answers with what comes of it.
+/// Sends the answer once it is known.
 fn answer_when(rt: &Runtime<Event>, reply: Reply, told: impl Future<Output = Value> + 'static) {
     rt.when_done(async move {
         answer(reply, told.await);

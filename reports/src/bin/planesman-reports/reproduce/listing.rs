@@ -1,4 +1,4 @@
-//! The book of numbers as text.
+//! The numbers of a book as text.
 
 use std::fmt::Write as _;
 
@@ -8,10 +8,10 @@ use planesman_console::{Format, Table, is_terminal, wrapped};
 use planesman_reports::book::{Book, Comparison, Line, VERDICTS};
 use planesman_text::number;
 
-/// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
+/// The entries that `told` selects, and the errata they refer to; wrapped to the terminal if standard output is one.
 ///
 /// # Errors
-/// None in practice: writing to memory.
+/// None in practice: the text is written to memory.
 pub(crate) fn text(
     book: &Book,
     comparison: &Comparison<'_>,
@@ -52,8 +52,8 @@ pub(crate) fn text(
         text += &aligned(row.each_ref().map(String::as_str));
         table.row(row);
         if let Some(change) = line.change() {
-            text += &format!("{:<30} not as in the book: {change}\n", "");
-            all_changes += &format!("{}: not as in the book: {change}\n", entry.id);
+            text += &format!("{:<30} changed from the book: {change}\n", "");
+            all_changes += &format!("{}: changed from the book: {change}\n", entry.id);
         }
     }
     if is_terminal() {
@@ -69,21 +69,21 @@ pub(crate) fn text(
         let _ = writeln!(errata, "{number:>4}  {erratum}");
     }
     if !errata.is_empty() {
-        errata.insert_str(0, "\nErrata named above\n");
+        errata.insert_str(0, "\nErrata referred to above\n");
     }
     Ok(format!("\n{text}{}", wrapped(&errata)))
 }
 
-/// The totals, a line per kind.
+/// The totals, one line per kind.
 #[must_use]
 pub(crate) fn totals(comparison: &Comparison<'_>) -> String {
     let mut text = format!("\n{} numbers\n", comparison.lines.len());
     let counted = VERDICTS.map(|(verdict, what)| (comparison.count(verdict), what));
     let others = [
-        (comparison.changes().len(), "not as they stand in the book"),
+        (comparison.changes().len(), "changed from the book"),
         (
             comparison.unlisted.len(),
-            "more recomputed, of which the book has no entry",
+            "recomputed numbers without an entry in the book",
         ),
     ];
     for (count, what) in counted.into_iter().chain(others) {
@@ -92,7 +92,7 @@ pub(crate) fn totals(comparison: &Comparison<'_>) -> String {
     text
 }
 
-/// A number in six significant digits, or nothing.
+/// A number with six significant digits; empty for none.
 fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }

@@ -1,6 +1,6 @@
-//! `planesman-reports reproduce`: every number of the two historical reports, and of Hopsan's recorded validations, compared with the recomputed value.
+//! `planesman-reports reproduce`: compares every number of the two historical reports, and of Hopsan's recorded validations, with the recomputed value.
 //!
-//! - [`listing`]: the numbers as text; [`page`]: as an HTML page.
+//! - [`listing`]: text output; [`page`]: HTML page.
 
 use std::path::PathBuf;
 
@@ -20,13 +20,13 @@ mod page;
 /// The reports.
 const REPORTS: [Report; 3] = [brunner_1988::REPORT, ibm_1966::REPORT, hopsan::REPORT];
 
-/// The output of `reproduce`.
+/// Arguments of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ReproduceArgs {
-    /// Print every number and the identification step by step, not only the totals and what is contradicted
+    /// Print every number, and the identification step by step, not only totals and contradictions
     #[arg(long)]
     all: bool,
-    /// Also write numbers and redrawn figures as one HTML page
+    /// Also write an HTML page with the numbers and redrawn figures
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
     /// Also write the numbers as JSON
@@ -45,11 +45,10 @@ impl ReproduceArgs {
     }
 }
 
-/// Prints the books of numbers, and writes what is asked for.
+/// Prints the numbers, and writes the requested files.
 ///
 /// # Errors
-/// When a verdict is not the one that stands in the book, when a number moved away from its reference,
-/// or when a file cannot be written.
+/// A verdict differs from the book's, a number differs from its reference, or a file cannot be written.
 pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
     if !args.writes() {
         end_with_reader();
@@ -89,7 +88,7 @@ pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
         }
     }
     if !args.all {
-        planesman_console::out!("Every number: --all, or --html, --json, --csv FILE.")?;
+        planesman_console::out!("To see every number add --all, or --html, --json, --csv FILE.")?;
     }
     if let Some(path) = &args.html {
         write_text(path, page.text())?;
@@ -106,22 +105,22 @@ pub(crate) fn run(args: &ReproduceArgs) -> Result<()> {
     match changes {
         0 => Ok(()),
         1 => bail!("1 number differs from the book"),
-        n => bail!("{n} numbers are not as they stand in the book"),
+        n => bail!("{n} numbers differ from the book"),
     }
 }
 
-/// A list of objects.
+/// The rows as a JSON list of objects.
 ///
 /// # Errors
-/// None in practice: writing to memory.
+/// None in practice: the text is written to memory.
 fn json(rows: &[Row]) -> Result<String> {
     Ok(serde_json::to_string_pretty(rows)? + "\n")
 }
 
-/// A header row, and a row for each number.
+/// The rows as CSV with a header row.
 ///
 /// # Errors
-/// None in practice: writing to memory.
+/// None in practice: the text is written to memory.
 fn csv(rows: &[Row]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

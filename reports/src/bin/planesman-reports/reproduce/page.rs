@@ -1,5 +1,5 @@
-//! The books of numbers on one self-contained HTML page: totals and contents, the numbers by family with a filter, the figures
-//! that are lost from the reports' copies, and the errata.
+//! HTML page of the books of numbers: totals and contents, the numbers by family with a filter, the figures missing in the copies of the
+//! reports, and the errata.
 
 use maud::{Markup, html};
 use planesman_reports::book::{Book, Chapter, Comparison, Line, Names, Report, VERDICTS};
@@ -24,23 +24,23 @@ nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-heigh
 .family table { min-width: 40rem; } .family thead th { position: static; }
 ";
 
-/// Verdicts of the numbers that are counted on top.
+/// Verdicts counted at the top.
 const COMPARED: [&str; 3] = ["agrees", "approximate", "contradicts"];
 
 const SCRIPT: &str = include_str!("page.js");
 
-/// A page that is written report by report.
+/// A page that is built report by report.
 #[derive(Default)]
 pub(crate) struct Page {
     summaries: Vec<Markup>,
     numbers: Vec<Markup>,
     reports: Vec<Markup>,
-    /// Numbers that are printed and compared, and of them those that agree, agree approximately, and do not.
+    /// Number of printed and compared numbers: those that agree, agree approximately, and do not agree.
     printed: [usize; 3],
 }
 
 impl Page {
-    /// Adds a report with its chapters of figures, procedure, numbers and errata.
+    /// Adds a report with its figures, procedure, numbers and errata.
     pub(crate) fn add(
         &mut self,
         report: &Report,
@@ -93,17 +93,17 @@ impl Page {
         });
     }
 
-    /// The page's text.
+    /// HTML text of the page.
     #[must_use]
     pub(crate) fn text(&self) -> String {
         let [agree, nearly, not] = self.printed;
         let body = html! {
-            h1 { "Two reports and recorded validations, computed again" }
+            h1 { "Two reports and recorded validations, recomputed" }
             ul.verdict { li { "Of " (agree + nearly + not) " printed numbers compared, " (agree) " agree, " (nearly) " agree approximately, " (not) " do not." } }
-            p.lead { "Every number that they print, beside what comes out here, and the figures that their copies have lost." }
+            p.lead { "Every printed number compared with the recomputed one, and the figures that are missing in the copies." }
             div.columns { @for summary in &self.summaries { (summary) } }
             div.filter id="numbers" {
-                input type="search" placeholder="words, as: Table 1 damping" aria-label="words in a number's row";
+                input type="search" placeholder="words, such as: Table 1 damping" aria-label="show only rows with these words";
                 select aria-label="verdict" {
                     option value="" { "every verdict" }
                     @for (verdict, _) in VERDICTS { option value=(verdict) { (verdict) } }
@@ -114,7 +114,7 @@ impl Page {
             @for report in &self.reports { (report) }
         };
         document(
-            "Two reports and recorded validations, computed again",
+            "Two reports and recorded validations, recomputed",
             STYLE,
             &body,
             SCRIPT,
@@ -122,7 +122,7 @@ impl Page {
     }
 }
 
-/// The count of each verdict, which leads to the numbers that have it, and the contents.
+/// The count of each verdict, with a link to its numbers, and the contents.
 fn summary(report: &Report, comparison: &Comparison<'_>, contents: &Markup) -> Markup {
     html! {
         div {
@@ -139,7 +139,7 @@ fn summary(report: &Report, comparison: &Comparison<'_>, contents: &Markup) -> M
     }
 }
 
-/// The lines by the plain name of their family, in the book's order.
+/// The lines grouped by the plain name of their family, in the book's order.
 fn families<'a, 'b>(
     names: &'a Names,
     comparison: &'a Comparison<'b>,
@@ -173,7 +173,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
                     td.unit { (entry.unit) }
                     td.verdict { (line.told()) }
                     td.note {
-                        @if let Some(change) = line.change() { b { "Not as in the book: " (change) ". " } }
+                        @if let Some(change) = line.change() { b { "Changed from the book: " (change) ". " } }
                         @if let Some(note) = &entry.note { (note) ". " }
                         @if let Some((number, text)) = book.erratum_of(entry) {
                             a href=(format!("#{number}")) title=(text) { (number) }
@@ -185,7 +185,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
     }
 }
 
-/// A name as it may stand in an address.
+/// A name made suitable for an address.
 fn slug(name: &str) -> String {
     let letters = name.to_lowercase();
     let words = letters.split(|it: char| !it.is_alphanumeric());
@@ -193,7 +193,7 @@ fn slug(name: &str) -> String {
     words.join("-")
 }
 
-/// A number in six significant digits, or nothing.
+/// A number with six significant digits; empty for none.
 fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }
