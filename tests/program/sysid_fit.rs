@@ -316,7 +316,7 @@ fn preparation_is_named_and_kept_in_the_model_file() {
     let found = fit(&data, "--order 3 --outliers drop --segment auto");
     let file = found.model_file().unwrap();
     assert!(
-        file.preparation[0].contains("y: 1 sample far from those around, the first at 5.000 s"),
+        file.preparation[0].contains("y: 1 sample far from the neighbours, the first at 5.000 s"),
         "{file:?}"
     );
     assert!(
