@@ -466,7 +466,7 @@ fn equations_of_ones_own_need_no_signals_by_name_and_are_written_back() {
     let of = args(&["--equations", file]).unwrap();
     let refusal = planesman::sysid::fit::run(&of).unwrap_err();
     let refusal = format!("{refusal:#}");
-    let said = "first.yaml: states: x: derivative: character 10: 'v' is no input, state, parameter or definition";
+    let said = "first.yaml: states: x: derivative: character 10: 'v' is not an input, state, parameter or definition";
     assert!(refusal.contains(said), "{refusal}");
 }
 

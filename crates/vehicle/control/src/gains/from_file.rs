@@ -157,7 +157,7 @@ mod tests {
     fn a_model_that_cannot_be_trusted_is_refused_with_the_reason() {
         type Change = fn(&mut ModelFile);
         let refused: [(Change, &str); 4] = [
-            (|m| m.speed = None, "at what speed"),
+            (|m| m.speed = None, "the speed of the vehicle"),
             (|m| m.output = "state:depth".to_owned(), "pitch_rate"),
             // Sixteen times the plane moment at a quarter of the speed.
             (|m| m.speed = Some(0.2), "times the scheduled"),
@@ -188,6 +188,6 @@ mod tests {
         model.speed = None;
         model.write(&path).unwrap();
         let refusal = read().unwrap_err().to_string();
-        assert!(refusal.contains("model.json") && refusal.contains("at what speed"));
+        assert!(refusal.contains("model.json") && refusal.contains("the speed of the vehicle"));
     }
 }
